@@ -39,7 +39,7 @@ struct FitOptions {
   std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
   double spindle = 0;        // rad/s, spindle speed in the recording; 0: estimated
   bool lines = true;  // true: spectral lines are modelled separately; false: the whole sound is modelled as noise
-  // Fraction (0 to 0.9) at the end of the recording that is not fitted, but compared with the model.
+  // This fraction (0 to 0.9) at the end of the recording is not fitted, but compared with the model.
   double hold_out = 0;
   std::string name, source, licence;
 };
@@ -48,7 +48,8 @@ struct FitOptions {
 struct HeldOut {
   double from = 0, to = 0;  // s, begin and end of the part in the recording
   double distance_dB = 0;   // dB, distance from the model's expected spectrum
-  // Expected distance of a sound that has exactly the model's spectrum, dB; the spectrum of a short sound has an error.
+  // Distance that a sound with exactly the model's spectrum would have, dB, because the spectrum of a short sound has
+  // an error.
   double chance_dB = 0;
   // For each line: standard deviation / mean of its amplitude in the held-out part.
   std::vector<double> line_variation;
@@ -66,13 +67,14 @@ struct FitReport {
   double itakura_saito = 0;
   double up_to = 0;  // Hz, highest compared frequency: 16 kHz or 0.45 of the sampling rate
   double max_reflection = 0;
-  double condition = 0;  // condition number of the direct form, see ar/filter.h
+  double condition = 0;  // condition number of the filter in direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
   /// Spectra of recording and model: frequencies (Hz) and densities (dB re 1/Hz).
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
-  // For each line: standard deviation / mean of its amplitude in the fitted part, including the noise in its band.
+  // For each spectral line: standard deviation / mean of its amplitude in the fitted part. Noise at nearby frequencies
+  // contributes to it.
   std::vector<double> line_variation;
   // Spindle speed over time: s from the begin of the fitted part, and speed / mean speed. Empty: no steady line.
   std::vector<double> speed_times, speed_ratio;

@@ -16,7 +16,8 @@ struct LineNoise {
 };
 inline constexpr int kLineStep = 64;
 
-/// A spectral line: a sinusoid whose amplitude and frequency vary slowly. Filtered noise would hiss instead of whistle.
+/// A spectral line: a sinusoid whose amplitude and frequency vary slowly. Filtered noise instead of sinusoids would
+/// hiss, not whistle.
 struct ModelLine {
   double frequency = 0;       // Hz, mean frequency of the spectral line
   double amplitude = 0;       // mean amplitude; full scale is 1
@@ -24,16 +25,16 @@ struct ModelLine {
   LineNoise frequency_noise;  // Hz, fluctuation of the frequency about its mean
 };
 
-/// The model y[n] = gain·e[n] − Σ a_i y[n−i], plus spectral lines. It is stored as reflection coefficients of the
-/// lattice filter, which is stable if and only if all |k| < 1, so interpolated models are stable too.
+/// The model y[n] = gain·e[n] − Σ a_i y[n−i] (e: white noise), plus spectral lines. Stored as reflection coefficients
+/// of the lattice filter, which is stable if and only if all |k| < 1, so interpolated models are stable too.
 struct ArModel {
   std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
-  double gain = 0;                 // standard deviation of the residual; full scale is 1
+  double gain = 0;                 // standard deviation of the input noise; full scale is 1
   double rate = 48000;             // Hz, sampling rate for which the coefficients are valid
   double spindle = 0;              // rad/s, spindle speed of the recorded drill; 0: not known
-  // `spindle` was estimated from spectral lines, not given.
+  // true: `spindle` was estimated from spectral lines, not given.
   bool spindle_estimated = false;
-  std::size_t samples = 0;  // fitted samples of the recording; 0: unknown
+  std::size_t samples = 0;  // number of fitted samples of the recording; 0: unknown
   std::vector<ModelLine> lines;
   std::string name, method, source, licence, notes;
 
@@ -47,7 +48,7 @@ std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>&
 
 /// Model of the first `order` lattice stages with the same power. This is exactly Burg's fit of that order.
 ArModel truncated(const ArModel& model, std::size_t order);
-/// Order with the smallest Bayesian information criterion. If `samples` is unknown, the model's own order.
+/// The order with the smallest Bayesian information criterion. If model.samples is unknown: the model's own order.
 std::size_t sufficient_order(const ArModel& model);
 
 /// Reads a model. Throws Error.

@@ -12,7 +12,8 @@
 namespace typodont::audio {
 
 /// Source of the samples. The audio thread calls `render`, which fills `samples` (interleaved if stereo) and never
-/// blocks or allocates. `t_first`: time of the first sample, so far in the past that all its ticks have arrived.
+/// blocks or allocates. `t_first`: time of the first sample, early enough that all servo ticks of these samples have
+/// arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
@@ -26,7 +27,7 @@ struct AudioOptions {
   int channels = 1;        // number of channels of the source, 1 or 2
   // Samples per channel and callback; also the latency that is requested from the device.
   int buffer = 256;
-  std::uint64_t end_after = 0;  // samples after which a device's stream ends; 0: never
+  std::uint64_t end_after = 0;  // number of samples after which a device's output ends; 0: never
 };
 
 struct AudioStats {
@@ -38,7 +39,7 @@ struct AudioStats {
   double sample_rate = 0;
   /// Latency from tick to output, without the device, s.
   double latency = 0;
-  double device_latency = 0;  // s, as the device reports it; 0 for files
+  double device_latency = 0;  // s, latency that the device reports; 0 for files
 };
 
 /// Owned and called by the application thread.
@@ -55,14 +56,14 @@ class AudioOutput {
   /// Call at least ten times per second. A file is rendered up to time `t`; a device is checked, and opened again if it
   /// was lost.
   virtual void advance(Nanos t) = 0;
-  /// Ends the output. A file gets its final name only now. Throws Error.
+  /// Ends the output. Until then, a file has a temporary name. Throws Error.
   virtual void stop() = 0;
   virtual AudioStats stats() const = 0;
   /// Description for messages, for example "portaudio:HDA Intel (48000 Hz, 256 samples)".
   virtual std::string description() const = 0;
 };
 
-/// A device for the address "portaudio:NAME". There is none if the program was built without PortAudio.
+/// A sound device, for the address "portaudio:NAME". Without PortAudio in the program, there are no such devices.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

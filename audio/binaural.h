@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 inline constexpr double kHeadRadius = 0.0875;  // m, mean radius of an adult head (Brown & Duda)
 inline constexpr double kSpeedOfSound = 343;   // m/s, speed of sound in air
-/// Distance of the ears behind the eyes, m.
+/// Distance by which the ears lie behind the eyes, m.
 inline constexpr double kEarsBehindEyes = 0.09;
 
 /// For each ear: angle between its direction from the head's centre and that of the source, rad, 0 … π.
@@ -43,26 +43,27 @@ class Binaural {
 
   /// Latency of both channels for a source straight ahead, s.
   double latency() const noexcept;
-  static constexpr double kGlide = 0.02;  // s, time constant of delay and shadow
+  // s, time constant with which delay and shadow change
+  static constexpr double kGlide = 0.02;
 
  private:
   struct Ear {
-    // Current and wanted delay, samples.
+    // Current and target delay, samples.
     double delay = 0, wanted_delay = 0;
-    // Current and wanted factor α of the shadow filter.
+    // Current and target factor α of the head's shadow filter.
     double shadow = 1, wanted_shadow = 1;
-    // Last input and output of the shadow filter.
+    // Previous input and output of the shadow filter.
     float before = 0, after = 0;
   };
   float read(double delay) const noexcept;
 
   double rate_;
   double glide_;  // fraction of the remaining difference that is applied per sample
-  /// Coefficients of the shadow filter: y = input_ (x + x') + slope (x - x') - pole_ y', where x' and y' are the last
-  /// input and output.
+  /// Coefficients of the shadow filter: y = input_ (x + x') + slope (x - x') - pole_ y', where x' and y' are the
+  /// previous input and output.
   double pole_, input_;
   double slope_;
-  std::vector<float> line_;  // ring buffer of the mono samples
+  std::vector<float> line_;  // ring buffer of the latest mono samples
   std::size_t at_ = 0;
   Ear ears_[2];
   bool turned_ = false;

@@ -1,4 +1,4 @@
-// Compares two sounds with measures that agree with hearing.
+// Compares two sounds by measures that agree with hearing.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@ struct SoundMeasure {
   double level_dB = 0;  // dB re full scale, root-mean-square level
   double peak_dB = 0;
   double centroid = 0;        // Hz, spectral centroid up to Comparison::up_to: a measure of brightness
-  double rotor = 0;           // Hz, estimated frequency of the rotor; 0: none found
-  std::vector<double> tones;  // Hz, frequencies of the strongest lines, at most five
+  double rotor = 0;           // Hz, estimated rotation frequency of the rotor; 0: none found
+  std::vector<double> tones;  // Hz, frequencies of the strongest spectral lines, at most five
   // For each tone: standard deviation / mean of its amplitude; 0 for a steady tone, 0.52 for narrow-band noise.
   std::vector<double> tone_variation;
-  // Standard deviation / mean of the amplitude at each of CompareOptions::lines.
+  // For each frequency in CompareOptions::lines: standard deviation / mean of the amplitude.
   std::vector<double> line_variation;
 };
 

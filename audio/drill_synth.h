@@ -12,7 +12,7 @@
 
 namespace typodont::audio {
 
-/// The part of a tick that affects the sound, in SI units.
+/// The data of a servo tick that affects the sound, in SI units.
 struct SoundState {
   Nanos t = 0;              // ns; the state takes effect at the nearest sample
   double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
@@ -46,7 +46,7 @@ class DrillSynth {
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
-  /// Renders the next samples; the first call starts at 0.
+  /// Renders the next samples; the first one has time 0.
   void render(std::span<float> mono) noexcept;
   /// Renders samples from the time `t_first` on the clock of the ticks (see AudioOutput).
   void render(std::span<float> mono, Nanos t_first) noexcept;

@@ -22,7 +22,7 @@ Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
 
-/// The file has a temporary name until finish().
+/// Writes a WAV file; its name is temporary until finish().
 class WavWriter {
  public:
   WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16,

@@ -1,4 +1,4 @@
-// Models of a drill's sound: when idle, when cutting each tissue, and depending on the speed.
+// Models of a drill's sound: while idling, while cutting each tissue, and at different speeds.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace typodont::audio {
 
-/// A tone of the rotor, for drills without a recording of it.
+/// A tone of the rotor, for drills whose rotor was not recorded.
 struct RotorTone {
   double multiple = 1;   // frequency relative to the rotor's turns per second
   double amplitude = 0;  // amplitude at free speed, where full scale is 1; proportional to the speed
 };
 
-/// Level of the sound measured at one contact, relative to idling at free speed.
+/// Level of the sound in one measured contact, relative to idling at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N, force at which the sound was recorded
@@ -29,7 +29,7 @@ struct WorkLevel {
   double high_dB = 0;       // dB, level above 4 kHz
 };
 
-/// Models of a drill. Missing models for cutting are derived from the idle one (audio/README.md).
+/// The models of one drill. Missing models for cutting are derived from the idle model (audio/README.md).
 struct SoundModels {
   ArModel idle;
   // Models for cutting from recordings; empty if none was recorded.
@@ -40,10 +40,10 @@ struct SoundModels {
   // Number of cutting edges, which are heard one by one at low speed; 0: never.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all models for cutting
-  // Largest gain of high frequencies; 1 doubles their amplitude.
+  // Largest gain of high frequencies by contact; 1: doubled amplitude.
   double brightness = 1;
   double spray_dB = 0;  // dB, increase of the idle level by full spray; 0: spray is silent
-  double level = 1;     // gain of the whole sound
+  double level = 1;     // factor on the amplitude of the whole sound
   std::string name, source, licence;
 };
 

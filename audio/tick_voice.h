@@ -27,7 +27,7 @@ class TickVoice {
     double removed = 0;  // m³, volume removed so far, sum over all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // ticks kept, enough for a servo of 12 kHz
+  static constexpr std::size_t kSeen = 64;  // number of stored ticks, enough for a servo of 12 kHz
   std::array<Seen, kSeen> seen_{};
   // Number of ticks so far, and the earlier tick for the differences.
   std::size_t count_ = 0, back_ = 0;

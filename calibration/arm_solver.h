@@ -20,7 +20,7 @@ struct ArmReading {
 /// Serial arm with the published kinematics of WoodenHaptics and Polhem. Angles of B and C from the vertical; x to the
 /// user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m, links La, Lb, Lc
+  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of the links La, Lb, Lc
   // Origin of H relative to the arm's foot, m.
   dvec3 origin{0.220, 0, 0.080};
   std::array<double, 6> offset{};        // rad, offsets of the encoders A to F
@@ -31,7 +31,7 @@ struct ArmGeometry {
 inline constexpr std::size_t kArmParameters = 18;
 /// Names of the parameters in the order of to_vector.
 std::span<const char* const> arm_parameter_names();
-/// Plausible errors of the parameters: 1 mm, 1°, 0.5 %. The solver scales parameters by them.
+/// Plausible errors of the parameters before calibration: 1 mm, 1°, 0.5 %. The solver scales parameters by them.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
@@ -40,8 +40,8 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 // Position of the tip in H, m.
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
-/// Derivatives of the tip's position by the parameters, in the order of to_vector: m per m, m per rad, m per unit of
-/// scale.
+/// Derivatives of the tip's position with respect to the parameters, in the order of to_vector(): m per m, m per rad, m
+/// per unit of scale.
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// Capture of a resting tip. Captures of one group belong to the same socket (`known` is empty) or the same plate.
@@ -71,7 +71,7 @@ struct ArmResult {
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected captures
   std::vector<double> residuals;      // m, residual of each capture
-  // Reason why no arm of this type explains the captures; empty: one does.
+  // Why no arm of this type fits the captures; empty: one fits.
   std::string misfit;
 };
 

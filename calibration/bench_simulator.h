@@ -19,7 +19,7 @@ struct SimulationOptions {
   // Felt minus seen position, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
   double delay = 0.0234;  // s, delay of the display relative to the arm
-  double touches = 1;     // factor of the number of touches in each step
+  double touches = 1;     // factor on the number of touches in each step
 };
 
 class BenchSimulator {
@@ -28,7 +28,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The bench as drawn, with which the calibration routine starts.
+  /// The bench as drawn, where the calibration routine starts.
   BenchState drawings() const;
 
   /// Readings of an arm whose tip is at p_W (m), with an arbitrary wrist.
@@ -49,7 +49,7 @@ class BenchSimulator {
   struct Colocation {
     double rms = 0, worst = 0, mean = 0;  // m, distances over all points
   };
-  /// Distance between the hand and the position at which the user sees the drawn tool, at 9×9×9 points.
+  /// Distance between the hand and the place where the user sees the drawn tool, at 9×9×9 points of the workspace.
   Colocation colocation(const BenchState& bench);
 
  private:
@@ -60,7 +60,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the calibration routine from the drawings on: for each step captures, then the solution.
+/// Runs the calibration routine, starting from the drawings. For each step: simulates the captures, then solves.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

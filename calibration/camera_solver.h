@@ -1,5 +1,5 @@
-// Finds panel and mirror from pictures of a camera, by bundle adjustment of camera, lens, poses, panel and mirror.
-// Points that the arm has touched relate them to W. Without a camera, see screen_solver.h.
+// Finds panel and mirror from pictures of a camera. Bundle adjustment: camera, lens, poses, panel and mirror are solved
+// together. Points that the arm has touched relate them to W. Without a camera, see screen_solver.h.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct Sighting {
   PanelPoint corner;  // position of the corner on the panel
   // Touched point, m; equal values mean the same point.
   dvec3 touched_W{0, 0, 0};
-  double px = 0, py = 0;  // pixels from the centre of the first, right and down
+  double px = 0, py = 0;  // pixels to the right and down, from the first pixel's centre
 };
 
 struct CameraOptions {
@@ -39,25 +39,25 @@ struct CameraOptions {
 
 struct CameraResult {
   CameraIntrinsics camera, camera_sigma;
-  // Pose of the camera for each picture; K: x right, y down, z forward.
+  // Pose of the camera for each picture. Camera frame K: x right, y down, z forward.
   std::vector<Pose> X_WK;
   Panel panel;
   // Size of the panel and its standard deviations, m.
   double width = 0, height = 0, width_sigma = 0, height_sigma = 0;
   /// m per axis, standard deviation of the panel's centre
   dvec3 centre_sigma{0, 0, 0};
-  // Standard deviation of the panel's rotation, the largest over all axes, rad.
+  // Standard deviation of the panel's rotation about its least certain axis, rad.
   double tilt_sigma = 0;
   std::optional<MirrorPlane> mirror;
   // Standard deviations of the mirror: tilt (rad), and position along its normal below the panel (m).
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
-  int outliers = 0;  // sightings with a residual above 5 pixel_sigma
+  int outliers = 0;  // number of sightings with a residual above 5 pixel_sigma
   double seconds = 0;
   std::string not_determined;  // parameters that the pictures do not determine; empty: none
 };
 
-/// Solves for camera, panel and mirror. `start`: nominal panel. Throws Error if no picture shows the panel.
+/// Solves for camera, panel and mirror. `start`: approximate panel. Throws Error if no picture shows the panel.
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
@@ -71,8 +71,8 @@ Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W
 /// panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
-/// A chessboard and its inner corners, row by row from the top left. The first inner cell is dark. columns + rows is
-/// odd, so that a rotation by 180° can be recognised.
+/// Picture of a chessboard, and its inner corners, row by row from the top left. The first inner cell is dark. columns
+/// + rows is odd, so that a rotation by 180° can be recognised.
 struct BoardPicture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;

@@ -36,7 +36,7 @@ struct DelayResult {
   // Pose of stream A in B; without rotation, unless the streams clearly need one.
   Pose X_BA;
   bool rotated = false;  // true if a rotation was needed to align the streams
-  int samples = 0;       // number of compared samples
+  int samples = 0;       // number of samples that were compared
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };
 

@@ -1,4 +1,4 @@
-// Finds the positions of the user's eyes. The user covers a dot that one eye sees with the stylus tip, so eye, tip and
+// Finds the positions of the user's eyes. With the stylus tip, the user covers a dot that one eye sees, so eye, tip and
 // dot lie on a line. Frame W, m; any thread.
 #pragma once
 
@@ -23,7 +23,7 @@ struct SeenTouch {
   dvec3 shown_W{0, 0, 0}, touched_W{0, 0, 0};
 };
 
-/// Offset of the user: felt minus seen position.
+/// User's offset: position felt by the hand minus position seen.
 struct UserOffset {
   // Offset and its standard deviation, m.
   dvec3 W{0, 0, 0}, sigma{0, 0, 0};
@@ -34,7 +34,7 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  // Noise across the line of sight (standard deviation), and rms of the residuals, m.
+  // Noise across the line of sight, and rms of the residuals, m.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
   std::vector<double> residuals;          // m, residual of each alignment of tip and dot
@@ -42,7 +42,7 @@ struct EyesResult {
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
 
-/// Solves for the eyes. `rig`: panel, mirror, and initial eyes.
+/// Finds the eyes. `rig`: panel, mirror, and approximate eyes.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
 /// Mean of touched minus seen position, without outliers (detected by the median). Needs at least two touches. A

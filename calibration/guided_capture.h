@@ -1,5 +1,5 @@
-// Guides the user through the touches of a calibration: asks for each, shows its residual at once, and stores it, so
-// that the routine can be continued later. It has no access to devices; their owner calls add().
+// Guides the user through the touches of a calibration. Asks for each touch, shows its residual at once, and stores it,
+// so that the routine can be continued later. Has no access to devices: the caller passes touches to add().
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,7 @@ struct Prompt {
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
   std::optional<dvec3> target_D;           // m, position at which the point should appear
-  // Rings, one per eye, around a last touch that does not fit.
+  // Rings, one per eye, around the previous touch if it is an outlier.
   std::optional<Dots> astray;
 };
 
@@ -35,7 +35,7 @@ struct Live {
   std::size_t index = 0;  // index of the touch in its step
   double residual = 0;    // m, residual of this touch; 0 with too few touches
   double rms = 0;         // m, rms of the step so far
-  // Predicted target error in the workspace (step "register"), m.
+  // Predicted registration error in the workspace (step "register"), rms, m.
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
@@ -46,8 +46,8 @@ struct Live {
 
 class GuidedCapture {
  public:
-  /// Continues a routine with the captures in `folder`. `plate_pitch`: distance of the 5×5 points of the plate, m.
-  /// Throws Error.
+  /// Continues a calibration with the captures in `folder`. `plate_pitch`: distance between neighbouring points of the
+  /// plate with 5×5 points, m. Throws Error.
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);
@@ -74,7 +74,7 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
-  std::optional<dvec3> astray_W_;  // m, W, last touch if it does not fit
+  std::optional<dvec3> astray_W_;  // m, frame W, previous touch if it is an outlier
 };
 
 /// Picture in 8-bit grey, rows from the top. For a mirror, only the text may be flipped; marks stay.

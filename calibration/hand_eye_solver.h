@@ -28,9 +28,9 @@ struct HandEyeResult {
   std::vector<std::size_t> inliers, outliers;  // indices of the pairs (A_i, B_i), ascending
   std::vector<double> rotation_residuals;      // rad, angle between A X and Z B
   std::vector<double> translation_residuals;   // m, distance between A X and Z B
-  /// Standard deviation of rotation per axis (arm and tracker), rad.
+  /// Rotation noise per axis, arm and tracker together, rad.
   double rotation_sigma = 0;
-  /// Standard deviation of translation per axis (arm and tracker), m.
+  /// Translation noise per axis, arm and tracker together, m.
   double translation_sigma = 0;
   // Rms rotation of the arm about its main axis, and about the next axis perpendicular to it, rad.
   double main_turn = 0, second_turn = 0;

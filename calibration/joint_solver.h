@@ -1,5 +1,5 @@
-// Finds one set of arm, panel, mirror, eyes and user offset that explains all touches, so that no step passes its
-// errors on. Touches seen with both eyes locate an eye better than alignments do. Metres; any thread.
+// Finds arm, panel, mirror, eyes and user offset together, so that they explain all touches, and no step passes its
+// errors to the next one. Touches seen with both eyes locate an eye better than alignments do. Metres; any thread.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    // Rms of all residual components before and after, m.
+    // Rms of all residual components before and after the solution, m.
     double before_rms = 0, after_rms = 0;
   };
   std::vector<Kind> kinds;

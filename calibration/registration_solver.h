@@ -26,7 +26,7 @@ enum class Defect {
 };
 const char* name(Defect defect);
 
-/// Which motions the points do not determine.
+/// Whether the points determine all rotations of the motion.
 struct Degeneracy {
   Defect defect = Defect::kNone;
   std::string reason;  // one sentence for the user
@@ -47,7 +47,7 @@ struct RegistrationOptions {
   double false_alarm = 5e-4;  // probability of rejecting a good pair
 };
 
-/// Another motion with which many pairs agree.
+/// Another rigid motion with which many pairs agree: ambiguous.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;
@@ -58,7 +58,7 @@ struct RegistrationResult {
   std::vector<std::size_t> inliers, outliers;  // indices of the pairs, ascending
   std::vector<double> residuals;               // m, distance |X_DH p_H - p_D| for every pair
   double fre_rms = 0;                          // m, root mean square of the inliers' residuals (fiducial error)
-  /// Noise per axis, m; NaN: cannot be estimated.
+  /// Noise per axis, m; NaN if it cannot be estimated.
   double sigma = 0;
   int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
   /// Covariance in D, 6×6, row-major: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). A rotation that

@@ -43,7 +43,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// JSON for --json and for "calibration.steps" of the rig.
+/// The calibration as JSON, for --json and "calibration.steps" of a rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

@@ -7,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// The panel; u runs to the right and v upwards in the picture, 0..1.
+/// The display panel. u runs to the right and v upwards in the picture, 0..1.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -46,7 +46,7 @@ struct PanelPoint {
   double u = 0, v = 0;
 };
 
-/// Dots for the left and the right eye.
+/// Dots on the panel, one for each eye.
 struct Dots {
   PanelPoint left, right;
 };
@@ -61,7 +61,8 @@ inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
 /// Midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Position at which a user sees a point that is drawn at p_W with the rig `believed`, on the true bench `truth`.
+/// Position at which a user sees a point that is drawn at p_W. `believed`: rig that the program assumes. `truth`: the
+/// actual bench.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

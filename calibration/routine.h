@@ -1,4 +1,4 @@
-// Calibration of a bench from captures, step by step; every step can be solved again (README.md).
+// Calibrates a bench from captures, step by step. Every step can be solved again later (README.md).
 #pragma once
 
 #include <filesystem>
@@ -57,7 +57,7 @@ struct Captures {
 /// delay_b. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each of these functions reads the file of one step.
+// Each function reads one step's file of captures.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);

@@ -12,10 +12,10 @@ namespace typodont::calibration {
 double chi_squared_cdf(double x, double dof);
 /// x with P(X <= x) = p, chi-squared distribution.
 double chi_squared_quantile(double p, double dof);
-/// x with P(X <= x) = p of the distribution F(d1, d2).
+/// The quantile x with P(X <= x) = p of the distribution F(d1, d2).
 double f_quantile(double p, double d1, double d2);
 
-/// Seeded random numbers, which are the same in every run.
+/// Random numbers; the same seed gives the same numbers.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : engine_(seed) {}

@@ -32,11 +32,11 @@ struct SurfaceOptions {
   // Largest residual that is used in the first round, m; the limit decreases in later rounds.
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;  // m, voxel size of the field; residuals of a good fit are smaller
-  double correlation = 2e-3;   // m, correlation length of errors of the two surfaces
-  // Smallest area of agreeing points for a result that is trusted, m².
+  double correlation = 2e-3;   // m, errors closer to each other than this are correlated
+  // Agreeing points of a trusted result represent at least this area, m².
   double min_area = 30e-6;
-  double min_agreement = 0.7;  // smallest `agreement` of a result that is trusted
-  double max_error = 0.2e-3;   // m, largest `predicted_error` of a result that is trusted
+  double min_agreement = 0.7;  // trusted results have at least this `agreement`
+  double max_error = 0.2e-3;   // m, trusted results have at most this `predicted_error`
 };
 
 struct SurfaceRegistration {
@@ -50,7 +50,7 @@ struct SurfaceRegistration {
   /// Mean distance of the scanned surface from the field's surface, m, positive outside the tissue; estimated together
   /// with the pose.
   double offset = 0;
-  // Quantiles of |residual| over the agreeing points, after the offset was subtracted.
+  // Quantiles of the absolute residual over the agreeing points, after `offset` was subtracted.
   double median = 0, most_of = 0;  // m; median, and the distance that 95 % of the points do not exceed
   /// Covariance of a small motion in D after X_DS, 6×6, row-major: rotation vector about the origin of D (rad), then
   /// translation (m). Neighbours' residuals are correlated: cluster-robust estimator (Liang & Zeger 1986).

@@ -24,7 +24,8 @@ struct MapPoint {
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, rms, mean and largest touch error, including noise
+  // m, touch errors including noise: rms, mean, maximum
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;
   double noise = 0;  // m per axis, noise of the touches after subtraction of the smooth error field
   // Rms and maximum of the systematic error in the workspace, m: a smooth field fitted to the errors of the touches,
   // without the part that their noise adds.
@@ -32,7 +33,7 @@ struct VerifyResult {
   double uncertainty = 0;  // m, rms error of the fitted field because of the touches' noise
   int order = 0;           // order of the polynomial of the fitted error field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
-  std::vector<MapPoint> map;          // points of a grid of 9×9×9; x changes fastest
+  std::vector<MapPoint> map;          // error at 9×9×9 grid points; x changes fastest
   std::vector<double> residuals;      // m, residual of each touch
   std::vector<std::size_t> outliers;  // indices of the touches whose error differs much from the fitted error field
   Tolerance tolerance;
@@ -49,7 +50,7 @@ struct DriftResult {
   double turn = 0;   // rad, rotation of the touched points since the calibration
   double worst = 0;  // m, largest displacement of one of the touched points
   double sigma = 0;  // m, rms displacement of a point that the noise of the touches alone would cause
-  // `worst` exceeds the tolerance, and the displacements are statistically significant (99 %).
+  // True if `worst` exceeds the tolerance, and the displacements are statistically significant (99 %).
   bool drifted = false;
   std::string verdict;
 };

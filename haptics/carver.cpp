@@ -96,7 +96,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // the source mesh shows the tissue before all cuts, so nothing may use it any more
+    left.set_mesh(nullptr);  // the source mesh shows the tissue before all cuts, so it is removed
   }
   return std::move(left);
 }

@@ -44,7 +44,7 @@ class Carver {
   /// is longer ago than the pause between strokes.
   void rest(Nanos t);
 
-  /// Returns an empty snapshot with buffers of full size.
+  /// Returns an empty snapshot whose buffers are allocated, for take_snapshot().
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
   /// Returns true if no snapshot contains the last undo, redo or loose piece yet. The carver must apply no later cut
   /// before it takes that snapshot; otherwise the servo would not count the cut's volume.
@@ -94,10 +94,10 @@ class Carver {
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // piece_count_: loose pieces separated so far. pieces_in_snapshot_: its value at the last snapshot.
+  // piece_count_: number of loose pieces so far. pieces_in_snapshot_: piece_count_ at the last snapshot.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
-  std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit
+  std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last undo or redo
   std::uint32_t snapshots_ = 0;
   dvec3 center_W_{0};  // m, centre of the last snapshot
   // Motion of the proxy: time and position of the last tick in snapshot_due(), and low-pass filtered velocity, m/s.

@@ -28,7 +28,7 @@ class ContactMethod {
   virtual std::string_view name() const = 0;
   /// Returns true if the bodies of this method have their own triangles, which are drawn (TissueBody::surface).
   virtual bool draws_own_surface() const { return false; }
-  /// Creates the model for the servo thread. `settings` must be complete, including its frame, and outlive the model.
+  /// Creates the model for the servo thread. `settings` must be complete, including `frame`, and outlive the model.
   virtual std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const = 0;
   /// Creates the body for the carver thread. `tools`: tools of the session, indexed by Cut::tool.
   virtual std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const = 0;
@@ -50,7 +50,7 @@ struct ContactMethodRegistration {
 SharedContactMethod contact_method(std::string_view name, std::string_view where);
 /// Reads a method: "offset", or {"offset": {parameters}}. Throws Error.
 SharedContactMethod read_contact_method(const Json& json);
-/// Lists the parameters of each method under its name.
+/// Adds the parameters of each method, under its name, to `keys`.
 void list_contact_methods(Keys& keys);
 /// Returns the names as users see them, without the alias "god-object" of "offset".
 std::vector<std::string> contact_method_names();

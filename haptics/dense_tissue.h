@@ -71,7 +71,7 @@ struct DenseTissue {
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kMinHardness = 1;
 
-/// Byte of a fraction 0..1: rounded, at least kMinHardness.
+/// Returns the byte for a fraction 0..1, rounded, at least kMinHardness.
 inline std::uint8_t hardness_byte(double fraction) {
   const double byte = std::round(std::clamp(fraction, 0.0, 1.0) * kOwnHardness);
   return std::max(kMinHardness, static_cast<std::uint8_t>(byte));

@@ -26,7 +26,7 @@ void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 
 /// Sends zero force to all guarded devices, and blocks all later forces of this process, also of a running servo
-/// thread. Any thread or signal handler; also for set_check_handler().
+/// thread. Any thread or signal handler; also suitable for set_check_handler().
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

@@ -1,6 +1,6 @@
-// Opens hands by address, lists devices and registers drivers. Other modules may include this header, device_safety.h,
-// scripted_hand.h and device_bench.h, but none of devices/.
-// A new device is one file devices/drivers/NAME.cpp that defines `const Driver NAME_driver`, as circle.cpp does.
+// Opens a hand (haptic device or scripted motion) by its address, lists devices, registers drivers. Other modules
+// include only this header, device_safety.h, scripted_hand.h and device_bench.h. A new device is a file
+// devices/drivers/NAME.cpp that defines `const Driver NAME_driver`.
 #pragma once
 
 #include <filesystem>
@@ -70,7 +70,8 @@ std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, cons
 /// Lists devices and pedals. Broken devices and missing permissions do not throw: see FoundDevice::mend.
 std::vector<FoundDevice> list_devices();
 
-/// Reports devices that arrived or left since the last call of look(). Used by one thread, a few times per second.
+/// Reports devices that arrived or left since the last call of look(). For one thread, which calls it a few times per
+/// second.
 class DeviceWatch {
  public:
   struct Change {

@@ -20,7 +20,7 @@ class FreshLabels {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// Returns false if there were more than kMost samples; the list is then incomplete.
+  /// Returns false if more than kMost samples got a label, so that the list is incomplete.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};

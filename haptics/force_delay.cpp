@@ -36,7 +36,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double fraction =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);
-  // Without delay, the servo has already applied this law.
+  // Without delay, the servo has already applied the passivity law.
   if (delay > 0) wrench.f_T_W *= fraction, wrench.tau_T_W *= fraction;
   return sent_ = wrench;
 }

@@ -9,8 +9,8 @@
 
 namespace typodont::haptics {
 
-/// A delayed spring is not passive: it pushes a retreating hand with an earlier, larger force. So the delayed force has
-/// its own energy ledger, with which the servo's passivity law limits it.
+/// A delayed spring generates energy, because it pushes a retreating hand with an earlier, larger force. So the delayed
+/// force has its own energy ledger, and the servo's passivity law limits it.
 class ForceDelay {
  public:
   struct Wrench {
@@ -31,7 +31,7 @@ class ForceDelay {
   };
   double tick_;  // s, period of a servo tick
   PassivityLaw law_;
-  std::vector<Row> past_;  // ring buffer of the last forces
+  std::vector<Row> past_;  // ring buffer of the most recent forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
   double energy_ = 0;  // J, energy that the delayed force has received from the hand, minus the energy given to it

@@ -23,7 +23,7 @@ struct DeviceInfo {
   // Time without new force after which the device outputs zero, s; 0: default.
   double silence = 0;
   double position_step = 0;  // m, motion per encoder count; 0: no encoder, or unknown
-  // Encoders count from the pose at opening, which must be the home position.
+  // true: the encoders count from the pose at opening, which must be the home position.
   bool counts_from_rest = false;
 };
 
@@ -31,7 +31,7 @@ struct DeviceInfo {
 struct SafetyStatus {
   bool gives_force = false;   // the device has motors
   bool armed = false;         // forces are sent to the motors
-  double heat = 0;            // temperature of the windings, 0..1 of the limit
+  double heat = 0;            // temperature of the windings: 0 cold, 1 at the limit
   double bearable_force = 0;  // N, force that the motors sustain at this temperature
   std::uint32_t events = 0;   // SafetyEvent bits since the last call of safety()
 };
@@ -46,8 +46,8 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Sets force (N) and torque (N·m), frame W, until the next call. The destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Call before write(). True: the tool touches tissue or is inside it, even at zero force, or this is unknown. After
-  /// a fault or release(), the motors stay off until the argument was false for some time. Servo thread only.
+  /// Call before write(). The argument is true if the tool touches tissue or is inside it, or if this is unknown. After
+  /// a fault or release(), the motors stay off until it was false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
   /// Call after write(), with the result of the last sample. Simulated hands react to it. Servo thread only; never
   /// allocates.

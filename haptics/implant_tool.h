@@ -23,7 +23,7 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 /// Value of the key "implant" in a tool's file, in SI units. Zhao 2020, "Modeling of the tools".
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
-  // Cutting ability of the tool's voxels, 0 to 1, by their position:
+  // Cutting ability, 0 to 1, of the voxels that represent the tool, by position:
   double end_ability = 0;     // on the end face, farther from the axis than `centre_radius`
   double centre_ability = 0;  // on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
@@ -41,7 +41,7 @@ struct ImplantTool {
   bool by_hand = false;    // turned by hand (ratchet)
   bool irrigated = false;  // true: the tool needs cooling water
   double max_torque = 0;   // N·m, the manufacturer's limit; 0: not stated
-  // Heights of the rings of the depth scale above the free end, m, ascending.
+  // Heights of the rings (depth marks) above the free end, m, ascending.
   std::vector<double> marks;
 
   bool threaded() const { return pitch > 0; }

@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// Sample of a test in which a machine feeds the rotating tool and a sensor records the force.
+/// Sample of a test in which a machine moves the rotating tool forward and a sensor records the force.
 struct FeedSample {
   double t = 0;      // s, time
   Pose X_WT;         // pose of the tool
@@ -47,16 +47,16 @@ struct MaterialFit {
 };
 
 /// One step of eq. 14 for one moment. `overlap`: index and overlap (m³) of each touched sphere. Simulated force =
-/// `gain` × mean of `rho`, weighted with the overlap. Returns it before the change, N.
+/// `gain` × mean of `rho`, weighted with the overlap. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
 /// Returns η g Σw² of eq. 14 for one moment (η: `eta`; g: `gain`, force per mean density; w: weights of the spheres):
 /// the fraction of the error that a step removes. Stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
-/// Fits the densities along the recorded path. The simulated force of a moment is the one that the motor needs there
-/// (PackingModel). `curve`: name for messages. Throws Error for a curve without contact, an unstable step, or a fit
-/// that gets worse.
+/// Fits the densities along the recorded path. The simulated force is the force that the motor needs for the cut at
+/// that moment (PackingModel). `curve`: name for messages. Throws Error for a curve without contact, an unstable step,
+/// or a fit that gets worse.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

@@ -1,4 +1,4 @@
-// Text messages of a WebSocket server (RFC 6455), such as the state of a session on another computer.
+// Receives text messages from a WebSocket server (RFC 6455), such as the state of a session on another computer.
 #pragma once
 
 #include <memory>
@@ -11,17 +11,17 @@ namespace typodont::haptics {
 
 class WebSocket;
 
-/// One thread.
+/// Connection to a server. Used by one thread.
 class MessageStream {
  public:
-  /// Throws Error.
+  /// Connects to the server. Throws Error.
   MessageStream(const std::string& host, int port);
   ~MessageStream();
   MessageStream(const MessageStream&) = delete;
   MessageStream& operator=(const MessageStream&) = delete;
 
   enum class Got { kMessage, kNothing, kLost };
-  /// Waits up to `timeout` (ns). The message is valid until the next call.
+  /// Waits up to `timeout` (ns) for a message, which is valid until the next call.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
 
  private:

@@ -19,7 +19,7 @@ struct PackOptions {
   // Offset of the grid of candidate centres; another seed gives another packing.
   std::uint64_t seed = 1;
   /// Largest radius of a sphere, m; 0: kDefaultMaxRadius times the radius of `spheres` equal spheres with the tissue's
-  /// volume. Without a limit, a molar's first sphere would be as wide as its crown.
+  /// volume. Without this limit, the first sphere in a molar would be as wide as its crown.
   double max_radius = 0;
   /// Receives the progress, 0 to 1; may throw to stop the work.
   std::function<void(double fraction)> progress;

@@ -1,5 +1,5 @@
 // Passes patches (copies of the tissue) from the carver to the servo. The servo continues to cut while a patch is
-// copied. So it adopts the patch only when the carver has added these cuts, a few milliseconds later.
+// copied. So it adopts the patch a few milliseconds later, when the carver has added the cuts made meanwhile.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ class PatchExchange {
 
   // Functions for the carver thread.
   /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo. If the servo holds the patch that was
-  /// offered last, the new patch may be a step from it (Snapshot::from), which needs less copying.
+  /// offered last, the new patch may contain only the changes since then (Snapshot::from), which takes less time.
   void offer(Carver& carver, const dvec3& center_W);
   /// Adds cuts that the offered patch lacks. `held`: patch that the servo holds (ServoTick::patch). Returns false if no
   /// patch is offered; while true, call it again without sleeping.

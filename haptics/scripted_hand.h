@@ -19,7 +19,7 @@ struct HandPath {
     Pose X_WT;
     double pedal = 0;
     dvec3 push{0};           // N, additional force on a simulated hand
-    std::uint32_t tool = 0;  // index of the wanted tool from this row on
+    std::uint32_t tool = 0;  // index of the tool that is wanted from this row on
   };
   std::vector<Row> rows;  // at least one row; `t` strictly increases
 
@@ -34,15 +34,15 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 struct HandModel {
   double mass = 0.15;  // kg, mass of the hand
   double damping = 5;  // N·s/m, b in the formula
-  // Diagonal of K, N/m.
+  // K in the formula, for each axis, N/m.
   dvec3 stiffness{0};
   dvec3 push{0};                // N, constant additional force
   double tremor_amplitude = 0;  // N for each axis, sinusoidal (physiological tremor: 8–12 Hz)
   double tremor_frequency = 9;  // Hz, frequency of the tremor
 };
 
-/// Opens HAND.csv, whose path is followed exactly, or HAND.json, which contains a HandModel. `paced`: read() waits for
-/// each sample's time. Throws Error.
+/// Opens HAND.csv, whose path is followed exactly, or HAND.json, which contains a HandModel. `paced`: read() waits
+/// until the time of each sample. Throws Error.
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools = {});
 /// Returns the duration of the script, s. Throws Error.

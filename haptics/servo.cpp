@@ -56,7 +56,8 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // The centre of a patch is rounded to eight voxels, so the wanted centre must be nearer to the tool than `travel`.
+  // Limit of the distance between centre and proxy / travel. Below 1, because the centre of a patch is rounded to eight
+  // voxels.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -234,7 +235,7 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
 }
 
 /// Sets kStalePatch if a new snapshot is overdue because the carver is late. The old snapshot is still correct, so the
-/// force continues.
+/// servo continues to compute forces with it.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);

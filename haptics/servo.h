@@ -1,4 +1,4 @@
-// The servo thread's part: reads the hand's pose, cuts the tissue and returns the force, at 1 kHz or more.
+// The computation of the servo thread: reads the hand's pose, cuts the tissue and returns the force, at 1 kHz or more.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,7 @@ struct ServoSettings {
   double ramp_time = 15e-3;
   // Spindle vibration that the device transmits to the hand; VibrationLaw::band = 0 disables it.
   VibrationLaw vibration;
-  ForceFilter filter = ForceFilter::kNone;  // force filter from the literature, for comparisons
+  ForceFilter filter = ForceFilter::kNone;  // force filter of a published simulator, for comparisons
   double tick = 1e-3;                       // s, nominal period of a tick
   MaterialTable materials{};
   Tool tool;  // tool at the start of the session
@@ -125,8 +125,8 @@ inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, doubl
   return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
 }
 
-/// Returns the largest fraction 0..1 of `step` for which |rest + fraction · step| <= most, or the one that minimises
-/// this length if there is none.
+/// Returns the largest fraction 0..1 of `step` for which |rest + fraction · step| <= most, or the fraction that
+/// minimises this length if no fraction satisfies the condition.
 double max_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

@@ -57,9 +57,9 @@ class SoftSurface {
     std::uint32_t point = 0;  // index of the neighbouring point
     double tension = 0;       // N/m, force per difference of the two points' displacements
   };
-  /// `distance`: signed distance of the tissue in W, m, negative inside, accurate near the surface. `hidden`: true for
-  /// covered positions. The surface is sampled in the box `lo` to `hi`. Throws std::invalid_argument above 16 million
-  /// cells.
+  /// `distance`: signed distance from a position in W to the tissue's surface, m, negative inside. Where `hidden` is
+  /// true, no points are created, and the layer ends. `lo`, `hi`: sampled box. Throws std::invalid_argument above 16
+  /// million cells.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
       const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
@@ -105,7 +105,7 @@ class SoftSurface {
 /// The simulation of soft tissue. Servo thread only; never allocates. Deterministic.
 class SoftTissue {
  public:
-  /// Largest number of points that move at once; other points stay at rest.
+  /// Largest number of points that move at once; further points stay at rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
@@ -115,7 +115,7 @@ class SoftTissue {
   struct Input {
     Nanos t = 0;
     double dt = 1e-3;        // s, duration of this tick
-    Pose X_WG;               // pose of the tool without soft tissue
+    Pose X_WG;               // pose that the tool would have without soft tissue
     std::uint32_t tool = 0;  // index of the tool
     double cutting = 0;      // m/s, speed of the bur's circumference × cutting coefficient; 0: does not cut
   };
@@ -177,7 +177,7 @@ class SoftTissue {
     double limit = 0;
     double yield = 0;  // m/N, displacement per contact force within one tick
     bool contact = false;
-    double exit = 0;  // m, depth of the head below the resting point
+    double exit = 0;  // m, largest depth of the head below the point's rest position
     // Weight of the contact: 1 if the head presses from above, 0 if its side passes the point.
     double weight = 0;
     dvec3 slope{0};  // gradient of `exit` over the tool's position
@@ -223,7 +223,7 @@ class SoftTissue {
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  // Displacement of the tool in this and in the last tick, m.
+  // Displacement of the tool in this and in the previous tick, m.
   dvec3 u_{0}, u_before_{0};
   bool touching_ = false;
   bool placed_ = false;  // true if last_ contains the pose of the last tick

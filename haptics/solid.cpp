@@ -271,7 +271,7 @@ struct Part {
 };
 
 constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
-// Surfaces closer to each other than this count as one surface, which belongs to the later solid; voxels.
+// Voxels. Surfaces that are closer to each other count as one surface, which belongs to the later solid.
 constexpr double kTies = 1e-6;
 
 /// Returns the point inside a voxel at which its label is determined, relative to the centre, in voxels. Evenly
@@ -282,7 +282,7 @@ dvec3 place_within(const glm::ivec3& voxel) {
   return glm::fract(a * dvec3(v.y, v.z, v.x) + b * dvec3(v.z, v.x, v.y) + along * v) - 0.5;
 }
 
-/// Returns the last part in the list that contains the point, or null if the point is outside all parts.
+/// Returns the last part (a solid with its label) that contains the point, or null if no part contains it.
 const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
     if ((*part)->solid->distance(p) <= 0) return *part;
@@ -291,7 +291,7 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
 }
 
 /// Returns the part that contains the centre of `voxel`, or else the nearest part within three voxels. `distances`: for
-/// each part, those of all voxels of the block, m. `h`: edge of a voxel, m.
+/// each part, the distances of all voxels of the block, m. `h`: edge of a voxel, m.
 const Part* part_around(const std::vector<const Part*>& near, const std::vector<std::vector<double>>& distances,
                         std::size_t voxel, double h) {
   for (std::size_t k = near.size(); k-- > 0;) {

@@ -19,7 +19,8 @@ class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
-  /// Same values, bit by bit, as distance(). Faster for meshes if consecutive points are close to each other.
+  /// Computes distance() for several points, with equal bits. Faster for meshes if consecutive points are close to each
+  /// other.
   virtual void distances(std::span<const dvec3> p_W, std::span<double> distances) const {
     for (std::size_t i = 0; i < p_W.size(); ++i) distances[i] = distance(p_W[i]);
   }

@@ -1,5 +1,5 @@
-// The three passes of the contact model "packing" over all spheres (S2 in docs/papers.md): first contact, overlap, and
-// removal along the path. On a GPU, each sphere has a thread; another module registers the Vulkan version.
+// The three passes of the contact model "packing" over all spheres (paper S2, see docs/papers.md): first contact,
+// overlap, and removal along the path. On a GPU, each sphere has a thread; another module registers the Vulkan version.
 #pragma once
 
 #include <algorithm>
@@ -93,7 +93,7 @@ class SpherePasses {
   virtual std::size_t spheres() const noexcept = 0;
   virtual std::size_t max_balls() const noexcept = 0;
 
-  /// Loads the whole tissue: spheres() elements.
+  /// Loads the whole tissue, which has spheres() elements.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;
 
   /// Pass 1: finds the first contact of moving tool spheres.
@@ -101,9 +101,9 @@ class SpherePasses {
   /// Pass 2: finds overlapping pairs with their volumes. The result is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
   /// Pass 3 without changing the tissue: the volume that each tool sphere, in turn, would remove from each tissue
-  /// sphere. No volume counts twice.
+  /// sphere. No volume is counted twice.
   virtual bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3: removes tissue, one tool sphere after another. `found`: all changes of each tissue sphere.
+  /// Pass 3: removes tissue, one tool sphere after another. `found`: receives all changes of tissue spheres.
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;
 };
 

@@ -1,4 +1,4 @@
-// Motor of the bur: ideal, or with constant speed up to a torque and then a linear torque–speed curve.
+// Motor of the bur: ideal, or with constant speed up to a certain torque, above which the speed falls linearly.
 #pragma once
 
 #include <algorithm>

@@ -12,8 +12,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// Longest path of a short sweep, voxels. A short sweep cuts at its end pose, then searches samples that were deeper in
-// the head earlier on the path.
+// Longest path of a short sweep, voxels. A short sweep cuts at its end pose, then searches for samples that were deeper
+// in the head earlier on the path.
 constexpr double kShort = 3;
 // Largest sideways motion of a drill "along its axis" per step, voxels. Over a whole bed, the sum stays far below kTop
 // (5e-4 voxels), the tolerance of depths.
@@ -74,7 +74,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ =
         continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // Beside a drill that moves along its axis, samples that were nearest to the flank at A do not change.
+      // If a drill moves along its axis, samples that were nearest to its flank at A do not change.
       const MeridianPiece& end = pieces_[0];  // from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
@@ -150,7 +150,7 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
-  // The path includes motion through air since the last sweep.
+  // The front's path length includes motion through air since the last sweep.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
   // The lists contain samples up to a voxel beyond the sweep's box, so the patch must contain them too.

@@ -65,10 +65,10 @@ class Sweep {
   /// this sweep, in voxels.
   double path_from(const Sweep& before) const noexcept;
 
-  /// A cut computes correct distances up to this distance from the new surface, voxels, because cubic interpolation
-  /// reads samples up to there.
+  /// A cut writes correct distances to samples that are up to this far from the new surface, voxels, because cubic
+  /// interpolation reads them.
   static constexpr float kMargin = 3.5f;
-  /// Largest depth that a cut writes, voxels. Deeper inside the head, samples do not need their exact depth.
+  /// Limit of the depths that a cut writes, voxels. Deeper inside the head, samples do not need their exact depth.
   static constexpr float kInner = 3.0f;
 
  private:

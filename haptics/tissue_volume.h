@@ -50,7 +50,7 @@ class TissueVolume {
   void save(const std::filesystem::path& file) const;
 
   const VoxelFrame& frame() const;
-  double band() const;  // m, largest stored distance
+  double band() const;  // m, limit of the stored distances
   /// Returns true if the distances outside the tissue were exact before the first cut.
   bool exact_outside() const;
   /// Returns where the tissue lies in the file from which it was imported; the identity for other tissue.
@@ -116,8 +116,8 @@ class TissueVolume {
   void copy_step(const VoxelBox& part, PatchStep& step) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// For a coarse copy, which contains every n-th sample. Returns the box of the coarse samples that may have changed
-  /// if voxels inside the box `written` were changed.
+  /// Returns the box of the samples of a coarse copy (every n-th sample) that may have changed if voxels inside the box
+  /// `written` were changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: bounding box of the writes, and blocks (see solid_block()) in which tissue may have become
@@ -178,7 +178,7 @@ class TissueVolume {
   };
   Strokes strokes() const;
 
-  /// Returns a copy of the tissue without its strokes.
+  /// Returns a copy of the tissue, without the strokes for undo.
   TissueVolume clone() const;
 
   /// Returns the mesh from which the volume was made, or null. Painting changes the labels of its triangles; cuts and

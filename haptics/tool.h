@@ -26,8 +26,8 @@ std::string_view name_of(HeadShape shape) noexcept;
 struct Tool;
 class Solid;
 
-/// Distance field of a head for fast queries: its meridian is a convex chain of lines and arcs in (ρ ≥ 0, z). Any unit
-/// of length. Never allocates.
+/// Distance field of a head for fast queries: its meridian is a convex chain of lines and arcs in (ρ ≥ 0, z). Works in
+/// any unit of length. Never allocates.
 class HeadField {
  public:
   HeadField() = default;
@@ -86,7 +86,7 @@ struct Tool {
   double shank_diameter = 1.6e-3;  // m; default: friction grip shank, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck
   double neck_length = 0;          // m, length from the neck to the full diameter
-  double safe_length = 0;          // m; 0: no safe end
+  double safe_length = 0;          // m, length of the safe end; 0: none
   double safe_diameter = 0;        // m, diameter of the safe end
 
   // Tissue that is added at the free end while the pedal is pressed; kAir: none.
@@ -104,7 +104,7 @@ struct Tool {
   std::shared_ptr<const ImplantTool> implant;
 
   bool edges_known() const { return blades > 0 || grit > 0; }
-  /// Returns true for a diamond that removes the bulk (ISO 6360 code 534 or coarser).
+  /// Returns true for a coarse diamond, which removes much tissue quickly (ISO 6360 code 534 or coarser).
   bool coarse() const { return grit >= 140e-6; }
   /// Returns true if the tool cuts by rotation; other tools scrape or never cut.
   bool turns() const { return cuts && scrapes == 0; }
@@ -131,7 +131,7 @@ struct NonCuttingPart {
   Tool shape;
   double z = 0;
 };
-/// Return nullopt if the tool has no such part.
+/// Both return nullopt if the tool has no such part.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
 /// Distance from the origin of T to the farthest point of head and safe end, m. A patch must contain this ball.

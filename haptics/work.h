@@ -1,4 +1,4 @@
-// Counters of the work done by a thread. Read them on the same thread.
+// Counters of the work that the calling thread has done.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@ namespace typodont::haptics {
 
 /// This thread's number of queries of the distance field (surface_patch.h).
 std::uint64_t queries_of_this_thread() noexcept;
-/// Adds to the count of queries. For code that samples the field without surface_patch.h.
+/// Adds `count` queries. For code that reads the distance field without surface_patch.h.
 void count_queries(std::uint64_t count) noexcept;
-/// Number of elements near the head that each contact model has examined.
+/// Number of elements near the head that contact models have examined.
 struct SearchCounts {
   std::uint64_t spheres = 0;    // spheres examined by "packing"
   std::uint64_t triangles = 0;  // triangles examined by "mesh_lod"

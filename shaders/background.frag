@@ -10,7 +10,7 @@ layout(location = 0) out vec4 out_color;
 void main() {
   vec2 p = in_place - vec2(0.0, -0.15);
   vec3 color = mix(vec3(0.0045, 0.0050, 0.0060), vec3(0.036, 0.040, 0.047), exp(-1.1 * dot(p, p)));
-  // Noise of half a quantisation step hides the visible steps (banding) of 8-bit colours.
+  // Noise of half a step of an 8-bit colour hides the visible steps (banding).
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
   out_color = vec4((color + noise * 0.0016) * frame.background.x, frame.background.w);
 }

@@ -2,13 +2,13 @@
 // open, and how thin the tissue below it is. Include after lighting.glsl.
 
 const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
-// Linear reflectance of enamel that lost mineral, of enamel stained by caries, and of dentin that bacteria softened but
-// did not enter. Estimates.
+// Linear reflectance, estimated: kChalk: enamel that lost mineral; kStain: enamel stained by caries; kAffected: dentin
+// that bacteria softened, but did not enter.
 const vec3 kChalk = vec3(0.66, 0.64, 0.58), kStain = vec3(0.24, 0.14, 0.065), kAffected = vec3(0.30, 0.16, 0.065);
 const float kFrost = 0.06;  // strength of the frost on cut enamel
 
-/// Returns the colour of a surface. `cut`: 0 natural, 1 cut; `wet`: 0 dry, 1 under water; `thin`: 1 as thin as a voxel;
-/// `shows`: visible fraction of the lower tissue; `lesion`: nearness of caries, 1 at its edge.
+/// Returns the colour of a surface. `cut`: 0 natural, 1 cut; `wet`: 0 dry, 1 under water; `thin`: 1 if as thin as a
+/// voxel; `shows`: visible fraction of the lower tissue; `lesion`: nearness of caries, 1 at its edge.
 vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, float shows, float lesion) {
   if (kView != 0) return color;
   if (tissue == kEnamel) {

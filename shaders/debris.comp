@@ -51,7 +51,7 @@ bool look(vec3 p, out float d, out vec3 g) {
   return true;
 }
 
-// Returns the smallest distance of c from the line segment from a to b.
+// Returns the smallest distance between the point c and the segment from a to b.
 float passes(vec3 a, vec3 b, vec3 c) {
   vec3 way = b - a;
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);

@@ -48,8 +48,8 @@ float fibres(vec3 p, vec3 n) {
   return seen;
 }
 
-/// Changes the colour, the surface's normal and the wet film's normal. Mean factor of the colour texture: 1; draw.py in
-/// tests/reference has copies of it. `p`: m, mesh frame; `mobile`: fraction of mucosa.
+/// Changes the colour, the surface's normal and the wet film's normal. The colour texture has the mean factor 1;
+/// tests/reference/draw.py has a copy of it. `p`: m, mesh frame; `mobile`: fraction of mucosa.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
   vec3 smooth_normal = n;
   if (matter == kGingiva) {

@@ -3,7 +3,7 @@
 
 const float kPi = 3.14159265;
 // m, limits of the half width of the penumbra of the lamp's shadow. A wider penumbra would need more shadow lookups,
-// because each lookup is seen as a step.
+// because each lookup is visible as a step of brightness.
 const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
 // kUsualHeight: m, assumed height of the tissue that hides the lamp. kUsualWeight: weight of this height in the mean of
 // it and the heights that the shadow lookups find.
@@ -90,7 +90,7 @@ float spot_light(vec3 p) {
   return lit.x * lit.y;
 }
 
-// m, limit: at a larger distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
+// m, at a larger distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
 const float kToolReach = 3.0e-3;
 
 float fading(float d2) {
@@ -127,8 +127,8 @@ vec4 grid_light(vec3 p, vec3 n) {
          weight.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
 
-// Distance from a surface, in grid spacings, at which the light that the surface mirrors is read. Tissue often mirrors
-// tissue close beside it, so the light is read closer to the surface.
+// Distance in front of a surface, in grid spacings, at which the light is read that the surface reflects like a mirror.
+// It is smaller at tissue, because tissue often reflects tissue close beside it.
 const float kMirrorAtMetal = 0.5, kMirrorAtTissue = 0.2;
 
 /// Returns the light from the direction r that a smooth surface with the normal n mirrors at p. `ahead`: kMirrorAtMetal

@@ -41,6 +41,6 @@ vec3 brushed_metal(vec3 p, vec3 n, vec3 v, vec3 groove, float brushed, float rou
   float x = dot(groove, h) / thin, y = dot(across, h) / wide, z = dot(n, h), d = x * x + y * y + z * z;
   float vis = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   float image = vis / (kPi * thin * wide * d * d);
-  // Without a grid of light, a constant fraction of the lamp's light replaces the light of nearby surfaces.
+  // Without a grid of light, a constant fraction of the lamp's light replaces the light that nearby surfaces reflect.
   return albedo * (around + key * frame.key.w * nl * ((kLightGrid ? 0.0 : 0.10) + image));
 }

@@ -20,7 +20,7 @@ void main() {
     at = center + frame.mirror.z * (at - center);
   }
   float r = length(in_place), fog = clamp(frame.mirror.y, 0.0, 1.0);
-  // Breath on the glass disappears unevenly, and last in the middle.
+  // Breath on the glass clears unevenly, and last in the middle.
   vec2 q = in_place * 3.0;
   float cloud = 0.5 + 0.25 * sin(q.x * 2.1 + 1.3 * sin(q.y * 1.7)) + 0.25 * sin(q.y * 2.7 + 1.1 * sin(q.x * 1.9));
   float veil = fog * mix(0.75 + 0.25 * cloud, 1.0, fog) * smoothstep(1.15, 0.2 + 0.6 * fog, r * (1.2 - 0.4 * fog));

@@ -17,8 +17,8 @@ double counted(Sphere s) {
   return left;
 }
 
-// Returns the largest overlap of a ball of radius r with a sphere, while the ball moves from a to b. `away`: direction
-// away from the path.
+// A ball of radius r moves from a to b. Returns its largest overlap with a sphere on this path. `away`: direction away
+// from the path.
 double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out dvec3 away) {
   dvec3 off = minus(center, nearest_on(a, b, center));
   precise double distance = sqrt(dot3(off, off));
@@ -28,7 +28,8 @@ double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out d
   return overlap;
 }
 
-// Returns true if the ball comes near the sphere on the line from a to n. The test equals the test in the CPU's tree.
+// Returns true if the ball comes near the sphere on the line from a to n (Ball). The CPU's search tree uses the same
+// test.
 bool is_near(Sphere s, Ball ball) {
   double r = tree_radius(s);
   if (!(r > 0.0LF)) return false;

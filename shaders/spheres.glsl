@@ -44,7 +44,7 @@ double radius_of(Sphere s) {
   precise double left = s.base_radius - 0.5LF * s.overlap;
   return left > 0.0LF ? left : 0.0LF;
 }
-// Returns the radius as the CPU's tree uses it: 0 if the sphere has disappeared.
+// Returns the sphere's radius as the CPU's search tree stores it: 0 if the sphere has disappeared.
 double tree_radius(Sphere s) {
   double r = radius_of(s);
   precise double least = kMin * s.base_radius;

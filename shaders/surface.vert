@@ -15,8 +15,8 @@ layout(location = 3) in vec4 in_lesion;  // x: nearness of caries
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// Incident light if it is computed per vertex, else light_in_tissue() with a grid of light, else the light through thin
-// tissue at an open point. w: fraction of the second tissue
+// With light per vertex: incident light. Otherwise, with a grid of light: light_in_tissue(). Otherwise: light through
+// thin tissue where nothing hides the lamp. w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;

@@ -28,8 +28,8 @@ void main() {
   float c = cos(in_look.x * frame.tool_motion.x), s = sin(in_look.x * frame.tool_motion.x);
   m.xy = vec2(c * m.x - s * m.y, s * m.x + c * m.y);
   k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
-  // Size (m) of a pixel at the vertex, as in particle.vert. A neck is drawn at least one pixel wide, because a thinner
-  // neck would have gaps.
+  // Computes the size (m) of a pixel at the vertex, as in particle.vert. A neck is drawn at least one pixel wide,
+  // because a thinner neck would have gaps.
   vec3 axis = vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z) * m.z +
               vec3(object.world_row[0].w, object.world_row[1].w, object.world_row[2].w);
   mat4 clip = frame.clip_from_world[VIEW];

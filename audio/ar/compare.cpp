@@ -22,7 +22,7 @@ constexpr double kGrid = 46.875;
 
 struct Analysed {
   SoundMeasure measure;
-  std::vector<double> power;  // power density at kGrid, 2 kGrid, …
+  std::vector<double> power;  // power density at the frequencies kGrid, 2 kGrid, …
 };
 
 Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to,

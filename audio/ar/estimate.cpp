@@ -21,8 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // Pass m of Burg's method: forward[i] is the forward error at sample m + 1 + i, backward[i] the backward error at m +
-  // i, both of order m.
+  // Pass m of Burg's method. Before it, forward[i] and backward[i] are the errors of order m at the samples m + 1 + i
+  // and m + i.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -33,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // The errors depend on the samples i … i + m + 1, so the weight of the middle sample is used.
+      // Each error depends on the samples i … i + m + 1. It is weighted with the weight of the middle one.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -81,7 +81,7 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. Only the first row is summed; other elements follow from their upper left
+  // c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. Only the first row is summed; every other element follows from its upper left
   // neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);

@@ -10,13 +10,13 @@ namespace typodont::audio {
 struct Estimate {
   std::vector<double> reflection;
   double variance = 0;  // variance of the residual
-  // Variances of the residual for orders 0…p; may be empty.
+  // Variances of the residual for the orders 0…p; may be empty.
   std::vector<double> by_order;
-  /// The solution was unstable, and was replaced by the stable model with the same spectrum.
+  /// True: the solution was unstable, and was replaced by the stable model with the same spectrum.
   bool refactored = false;
 };
 
-/// Burg 1975, with optional weights (Swingler 1979; weights.size() == x.size()). Always stable.
+/// Burg's method (1975). `weights`: optional, per sample (Swingler 1979). Always stable.
 Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
 /// Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the samples × `taper`. Always stable.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});

@@ -9,8 +9,8 @@
 
 namespace typodont::audio {
 
-/// Σ|a| · σ(output) / σ(residual). Multiplied by the machine epsilon, it is the relative rounding error of the direct
-/// form.
+/// Condition number Σ|a| · σ(output) / σ(residual). Multiplied by the machine epsilon, it is the relative rounding
+/// error of the direct form.
 double direct_form_condition(const ArModel& model);
 
 /// Reference implementation: y[n] = gain·e[n] − Σ a_i y[n−i].
@@ -21,7 +21,8 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  // a_: coefficients. past_: the newest `order` outputs, newest first, stored twice so that they are always contiguous.
+  // a_: coefficients. past_: the newest `order` outputs, newest first, stored twice so that they are always contiguous
+  // in memory.
   std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
@@ -41,7 +42,7 @@ class BlockFilter {
   std::size_t order_;  // the model's order, padded to a multiple of 2
   std::vector<T> a_, response_, history_;
   T gain_;
-  std::size_t at_;  // index in history_ where the next block is written
+  std::size_t at_;  // index in history_ at which the next block is written
 };
 
 /// Normalised lattice filter (Gray & Markel 1975). Rotations keep the energy bounded for |k| ≤ 1, also while k changes.
@@ -51,7 +52,7 @@ class LatticeFilter {
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Changes the coefficients between two samples; order and states stay.
+  /// Changes the coefficients between two samples. Order and past samples stay.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }

@@ -39,7 +39,7 @@ constexpr std::size_t kSamplesPerOrder = 10;
 constexpr double kConstantSpeed = 0.002;
 // Largest allowed FitOptions::hold_out.
 constexpr double kMaxHeldOut = 0.9;
-// Length of the Welch window, s; resolves about as finely as a model of order 300 at 48 kHz.
+// Length of the Welch window, s. Its resolution is about that of a model of order 300 at 48 kHz.
 constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {
@@ -147,10 +147,10 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// Returns 50 or 60 Hz if the power there is 20 dB above the median around it, otherwise 0.
+/// Returns the mains frequency (50 or 60 Hz) if its power is 20 dB above the median around it, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  // Too short a recording to distinguish 50 from 60 Hz.
+  // Recordings shorter than this cannot distinguish 50 from 60 Hz.
   if (static_cast<double>(points) < 0.5 * rate) return 0;
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
@@ -246,7 +246,7 @@ HeldOut compared(std::span<const double> unseen, double rate, const FitReport& r
   return held;
 }
 
-/// Parts for messages: "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+/// Lists parts for a message: "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
   for (const SoundPart& part : parts)
@@ -397,7 +397,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      // The interpolation left the highest frequencies empty again.
+      // Interpolation has emptied the highest frequencies again.
       fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
@@ -456,7 +456,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     model.spindle_estimated = model.spindle > 0;
   }
 
-  // Compares the model with the recording's smoothed spectrum.
+  // Compares the model with the smoothed spectrum of the recording.
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
   const auto measured = welch(whole, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));

@@ -23,8 +23,8 @@ constexpr std::size_t kMaxLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // poles of the models of amplitude and frequency deviations
 // Slower changes of frequency than this count as changes of the spindle's speed, s.
 constexpr double kDrift = 1;
-constexpr double kLongestTrack = 60;  // s, longest part in which a line is followed
-// Width of the bands beside a line in which the noise is measured, Hz.
+constexpr double kLongestTrack = 60;  // s, lines are followed at most this long
+// The noise beside a line is measured in bands of this width, Hz.
 constexpr double kFloorReach = 100;
 // Largest amplitude variance caused by noise, relative to the squared mean amplitude, for a usable band.
 constexpr double kWeakNoise = 0.02;
@@ -62,7 +62,7 @@ std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) 
   return shift;
 }
 
-/// Complex amplitude over time of the sinusoid at the frequency of `shift`.
+/// Complex amplitude over time of the sinusoid that `shift` moves to 0 Hz.
 std::vector<Complex> band_about(std::span<const double> x, std::span<const Complex> shift, double rate,
                                 double bandwidth) {
   std::vector<Complex> z(x.size());
@@ -71,11 +71,12 @@ std::vector<Complex> band_about(std::span<const double> x, std::span<const Compl
   return z;
 }
 
-/// Replaces the band around `frequency` by noise of the one-sided density `floor` (1/Hz), in pieces to save memory.
+/// Replaces the band around `frequency` by noise with the one-sided density `floor` (1/Hz). Works piece by piece to
+/// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width fills it: the sum of both power
-  // responses is 1 within 0.6 dB.
+  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width replaces it: both power responses
+  // add up to 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -223,7 +224,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMaxLines) break;
-    // A line of varying frequency has several peaks. Skips peaks in a band that was already tried.
+    // A line whose frequency varies has several peaks. Peaks in a band that was already tried are skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

@@ -29,7 +29,7 @@ struct LineTrack {
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // Largest own_variation() of a sinusoid.
+  // Below this own_variation(), a line counts as sinusoid.
   static constexpr double kSteadyVariation = 0.3;
   // Largest amplitude variance caused by noise, relative to the squared mean amplitude; above it, the line is too weak.
   static constexpr double kWeakestLine = 0.1;
@@ -51,7 +51,7 @@ struct TakenLine {
 /// the spindle's speed.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
-/// One-sided density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would estimate it.
+/// One-sided density (1/Hz) of the lines, as welch() would estimate it, at the frequencies i·rate/n, i = 0…n/2.
 std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, std::size_t n, double rate);
 
 }  // namespace typodont::audio

@@ -23,7 +23,7 @@ inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   return __builtin_convertvector(exponent, Float16) * 0.69314718f + 2.0f * s * series;
 }
 
-// sin(2π t) for t in [−½, ½): odd minimax polynomial for a quarter turn, error 2e-7.
+// sin(2π t) for t in [−½, ½): odd minimax polynomial for a quarter of the period, error 2e-7.
 inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   const Float16 magnitude = t < 0.0f ? -t : t;
   const Float16 folded = magnitude > 0.25f ? 0.5f - magnitude : magnitude;

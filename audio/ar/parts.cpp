@@ -10,9 +10,10 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kFrame = 0.05;  // s, frames of the recording
-// Frames quieter than the loud ones by more than this are inaudible, dB.
+// Frames this much quieter than loud frames are inaudible, dB.
 constexpr double kAudible = 25;
-constexpr double kEvenWithin = 1.5;  // dB, largest change over kEvenOver frames of a constant level
+// dB, largest change of a constant level over kEvenOver frames
+constexpr double kEvenWithin = 1.5;
 constexpr std::ptrdiff_t kEvenOver = 6;
 constexpr double kUnderLoad = 2.5;  // dB, increase over the idle level that counts as load
 constexpr double kShortest = 0.2;   // s, shorter parts are merged

@@ -91,7 +91,7 @@ InterpolationKernels::InterpolationKernels(double fastest) {
     set.rows.resize(static_cast<std::size_t>(kPhases + 1) * static_cast<std::size_t>(set.taps));
     for (int phase = 0; phase <= kPhases; ++phase) {
       for (int i = 0; i < set.taps; ++i) {
-        // Tap i multiplies x[i − taps/2 + 1]. With cut-off 1 and offset 0, the result is the sample itself.
+        // Tap i multiplies x[i − taps/2 + 1]. With cut-off 1 and offset 0, the result equals the input sample.
         const double t = i - (set.taps / 2 - 1) - static_cast<double>(phase) / kPhases;
         set.rows[static_cast<std::size_t>(phase) * static_cast<std::size_t>(set.taps) + static_cast<std::size_t>(i)] =
             static_cast<float>(windowed_sinc(t, cutoff, half, kBeta));

@@ -6,8 +6,8 @@
 
 namespace typodont::audio {
 
-/// Resamples with a Kaiser window and 64 zero crossings per side: stop band -110 dB, pass band up to 0.47 of the lower
-/// rate, no delay.
+/// Resamples with a Kaiser window and 64 zero crossings per side. Stop band -110 dB; pass band up to 0.47 of the lower
+/// rate; no delay.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
 /// Kernels for positions between samples. For each range of playback speeds, a set of kernels that avoids aliasing.

@@ -10,7 +10,7 @@ inline constexpr double kLineWindow = 4096.0 / 48000;  // s, length of the analy
 
 struct SpectralLine {
   double frequency = 0;   // Hz, frequency of this spectral line
-  double prominence = 0;  // dB above the median of the neighbouring frequencies
+  double prominence = 0;  // dB, peak's height above the median of the neighbouring frequencies
   double level_dB = 0;    // dB re 1/Hz at the peak
 };
 /// Peaks of the smoothed spectrum, the strongest first. `window` (s): a longer one finds weak lines of constant

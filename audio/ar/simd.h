@@ -1,5 +1,5 @@
 // Vectors of fixed length. Every processor executes the same operations in the same order, without fused multiply-add,
-// and so computes the same bits.
+// so results have the same bits.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ enum class Window { kNone, kHann, kHamming, kBlackman };
 std::vector<double> window_samples(Window window, std::size_t n);
 
 /// Welch's method: one-sided power density (1/Hz) at the frequencies i·rate/n, i = 0…n/2. Mean over Hann windows of n
-/// samples that overlap by half; a shorter sound is padded with zeros.
+/// samples that overlap by half. A shorter sound is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
 /// Expected result of welch() for a sound with the spectrum `power` (double-sided density × rate, at 2^m + 1
@@ -28,7 +28,8 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 
 /// Root mean square of 10·log10(a/b), dB.
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
-/// Expected distance (dB) of a result of welch() from the true spectrum, for Gaussian noise (Welch 1967).
+/// Expected log-spectral distance (dB) between a result of welch() and the exact spectrum, for Gaussian noise (Welch
+/// 1967).
 double chance_distance(std::size_t count, std::size_t n);
 /// Itakura–Saito distance (1968): mean of a/b − ln(a/b) − 1.
 double itakura_saito(std::span<const double> a, std::span<const double> b);

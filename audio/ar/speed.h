@@ -8,7 +8,7 @@ namespace typodont::audio {
 
 /// Speed relative to the mean speed, every `step` seconds from 0 on.
 struct SpeedTrack {
-  double frequency = 0;       // Hz, mean frequency of the line followed
+  double frequency = 0;       // Hz, mean frequency of the followed line
   double step = 0;            // s, time between two values of the speed
   std::vector<double> ratio;  // speed / mean speed; empty: no line could be followed
 

@@ -47,7 +47,7 @@ class ClockFilter {
   int samples_ = 0;
   bool running_ = false;
   long long seen_ = 0;
-  Nanos next_ = 0;     // ns, integer part of the next due time
+  Nanos next_ = 0;     // ns, expected time of the next callback, integer part
   double rest_ = 0;    // ns, fractional part of next_
   double period_ = 0;  // ns, time between two callbacks
 };

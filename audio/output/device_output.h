@@ -26,10 +26,10 @@ class DeviceOutput final : public AudioOutput {
 
   /// Margin for late callbacks and ticks in the queue, ns.
   static constexpr Nanos kMargin = 1'000'000;
-  /// Time without a callback after which the device counts as lost, ns.
+  /// If no callback comes during this time, the device counts as lost, ns.
   static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  /// Longest wait for the library to close a stream, ns.
+  /// Largest time to wait until the library closes a stream, ns.
   static constexpr Nanos kPatience = 2'000'000'000;
 
  private:

@@ -66,7 +66,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// The output "none:" never calls the source.
+/// Output "none:": never calls the source.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

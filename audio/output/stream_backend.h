@@ -13,7 +13,7 @@ struct StreamRequest {
   std::string device;      // name of the device, or a part of it; empty: the default device
   double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
-  int channels = 1;  // wanted number; the stream may have one or two channels
+  int channels = 1;  // wanted number of channels; the stream may have 1 or 2
   /// Called by the audio thread to fill frames × channels samples. Returning false ends the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;

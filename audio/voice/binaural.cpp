@@ -68,7 +68,7 @@ double Binaural::latency() const noexcept {
   return -ear_delay(0) + kReach / rate_;
 }
 
-/// Returns the sound `delay` samples ago by cubic interpolation (Catmull–Rom).
+/// Returns the sound `delay` samples ago (cubic Catmull–Rom interpolation).
 float Binaural::read(double delay) const noexcept {
   const auto whole = static_cast<std::size_t>(delay);
   const auto t = static_cast<float>(delay - static_cast<double>(whole));

@@ -11,7 +11,7 @@ namespace typodont::audio {
 
 namespace {
 constexpr std::array<TissueColour, kTissueCount> kColours = {{
-    {0.0, 0.0, 3000, 0.0, 1.0},   // air: the idle sound
+    {0.0, 0.0, 3000, 0.0, 1.0},   // air: the idle sound, unchanged
     {6.0, 1.6, 9000, 4.0, 0.5},   // enamel
     {5.0, 0.3, 5000, 3.0, 0.6},   // dentin
     {3.0, -1.5, 2500, 2.0, 0.8},  // caries
@@ -40,7 +40,7 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Power of a line as a sum over kPoints frequencies, the unit of this function.
+  // Power of a spectral line. This function uses sums of power over kPoints frequencies.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);

@@ -19,8 +19,8 @@ constexpr float kSuctionHiss = 1;
 
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
 
-/// First mode of a tissue: frequency (Hz), decay time (s), strength. The other modes have 1.58 and 2.24 times its
-/// frequency. Chosen by ear: harder tissue sounds higher, longer and louder.
+/// Lowest vibration mode of a tissue: frequency (Hz), decay time (s), strength. Two other modes have 1.58 and 2.24
+/// times its frequency. Chosen by ear: harder tissue sounds higher, longer and louder.
 struct Ring {
   double frequency, decay, weight;
 };
@@ -36,7 +36,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// Cut-off frequency of the scraping sound / first mode's frequency.
+// Cut-off frequency of scraping / frequency of the tissue's lowest mode.
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
@@ -143,7 +143,8 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // Normalises the output for white noise to a standard deviation of 1: its gain is the energy of the impulse response.
+  // Makes the output's standard deviation 1 for white noise: the output is divided by the root of the impulse
+  // response's energy.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {
     const float v = filtered(i == 0 ? 1.0f : 0.0f);

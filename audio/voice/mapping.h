@@ -10,26 +10,27 @@ namespace typodont::audio {
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
-inline constexpr double kEdgeArea = 2e-6;        // m², contact that doubles the power of the working sound
-inline constexpr double kMaxArea = 20e-6;        // m², larger contacts sound alike
-inline constexpr double kBrightForce = 1.5;      // N, force that gives 63 % of the largest brightness
+inline constexpr double kEdgeArea = 2e-6;        // m², contact area that doubles the cutting sound's power
+inline constexpr double kMaxArea = 20e-6;        // m², above this area, contacts do not become louder
+// N, force for 63 % of the largest brightness
+inline constexpr double kBrightForce = 1.5;
 // Removal rate for 63 % of the largest brightness, m³/s.
 inline constexpr double kBrightRemoval = 0.5e-9;
-inline constexpr double kBrightFrom = 4000;  // Hz; above it, force and removal make the sound louder
+inline constexpr double kBrightFrom = 4000;  // Hz; force and removal amplify only frequencies above this
 
-// Exponent of the idle amplitude as a function of the speed, measured on a run-down.
+// The amplitude of the idle sound is proportional to speed^kIdleExponent, measured while a drill ran down.
 inline constexpr double kIdleExponent = 3.75;
 
 /// Fraction of the sound of cutting, 0..1.
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
 }
-/// Amplitude of the working sound, 1 for a typical contact. The powers of edges that cut independently add up.
+/// Amplitude of the cutting sound; 1 for a typical contact. Edges of the bur cut independently, so their powers add up.
 inline double loudness_of(double area) noexcept {
   const auto power = [](double a) { return 1 + std::min(a, kMaxArea) / kEdgeArea; };
   return std::sqrt(power(area) / power(kTypicalArea));
 }
-/// Brightness as a fraction of its largest value, 0..1.
+/// Brightness (gain of high frequencies) / its largest value, 0..1.
 inline double brightness_of(double force, double removal) noexcept {
   return 1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval));
 }

@@ -9,9 +9,9 @@
 namespace typodont::audio {
 
 namespace {
-// Highest frequency of a line, relative to the sampling rate.
+// Lines above this fraction of the sampling rate are silent.
 constexpr double kHighest = 0.45;
-constexpr int kWarmUp = 4000;  // number of values after which a process is stationary
+constexpr int kWarmUp = 4000;  // number of values discarded until a random process is stationary
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
@@ -72,7 +72,7 @@ void RotorLines::Oscillator::add(const double* speeds, const float* power, float
       wanders_next = frequency_noise.next();
     }
     const int n = std::min(count, step - since);
-    // Change of the phase per sample and Hz.
+    // Change of the phase per sample and hertz.
     const auto per_hertz = static_cast<float>(0x1p32 / rate);
     const auto highest = static_cast<float>(kHighest * rate);
     const auto hertz = static_cast<float>(frequency + wanders);

@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-/// Generates a LineNoise: one value per kLineStep samples.
+/// Generates the random process LineNoise: one value per kLineStep samples.
 class RunningNoise {
  public:
   RunningNoise(const LineNoise& noise, std::uint64_t seed);
@@ -25,8 +25,8 @@ class RunningNoise {
   std::size_t at_ = 0;
 };
 
-/// Idle sound and cutting sound share the oscillators, so that a transition has no beats. Only the constructor
-/// allocates.
+/// Idle sound and cutting sound use the same oscillators, so that no beats are heard in transitions. Only the
+/// constructor allocates.
 class RotorLines {
  public:
   /// Gain of a line in each tissue's sound.
@@ -50,9 +50,9 @@ class RotorLines {
     int step;                 // number of samples between two noise values
     int since = 0;            // samples since the last noise value
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
-    /// Relative deviation of the amplitude: last and next value.
+    /// Random relative deviation of the amplitude: previous and next value.
     double varies = 0, varies_next = 0;
-    double wanders = 0, wanders_next = 0;  // Hz, last and next deviation of the frequency
+    double wanders = 0, wanders_next = 0;  // Hz, random deviation of the frequency: previous and next value
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;
   };
 

@@ -1,4 +1,4 @@
-// Endless sound of one model at variable speed.
+// Endless sound of one model, played at variable speed.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace typodont::audio {
 
-/// Noise is filtered at the model's rate and then interpolated, so the whole spectrum moves with the rotor's speed.
-/// Samples are computed only when they are read.
+/// Noise is filtered at the model's sampling rate and then interpolated, so the whole spectrum moves with the rotor's
+/// speed. Samples are computed only when they are read.
 class ModelStream {
  public:
   /// `kernels` must outlive the stream, and cover its highest speed.
   ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels, std::uint64_t seed);
 
-  /// Adds gain[i] × sample to out[i], played at speed[i] (1: as recorded). While the gain is zero, the position does
-  /// not advance.
+  /// Adds gain[i] × sample to out[i], played at speed[i] (1: as recorded). While the gain is zero, playback stands
+  /// still.
   void add(const double* speed, const float* gain, float* out, int count) noexcept;
 
  private:

@@ -34,19 +34,19 @@ constexpr double kJump = 0.5;
 constexpr double kAtRest = 0.03;
 constexpr float kTouchStrength = 0.02f;  // amplitude of a touch; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// Slower rises of the force do not knock, N/s.
+// If the force rises more slowly, no knock is heard, N/s.
 constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
 // Standard deviation, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a handpiece (Dutta
 // et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// Rate of change of the levels of water and suction, relative to other levels.
+// Levels of water and suction change this much slower (factor below 1) than other levels.
 constexpr float kWaterRate = 0.02f;
 // Slow burs give a decaying burst for each cutting edge, with the power of the steady sound. Bursts are fully separate
 // up to kApart edges per second, and fused to a steady sound from kFused on.
 constexpr double kApart = 60, kFused = 200;
-// Decay of a burst between two edges: exp(-kDying).
+// Until the next edge, a burst decays by exp(-kDying).
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
@@ -200,7 +200,7 @@ struct DrillSynth::Impl {
     const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // if the state names no tissue, dentin is used
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Cross-fades from idle to cutting at equal power.
+    // Cross-fades from idle to cutting sound with constant total power.
     const bool cutting = contact && !by_hand;
     const double load = cutting ? load_of(area, force, removal) : 0.0;
     const auto loudness = static_cast<float>(std::sin(0.5 * kPi * load) * loudness_of(area));
@@ -227,7 +227,7 @@ struct DrillSynth::Impl {
     spray_level.target = spray_gain * finite_or_zero(state.spray, 1);
     in_contact = contact;
     last_force = force;
-    if (!heard_any) {  // the first state takes effect without a fade
+    if (!heard_any) {  // the first state takes effect at once, without a fade
       for (Level& weight : weights) weight.value = weight.target;
       bright.value = bright.target;
       suction_level.value = suction_level.target;
@@ -293,14 +293,14 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // The spectral lines of the motor continue between the bursts of edges.
+      // Spectral lines come from the motor, so they continue between bursts.
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        // Turns of the tone per sample at free speed.
+        // Cycles of the tone per sample at free speed.
         const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {
@@ -331,7 +331,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// Shapes the cutting sound into one burst per edge, if the edges are heard separately.
+  /// Divides the cutting sound into one burst per cutting edge, if the edges are heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -349,7 +349,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // Applies the states due at this sample or earlier.
+      // Applies the states whose time is this sample or earlier.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;
@@ -380,11 +380,11 @@ struct DrillSynth::Impl {
   double free_speed;
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
-  std::vector<double> phases;  // for each tone of the rotor: its phase in turns
+  std::vector<double> phases;  // phase of each rotor tone; 1 is a full cycle
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // phase between two cutting edges, 0..1
+  double tooth_phase = 0;  // position between two cutting edges, 0..1
   InterpolationKernels kernels;
-  // Idle sound, then the cutting sound of each tissue.
+  // The idle sound, then the cutting sound of each tissue.
   std::vector<ModelStream> streams;
   RotorLines lines;
   ModalBank modal;
@@ -395,14 +395,14 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // ring buffer of states that are not due yet
+  std::vector<SoundState> pending;  // ring buffer of states whose time has not come yet
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
   // Sample indices since the start: now, begin of the next call, last state.
   double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  // Speed relative to the free speed: now, at the end of the ramp, change per sample.
+  // Speed relative to the free speed: current value, value at the end of the ramp, change per sample.
   double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
   // Level of each stream.

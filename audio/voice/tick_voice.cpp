@@ -25,7 +25,7 @@ SoundState TickVoice::state_of(const ServoTick& tick) noexcept {
     const dvec3 v = (now.p_WG - before.p_WG) / elapsed;
     state.slip_speed = glm::length(v - tick.n_C_W * glm::dot(v, tick.n_C_W));
   }
-  // Force without contact is inertia and damping, which are silent.
+  // Force without contact comes from inertia and damping, which are silent.
   if (tick.contact_area > 0 || state.removal_rate > 0) state.force = glm::length(tick.f_T_W);
   return state;
 }

@@ -131,7 +131,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
           elapsed;
       state.slip_speed = glm::length(v - n * glm::dot(v, n)) * kMillimetre;
     }
-    // Force without contact is inertia and damping, which are silent.
+    // Force without contact comes from inertia and damping, which are silent.
     if (has_area && state.contact_area == 0 && state.removal_rate == 0) state.force = 0;
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;

@@ -19,7 +19,7 @@ constexpr std::size_t kPoints = 8193;
 constexpr double kRate = 48000;
 constexpr double kMaxBright = 30;  // largest gain of the frequencies above kBrightFrom
 
-/// Mean power of the whole sound and of its high frequencies, full scale².
+/// Mean power of the whole sound, and of its frequencies above kBrightFrom, full scale².
 struct Power {
   double all = 0, high = 0;
   void add(double frequency, double power) {

@@ -1,4 +1,4 @@
-// The only file that uses OpenCV. Pictures are read with stb, because OpenCV's readers need a hundred further
+// This is the only file that uses OpenCV. Pictures are read with stb, because OpenCV's readers need a hundred further
 // libraries.
 #include <stb/stb_image.h>
 
@@ -26,7 +26,7 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return {};
-  // If the first inner cell is light, the board was found rotated by 180°.
+  // A light first inner cell means that OpenCV found the board rotated by 180°.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
     const cv::Point2f middle = 0.25f * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1));

@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Numbers of touches: four sockets, then a plate with 5×5 points in two places, and the other steps.
+// Numbers of touches in each step. For the arm: four sockets, then a plate with 5×5 points in two places.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;
@@ -110,7 +110,7 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // Shows where the last touch was, because it does not fit: by a mark on the panel, or in other steps by a dot for
+    // If the previous touch is an outlier, shows where it was: by a mark on the panel, or in other steps by a dot for
     // each eye.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
@@ -272,7 +272,7 @@ void GuidedCapture::save() const {
       break;
   }
   write_captures(folder_, changed);
-  // If the step has no captures left, removes its file.
+  // Removes the file of a step without captures.
   if (taken() == 0) {
     constexpr const char* kFiles[] = {"arm.csv",      "marks.csv",  "mirror.csv", "eyes.csv",
                                       "register.csv", "verify.csv", "drift.csv"};
@@ -381,7 +381,7 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Two tones per Cue, Hz: rising for a recorded touch, falling for undone, low for a touch that does not fit.
+  // Two tones for each Cue, Hz: rising for a recorded touch, falling for a deleted one, low for an outlier.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

@@ -5,7 +5,7 @@
 namespace typodont::calibration {
 
 namespace {
-constexpr std::size_t kSamples = 4096;  // a tenth of a second at 40 kHz
+constexpr std::size_t kSamples = 4096;  // number of stored samples: 0.1 s at 40 kHz
 constexpr std::size_t kFewest = 4;
 // The pedal counts as pressed above kDown, and as released below kUp (hysteresis).
 constexpr double kDown = 0.5, kUp = 0.3;
@@ -35,9 +35,9 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   const Nanos begin = back(0).t - from_seconds(limits_.window);
   std::size_t used = 0;
   while (used < count_ && back(used).t >= begin) ++used;
-  // The window is complete as soon as a sample lies at or before its begin.
+  // The averaged window is complete when one sample is at least as old as its begin.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Sums differences to one sample, so that equal samples have an exact mean.
+  // Sums the differences to one sample. So the mean of equal samples is exact.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

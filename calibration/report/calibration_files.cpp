@@ -22,7 +22,7 @@ namespace {
 
 // If all coordinates are below this, the file probably contains metres, not mm; m.
 constexpr double kMinReach = 3e-3;
-constexpr double kMaxReach = 10;           // m, largest plausible distance of a point from the origin
+constexpr double kMaxReach = 10;           // m; points farther from the origin are refused
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 
 /// Names of the columns; empty if there is no header.
@@ -90,7 +90,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // Columns in braces are optional (dots, joint angles).
+  // The columns in braces may be missing (dots, joint angles).
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");

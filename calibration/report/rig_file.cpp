@@ -242,7 +242,7 @@ std::filesystem::path RigFile::captures_folder() const {
   return document_->file.string() + ".captures";
 }
 
-/// Throws Error for a rig that the program could not open later.
+/// Throws Error if the program could not open this rig later.
 static void require_usable(const std::filesystem::path& file, const BenchState& bench, const Value& pixels) {
   const RigGeometry& rig = bench.rig;
   constexpr double kMinEdge = 10e-3, kMaxEdge = 3;  // m, smallest and largest edge of the panel

@@ -29,7 +29,7 @@ double extent(Points points) {
 // sets of k pairs that agree as well by chance. α_k: probability of a residual up to the k-th.
 class Consensus {
  public:
-  /// `sigma`: standard deviation of normally distributed wrong points, m; 0: wrong points are uniform in the cube
+  /// `sigma`: wrong points are normally distributed with this standard deviation, m; 0: they are uniform in the cube
   /// around all points. Residuals below sigma/30 count as equal, because coordinates may be rounded.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
@@ -60,7 +60,8 @@ class Consensus {
   /// majority by least trimmed squares, if that has even less noise.
   Agreement find() const {
     Agreement best = find_core();
-    // Residuals below 1e-9 of the coordinates are rounding errors, which are not normal; then no pair counts as wrong.
+    // Residuals below 1e-9 of the coordinates are rounding errors, which are not normally distributed. Then no pair
+    // counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -119,7 +120,7 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // Probability that step 2 stops early; step 3 repairs it.
+    // Probability that step 2 stops early; step 3 adds missing pairs.
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
@@ -269,7 +270,7 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Adds the pairs with residuals below rms × √quantile and refits, until nothing changes. A quantile above 5 lets
+  // Adds the pairs with residuals below rms × √quantile and fits again, until nothing changes. A quantile above 5 lets
   // small sets grow: residuals up to R have an rms of at least R/√5 (up to 3.8 σ).
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
@@ -305,7 +306,7 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
-  mutable std::vector<Candidate> by_median_;  // candidates by median residual, collected by find_widest()
+  mutable std::vector<Candidate> by_median_;  // candidates sorted by median residual, collected by find_widest()
 };
 
 // Consensus for known noise: the motion with most pairs within a limit wins. Motions come from triples with equal
@@ -324,7 +325,7 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all`: fit to all pairs. The search may miss sets smaller than `least`.
+  /// `all`: fit to all pairs. Sets of fewer than `least` pairs may be missed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // 3000 triples miss a set of four of sixteen pairs with a probability of 1e-9; 4 n_³ include practically all
@@ -386,7 +387,7 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Refits to the pairs that agree, until nothing changes. Stops if fewer than `least` agree.
+  // Fits again to the pairs that agree, until nothing changes. Stops if fewer than `least` agree.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);

@@ -27,7 +27,7 @@ double sigma_of(const Fit& fit);
 /// Number of pairs with a residual of at most `limit` (m) under X_DH.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
-/// Rounding error of coordinates, m.
+/// Estimated rounding error of the coordinates, m.
 double rounding_of(Points p_H, Points p_D);
 
 struct Agreement {

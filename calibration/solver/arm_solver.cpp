@@ -137,7 +137,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // The positions of sockets and plates are unknowns too.
+  // The positions of sockets and plates are unknown, too.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -198,11 +198,11 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the arm's parameters alone; sockets and plates take their best values for each candidate (variable
-  // projection): J is projected onto the complement of their derivatives N. A prior (nominal values, plausible errors)
-  // holds undetermined parameters.
+  // Gauss–Newton for the parameters of the arm alone (variable projection). Sockets and plates take their best places
+  // for each candidate: J is projected onto the complement of their derivatives N. A prior (nominal values, plausible
+  // errors) holds undetermined parameters.
   MatrixXd open_axes;
-  // Covariance of the parameters, each divided by its scale.
+  // Covariance of the parameters after division by their scales.
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
   double sigma = 2e-4;  // m, first value; estimated later
   for (int round = 0; round < 60; ++round) {
@@ -301,7 +301,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Slips are rare, so most captures of each group must fit.
+  // The tip rarely slips, so most captures of each group must fit.
   for (const auto& [id, group] : groups) {
     const auto kept =
         std::count_if(group.captures.begin(), group.captures.end(), [&](std::size_t i) { return used[i]; });
@@ -310,7 +310,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
           fmt::format("only {} of the {} captures of {} {} fit the others: {}", kept, group.captures.size(),
                       group.plate ? "plate" : "socket", id, group.plate ? "has it another pitch?" : "has it moved?");
   }
-  // Reduced echelon form: each open direction contains few parameters.
+  // Reduced echelon form, so that each undetermined direction contains few parameters.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

@@ -56,7 +56,7 @@ struct Turn {
   Vector3d w_;
 };
 
-// Projection of p_W, with derivatives on request.
+// Position of p_W in the picture; derivatives if requested.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -232,7 +232,7 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Covariance of the last `wanted` unknowns of `order`. Returns false if they are not all determined.
+// Covariance of the last `wanted` unknowns in `order`. Returns false if they are not all determined.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -298,7 +298,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // The first estimate of the cameras uses the plane of the touched points, if these are flat.
+  // If the touched points lie in a plane, this plane gives the first estimate of the cameras.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -322,7 +322,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  // Plane of the touched points as a board B.
+  // Plane of the touched points as frame B.
   const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};
   const Pose X_BW = inverse(X_WB);
 
@@ -358,7 +358,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
   if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
 
-  // First estimates: cameras that see touched points, then the panel from them, then other cameras from the panel.
+  // First estimates: first the cameras of pictures with touched points, from these the panel, from the panel the other
+  // cameras.
   std::map<int, Pose> X_KW;
   std::optional<Pose> X_WP;
   for (const auto& [id, seen] : pictures) {
@@ -382,7 +383,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // The mirror is half-way between the panel and its reflection.
+    // The mirror is half-way between panel and mirror image.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -554,7 +555,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1) is dark, and so every second one.
+      // Cell (1, 1) is dark, and then every second cell.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

@@ -1,5 +1,6 @@
-// The sparser stream is interpolated at the times of the denser one, which has the least noise between samples. So the
-// equations are multiplied by an instrument: the slope of the denser stream without the sample itself.
+// The stream with fewer samples is interpolated at the times of the denser one, which adds the least noise. Against
+// bias by this noise, the equations are multiplied by an instrument: the denser stream's slope without the sample
+// itself.
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -99,10 +100,10 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // variance of p / variance of a sample
+  double noise_gain = 1;  // variance of the interpolated p / variance of a sample
 };
 
-// Lagrange interpolation through six samples around u, without gaps.
+// Lagrange interpolation through six samples around the time u, without gaps.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -117,7 +118,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const double* t = &track.t[first];
   double gap[kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) gap[j] = (u - t[j]) / track.step;
-  // [j][k]: product of all differences except those of j and k.
+  // without[j][k]: product of all differences except those of j and k.
   double without[kThrough][kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) {
     for (std::size_t k = 0; k < j; ++k) {
@@ -179,7 +180,7 @@ double noise_of(const Track& track) {
 }
 
 struct Shift {
-  double u = 0;     // s, delay of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s, delay of the stream with fewer samples: query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
@@ -321,7 +322,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Glitches: residuals above 7 standard deviations, estimated from the median.
+        // Glitches (residuals above 7 robust standard deviations) are not used.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -420,7 +421,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // Streams that agree within their noise need no rotation.
+    // Rotation is not tried if the streams agree without it.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
@@ -461,7 +462,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Noise may split a minimum in two; both count once.
+    // If noise splits a minimum in two, both count once.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -497,7 +498,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // Fraction of the residual's variance from the sparse stream.
+  // Fraction of the residual's variance from the sparser stream.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {

@@ -35,11 +35,11 @@ constexpr double kFloor = 1e-13;  // rad and m, rounding error
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;     // number of best random samples that concentrate() improves
 constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is rejected
-// Number of pairs from which the noise is estimated as a full 6×6 matrix.
+// From this number of pairs on, noise is a full 6×6 matrix.
 constexpr std::size_t kMinForFullNoise = 20;
-// Smallest rms rotations that determine X and Z, rad.
+// With smaller rms rotations, X and Z are not determined, rad.
 constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
-// Smallest rotation / noise for which anything is determined.
+// If rotation / noise is smaller, nothing is determined.
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -214,7 +214,7 @@ class Solver {
 
   struct Sample {
     double score = std::numeric_limits<double>::infinity();  // m², sum of distance2() over `rows`
-    // The nearest rows: half of all plus two.
+    // Pairs with the smallest residuals: half of all, plus two.
     Indices rows;
   };
   Sample concentrate(const Indices& rows) const {
@@ -253,7 +253,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Noise from the largest residual of the better half / its expected value for noise 1.
+    // Estimates the noise: largest residual of the better half / expected value of this residual for noise 1.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -352,7 +352,7 @@ class Solver {
     // The mean of an inverse Wishart distribution is too large by ν / (ν - 7).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kMinForFullNoise ? 1 : nu / (nu - 7);
-    // Scaled by the diagonal's roots, because the units differ.
+    // Scaled by the diagonal's roots, because the unknowns' units differ.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
@@ -371,7 +371,7 @@ class Solver {
     if (options_.motions) {
       for (const std::size_t i : rows) add(A_[i].R);
     } else {
-      const std::size_t step = 1 + rows.size() / 200;  // uses only a part of many rows
+      const std::size_t step = 1 + rows.size() / 200;  // of many pairs, only a part is used
       for (std::size_t i = 0; i < rows.size(); i += step) {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
@@ -419,7 +419,7 @@ class Solver {
     std::copy(z.data(), z.data() + 36, result_.Z_covariance.begin());
   }
 
-  // Finds reasons that forbid the use of the result.
+  // Checks whether the result may be used; if not, why.
   void judge() {
     if (2 * result_.inliers.size() <= n_) {
       result_.not_determined =
@@ -451,7 +451,7 @@ class Solver {
   std::size_t n_;
   int parameters_;
   Eigen::MatrixXd covariance_;
-  // Noise per axis: rotation (rad) and translation (m).
+  // Noise per axis: of rotation (rad) and of translation (m).
   double rotation_sigma_ = 0, translation_sigma_ = 0;
   Vector3d axis_ = Vector3d::Zero();  // main axis of rotation in S
   HandEyeResult result_;

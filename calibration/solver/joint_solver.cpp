@@ -278,7 +278,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// Derivatives of the mirror's normal by its two tilt angles.
+  /// Derivatives of the mirror's normal with respect to both tilts.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);
@@ -361,14 +361,14 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       if (counts[k] > 0 && round == 0) result.kinds[k].before_rms = std::sqrt(squares[k] / counts[k]);
       if (counts[k] > 0) result.kinds[k].after_rms = std::sqrt(squares[k] / counts[k]);
     }
-    // Prior with mean zero and plausible errors as standard deviations.
+    // Prior: mean zero, plausible errors as standard deviations.
     const Eigen::MatrixXd information = JJ + Eigen::MatrixXd::Identity(n, n);
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     const VectorXd step = -ldlt.solve(Jr + x.cwiseQuotient(scale));
     x += scale.cwiseProduct(step);
     covariance = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
 
-    // Noise of each kind of touch, from the median of its residuals.
+    // Noise of each kind of touch, from the median residual.
     if (round < 2 || step.norm() > 1e-3) continue;
     bool changed = false;
     for (std::size_t k = 0; k < kKinds; ++k) {

@@ -1,4 +1,4 @@
-// Finds pairs that follow two similar rigid motions, which look like one motion with noise.
+// Recognises that pairs follow two similar rigid motions, which look like one motion with noise.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct Split {
   Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
   double sigma = 0;                        // m per axis, noise of pairs under their own motion
-  double log_nfa = 0;                      // logarithm of the number of equal splits expected by chance
+  double log_nfa = 0;                      // logarithm of the expected number of equally good splits by chance
 };
 
 /// Best split of `pairs`, if it is better than one motion with (also elongated) noise. `known_sigma`: m per axis, 0:

@@ -16,7 +16,7 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
 /// Ratio of lengths in D to those in H, if a scale fits much better and differs from 1 by 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// Ratio of lengths in D to those in H, as the median over distances. For data with outliers.
+/// Ratio of lengths in D to those in H, as the median over distances between points. For data with outliers.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

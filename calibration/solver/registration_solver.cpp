@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 
 // Largest probability that a split into two motions is chance.
 constexpr double kSplitChance = 1e-3;
-// Largest ratio of the noise after and before adding pairs; above it, the added pairs were wrong.
+// If adding pairs increases the noise by more than this factor, the added pairs were wrong.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -69,7 +69,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Second moment of a full box about the centroid, m².
+/// Second moment of a filled box about the centroid, m².
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -113,7 +113,7 @@ class Registration {
     return rest;
   }
 
-  // Largest residual of a correct pair, m.
+  // Limit for the residual of a correct pair, m.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -130,7 +130,7 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Adds pairs with residuals below `limit` (m) and refits, until nothing changes.
+  // Takes pairs with residuals below `limit` (m) and refits, until nothing changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -143,13 +143,13 @@ class Registration {
     return fit;
   }
 
-  // Assigns the pairs to the nearer of two motions. The second motion is a rival if many pairs follow it, or if it is
-  // too similar to be separated; otherwise its pairs are outliers.
+  // Assigns each pair to one of two motions. The second motion is reported as a rival if many pairs follow it, or if it
+  // is too similar to be separated; otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Adds pairs that fit the first motion again, unless the noise grows.
+    // Adds pairs that fit the first motion after all, unless this increases the noise.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -169,7 +169,7 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // Perhaps only a few pairs are wrong, and one motion remains without them.
+      // Perhaps only a few pairs are wrong, and without them one motion fits the others.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -182,7 +182,7 @@ class Registration {
     }
   }
 
-  // Finds other motions with which several pairs agree.
+  // Finds other motions with which several of the outliers agree.
   void find_rivals() {
     Indices rest = outliers();
     while (rest.size() >= 4) {
@@ -285,7 +285,7 @@ class Registration {
     }
   }
 
-  // Tests whether D is a mirror image of H, or in other units.
+  // Tests whether D is a mirror image of H, or has other units.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -365,9 +365,9 @@ class Registration {
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;   // m, rms spread of the points along main axes, ascending
+  Vector3d spread_;   // m, rms spread of the points along the main axes, ascending
   double noise_ = 0;  // m per axis, largest noise compatible with the residuals
-  // The points coincide, or lie on a line, within rounding.
+  // True: the points coincide, or lie on a line.
   bool coincident_ = false, collinear_ = false;
   int undetermined_ = 0;  // number of rotations that the points do not determine
 };

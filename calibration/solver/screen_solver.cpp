@@ -62,7 +62,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
   const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2),
                                 row(0) - 0.5 * row(2)};
-  // X_WP: origin in the middle of the panel, z to the viewer.
+  // Pose X_WP of the panel: origin in its middle, z towards the viewer.
   const Pose X0 = fit_rigid(flat, seen);
 
   const auto unpack = [&](const Eigen::VectorXd& x) {

@@ -29,7 +29,7 @@ double gamma_p(double a, double x) {
   return 1 - scale * h;
 }
 
-// Continued fraction of the incomplete beta function (Abramowitz & Stegun 26.5.8), by Lentz's method.
+// Incomplete beta function as a continued fraction (Abramowitz & Stegun 26.5.8), by Lentz's method.
 double beta_fraction(double a, double b, double x) {
   const double tiny = 1e-300;
   double c = 1, d = 1 - (a + b) * x / (a + 1);

@@ -21,12 +21,12 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kMinPoints = 100;
 constexpr int kMaxRounds = 200;
-// Smallest cosine between the normals of both surfaces.
+// Smaller cosines between both surfaces' normals exclude a point.
 constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
 // σ / median |residual| for normal errors.
 constexpr double kPerMedian = 1.4826;
-// Smallest factor by which the limit changes per round.
+// Per round, the residual limit shrinks at most to this fraction.
 constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, step below which the pose has converged
 // Ridge on the offset, because the walls of a corner do not determine it.
@@ -105,7 +105,7 @@ class SurfaceFit {
     }
   }
 
-  /// Limit of the residuals, from the median of those in use, m.
+  /// Limit of the residuals, from the median of used residuals, m.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -139,7 +139,7 @@ class SurfaceFit {
     return H;
   }
 
-  /// One Gauss–Newton step; returns its size, m.
+  /// Makes one Gauss–Newton step and returns its size, m.
   double move() {
     Vector7 g = Vector7::Zero();
     double total = 0;

@@ -54,8 +54,8 @@ fs::path assets_folder() {
 
 namespace {
 
-/// The path `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of `kind`.
-/// Throws Error if neither file exists. `noun`: word for such a file in the message, for example "rig".
+/// Returns `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of `kind`.
+/// Throws Error if neither file exists. `noun`: what the message calls such a file, for example "rig".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;

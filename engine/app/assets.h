@@ -13,8 +13,8 @@
 
 namespace typodont {
 
-/// The folder of the shipped assets: the one that the environment variable TYPODONT_ASSETS names. Without it, searches
-/// beside the program or library and in the folders above, for example in the source tree. Throws Error.
+/// The folder of the shipped assets. The environment variable TYPODONT_ASSETS names it; without this variable, the
+/// function searches beside the program or library and in the folders above. Throws Error.
 std::filesystem::path assets_folder();
 /// Folders in which the program searches for the files to which a scene refers.
 struct ScenePlace {

@@ -32,7 +32,7 @@
 #include "haptics/sphere_passes.h"
 
 namespace {
-/// Registers the GPU implementation of the passes of the contact model "packing", because the module haptics does not
+/// Registers the GPU implementation of the contact model "packing" (sphere passes), because the module haptics does not
 /// link Vulkan.
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
@@ -89,10 +89,10 @@ static void open_standard_streams() {
 /// status. Throws Error if the input is bad, and another exception if the run fails.
 static int run_program(int argc, char** argv) {
   using namespace typodont;
-  // The system sends this signal if a file reaches its size limit; it would end a live session. If it is ignored, the
-  // write fails instead, as on a full disk.
+  // The system sends SIGXFSZ if a file reaches its size limit, which would end a live session. If the signal is
+  // ignored, the write fails instead, as on a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader closing the output must not end a session
+  std::signal(SIGPIPE, SIG_IGN);  // if the output's reader closes the pipe, the session must not end
   end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(

@@ -203,7 +203,7 @@ session::StreamSpec sound_stream() {
 namespace {
 
 constexpr Nanos kSoundEvery = 10'000'000;  // ns, interval between samples of the sound's parameters
-// If a fault ends and occurs again within this time, the second occurrence is not recorded, ns.
+// A fault that ends and occurs again within this time is recorded only once, ns.
 constexpr Nanos kFaultAgain = kNanosPerSecond;
 
 std::vector<bool> rotating_tools(const Scene& scene) {

@@ -1,4 +1,4 @@
-// Writes a session to a file (.h5): its header, the events on its tapes, and its result.
+// Writes a session to a file (.h5): its header, the events on its tapes (event queues), and its result.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// Stream with pose and pedal of the second hand. Its times are those of the session's clock.
+/// Stream with pose and pedal of the second hand, with times of the session's clock.
 session::StreamSpec left_hand_stream();
 
 /// Stream with the eyes' positions in front of a screen, and the view. One row per change.
@@ -55,21 +55,21 @@ std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 /// All undos and redos of a recording, in order.
 std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
 
-/// Converts a loose piece of tissue to an event, and back, for pictures and reports; a replay computes the piece again.
-/// For other kinds of events, piece_of() returns an empty optional. Throws Error if the event's text is damaged.
+/// Converts a separated piece of tissue to an event, and back, for pictures and reports; a replay computes the piece
+/// again. For other kinds of events, piece_of() returns an empty optional. Throws Error if the event's text is damaged.
 session::SessionEvent event_of(const LoosePiece& piece);
 std::optional<LoosePiece> piece_of(const session::SessionEvent& event);
 
 /// Reads all tapes of a session and writes its file. Only one thread at a time may use it.
 class SessionRecorder {
  public:
-  /// Records the second hand and the view only if `header.streams` names them. `sound_latency`: returns the time from a
-  /// tick to its sound, s; empty: unknown. Throws Error.
+  /// Records the second hand and the eyes' positions only if `header.streams` names them. `sound_latency`: returns the
+  /// time from a tick to its sound, s; empty: unknown. Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const session::SessionHeader& header,
                   const Tapes& tapes, const session::WriterOptions& options = {},
                   std::function<double()> sound_latency = {});
-  /// For sessions without a clock: equal input gives equal bytes, and the file exists only after finish(). Throws
-  /// Error.
+  /// For sessions without a clock. Equal input gives files with equal bytes. The file exists only after finish().
+  /// Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
                   const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee = {});
 
@@ -110,7 +110,7 @@ class SessionRecorder {
   Tape<haptics::HandSample>::Reader hand_;
   Tape<LoopReport>::Reader loop_;
   render::View viewed_ = render::View::kLook;
-  bool noted_ = false;  // true after the first tick
+  bool noted_ = false;  // true after the first tick was recorded
   std::uint32_t tool_ = 0;
   Nanos sounded_ = 0;
   std::array<Nanos, 32> fault_seen_{};          // last time at which each fault bit was set

@@ -447,7 +447,7 @@ static std::string load_model(const std::string& file) {
 
 void choose_model(Scene& scene, const std::string& wanted) {
   const std::string name = wanted.find('/') == std::string::npos ? wanted : load_model(wanted);
-  // The scene already has this contact model: keep its parameters.
+  // If the scene already has this contact model, its parameters are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

@@ -28,13 +28,13 @@ class Keys;
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
+  ScenePlace place;  // folders in which relative file names are searched: that of the scene's file, or of the recording
   std::string text;  // text of the scene file
   std::string name;
   /// Parts of the program that the scene uses: haptics, render, sound, debris, record, score.
   std::set<std::string> parts;
   haptics::ServoSettings servo;      // servo settings, except the voxel frame, which depends on tissue
-  DrawnAs drawn_as;                  // tissues drawn like another tissue, e.g. a hidden lesion
+  DrawnAs drawn_as;                  // tissues that pictures show like another tissue, e.g. a hidden lesion
   std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
   std::optional<Json> tissue;        // JSON of the initial tissue: a volume, or solids
   std::vector<Json> paint;           // JSON of tissue that is added to the initial tissue, for example a lesion
@@ -51,7 +51,7 @@ struct Scene {
   /// Mouth mirror in the second hand at the start; its diameter is 0 if there is none.
   MouthMirror mouth_mirror;
   HandpieceView handpieces;  // how the picture shows handpieces
-  /// Suction nozzle with a fixed pose; empty: default, beside the tooth.
+  /// Suction nozzle with a fixed pose; empty: a default pose beside the tooth.
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
@@ -59,10 +59,10 @@ struct Scene {
   bool spray_on = false;         // true: the spray is on at the start
   /// Settings of the heat in the tissue; empty: the scene computes no heat.
   std::optional<session::HeatSettings> heat;
-  /// True: the order of the autoregressive sound models may be reduced as long as no part of the sound is lost.
+  /// True: the sound models (autoregressive filters) may be shortened as long as no part of the sound is lost.
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the scene's display rig; empty: one of the usual rigs, which show a tooth
+  std::string rig;  // name of the scene's display rig; empty: one of the usual rigs for a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -73,7 +73,7 @@ void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction)
 /// Reads a scene (docs/scene_format.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something
 /// in the file is missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& scene);
-/// Reads a scene from JSON. Relative paths in it start at the folder of `file`.
+/// Reads a scene from JSON. Relative paths in the scene start at the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON. Files that it names are searched in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);

@@ -50,7 +50,7 @@ class ServoSide {
   std::uint64_t ticks_ = 0, cuts_ = 0;
 };
 
-/// Repeats the servo's cuts on the tissue, and writes the carver's tape. Carver thread only.
+/// Repeats the servo's cuts on the whole tissue, and writes the carver's tape. Carver thread only.
 class CarverSide {
  public:
   /// `start`: state of the tool before the first tick.

@@ -22,8 +22,7 @@ constexpr double kHold = 0.25;         // s, the sound of a live session stops i
 }  // namespace
 
 SoundVoice voice_of(const Scene& scene) {
-  // Speed limit between two sounds, rad/s: a faster handpiece sounds like an air turbine, a slower one like an electric
-  // handpiece.
+  // A handpiece faster than this sounds like an air turbine, a slower one like an electric handpiece, rad/s.
   constexpr double kTurbine = 150 * kKrpm;
   const double free_speed = scene.servo.spindle.free_speed;
   const bool own =
@@ -93,7 +92,7 @@ void SoundLink::stop(Nanos t) {
 
 void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
-  Nanos heard = -1;  // ns, time of the latest tick first heard in this block
+  Nanos heard = -1;  // ns, session time of the latest tick whose sound begins in this block
   for (ServoEvent event; link->servo_.next(event);) {
     auto* const next = std::get_if<ServoTick>(&event);
     if (!next || next->t < link->begin_) continue;

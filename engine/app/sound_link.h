@@ -1,5 +1,5 @@
-// Converts ticks to sound: contains a scene's sound synthesizer and the output for its samples. Application thread
-// only, unless a comment names another thread.
+// Converts the servo's ticks to sound: contains a scene's sound synthesizer and the output for its samples. Application
+// thread only, unless a comment names another thread.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@
 
 namespace typodont {
 
-/// Data on which the sound depends, besides the ticks.
+/// Data on which the sound depends, besides the servo's ticks.
 struct SoundVoice {
   std::string model;            // name of the synthesizer's model in assets/sounds/
   double free_speed = 0;        // rad/s, speed of the free-running spindle
@@ -48,10 +48,9 @@ class SoundLink {
   /// Sets the state of water and suction from the next audio block on. `spray`: the handpiece's water is on; it flows
   /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Computes the sound up to the time t; the first call starts it. After the session's clock has started, call it at
-  /// least ten times per second. `t`: current time on this clock; for a sound file, time of the latest tick.
-  /// A tick with time t is heard in the sample with the same time. A sound file contains the session from its
-  /// beginning.
+  /// Computes the sound up to the time t. The first call starts the sound; after the session's clock has started, call
+  /// it at least ten times per second. `t`: current time on this clock; for a sound file, time of the latest tick. A
+  /// tick with time t is heard in the sample with the same time. A sound file contains the session from its beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);
@@ -92,7 +91,7 @@ class SoundLink {
   std::array<float, 1024> mono_{};
   dvec3 tool_W_{0};  // m, position of the tool's head in the latest tick
   SeenFrom listener_;
-  std::uint64_t next_tick_ = 0;  // index after the latest tick
+  std::uint64_t next_tick_ = 0;  // 1 + index of the latest tick
   bool listened_ = false, seen_tool_ = false;
 };
 

@@ -17,12 +17,12 @@ class SteppedSession {
  public:
   /// Prepares the servo for this hand. Throws Error.
   SteppedSession(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
-  /// Prepares the servo for an ideal hand, with torque and without vibration. `rate`: Hz.
+  /// Prepares the servo for a hand that can produce any torque and no vibration. `rate`: Hz.
   SteppedSession(const Scene& scene, haptics::TissueVolume tissue, double rate);
   SteppedSession(const SteppedSession&) = delete;
   SteppedSession& operator=(const SteppedSession&) = delete;
 
-  /// The session's tapes. The first call creates them; earlier events are not on them.
+  /// The session's tapes (event queues). The first call creates them; earlier events are not on them.
   Tapes& tapes();
 
   /// Runs a tick of the servo, then the carver.
@@ -53,7 +53,7 @@ class SteppedSession {
 
   haptics::LockStep steps_;
   const double rate_;             // Hz, rate of the servo
-  std::unique_ptr<Tapes> tapes_;  // null if nobody reads them
+  std::unique_ptr<Tapes> tapes_;  // null until tapes() is called
   std::optional<ServoSide> side_;
   ServoTick tick_;
   Cut cut_;

@@ -1,5 +1,5 @@
-// The events of a session, and the tapes on which its threads write them. Times are session times unless a comment
-// states another clock.
+// The events of a session, and the tapes (event queues) on which its threads write them. Times are session times unless
+// a comment states another clock.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. Its position among cuts and tissue patches is recorded for an exact replay.
+/// An undo or redo of a stroke. Its position among cuts and tissue copies (patches) is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
@@ -48,11 +48,11 @@ struct WaterSwitch {
 struct PictureTiming {
   Nanos t = 0;        // ns, time at which the frame began
   double period = 0;  // s, time since the previous frame
-  double record = 0;  // s, time of preparation and submission on the CPU
+  double record = 0;  // s, time in which the CPU prepared and submitted the frame
   double gpu = 0;     // s, GPU time of the latest finished frame
   // Estimated latency from the hand's sample that the frame shows to the middle of the screen's next refresh, s.
   double motion_to_photon = 0;
-  double redrawn = 1;  // fraction of the picture that was drawn again
+  double redrawn = 1;  // fraction of the picture's area that this frame drew again
   int step = 0;        // index of the quality level; 0 is the best
 };
 
@@ -63,7 +63,7 @@ using CarverEvent = std::variant<StrokeEdit, LoosePiece, TissueState>;
 /// What the trainee sees; written after each change and frame.
 using ViewEvent = std::variant<SeenFrom, WaterSwitch, PictureTiming, display::HmdTiming>;
 
-/// A session's tapes, one for each thread that writes.
+/// A session's tapes (event queues), one for each thread that writes.
 struct Tapes {
   Tape<ServoEvent> servo{1 << 16};  // holds eight seconds at 4 kHz, if every tick cuts
   Tape<CarverEvent> carver{1 << 12};

@@ -1,5 +1,6 @@
-// All channels between the threads of a session: tapes, which any thread may read, and channels with one writer and one
-// reader. "Render thread": the thread that draws the trainee's picture. "User interface": the operator's window.
+// All channels between the threads of a session: tapes (event queues), which any thread may read, and channels with one
+// writer and one reader. "Render thread": the thread that draws the trainee's picture. "User interface": the operator's
+// window.
 #pragma once
 
 #include <array>
@@ -19,10 +20,10 @@ namespace typodont {
 /// Changed mesh bricks. The carver thread meshes them; the renderer uploads them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
-/// Settings that may change during a session. They change input and output of the servo. A recording does not contain
-/// them: its ticks contain the changed values, so a replay is exact without the settings.
+/// Settings that may change during a session. They change inputs and outputs of the servo. A recording does not contain
+/// the settings, but its ticks contain the changed values, so a replay is exact.
 struct SessionSettings {
-  double speed_fraction = 1;  // 0..1, factor on the pedal, which limits the drill's speed
+  double speed_fraction = 1;  // 0..1, factor on the pedal's position, which sets the drill's speed
   bool backwards = false;     // true: the handpiece turns backwards; only for threaded tools
   double force_fraction = 1;  // 0..1, factor on the force applied to the hand
   /// Factor on each tissue's stiffness; only for sessions without recording.
@@ -35,7 +36,7 @@ struct SessionSettings {
     for (double& v : all) v = fraction;
     return all;
   }
-  /// The stiffness (N/m) of each tissue, multiplied by the factors in these settings, for set_stiffness() of the servo.
+  /// The stiffness (N/m) of each tissue multiplied by the factors in these settings, for Servo::set_stiffness().
   PerTissue stiffness_of(const MaterialTable& materials) const {
     PerTissue scaled{};
     for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
@@ -81,12 +82,13 @@ struct Wiring {
   // Carver thread → user interface: changed parts of the tissue's mesh, if a headset shows the session and an operator
   // watches in a window.
   Ring<MeshBatch*> bricks_to_watch{256};
-  // Carver thread → computing thread of LiveViews (live_views.h): requested copies of the tissue. The channel from that
-  // thread to the user interface is inside LiveViews.
+  // Carver thread → computing thread of LiveViews (live_views.h): requested copies of the tissue. The results go to the
+  // user interface by a channel inside LiveViews.
   Ring<haptics::TissueVolume*> copies_to_watch{4};
-  // Carver thread → planner thread of the expert (live_expert.h): copies of the tissue, if the hand is an expert.
+  // Carver thread → planner thread of the expert (live_expert.h): copies of the tissue, if an expert (planned motion)
+  // is the hand.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // Render thread (window) → servo thread: pose of the hand, if the hand is the mouse.
+  // Render thread (window) → servo thread: sample of the hand, if the mouse is the hand.
   Latest<haptics::HandSample> pointer;
   // User interface → carver thread: moves of the brush with which an instructor paints tissue.
   Ring<BrushMove> paint_to_carver{1 << 10};
@@ -109,8 +111,8 @@ struct Wiring {
   // Render thread → carver thread: tolerance of the mesh, voxels (picture/detail.h).
   std::atomic<float> tolerance{0.1f};
   std::array<std::atomic<bool>, 2>
-      /// Render thread or headset's thread → carver thread: true if a picture shows the tissue; otherwise nothing is
-      /// meshed.
+      /// Render thread or headset's thread → carver thread: true if a picture shows the tissue; otherwise no surface is
+      /// computed.
       tissue_in_sight{};
   /// Any thread → servo thread: zero force from the next tick on, then the end of the session.
   std::atomic<bool> emergency{false};

@@ -1,5 +1,5 @@
-// Counters of a session's work, by kind. Only the thread that does the work increases a counter; it is read after this
-// thread has ended.
+// Counters of a session's work, by kind. Only the thread that does the work increases its counter; the counter is read
+// after this thread has ended.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct WorkCounts {
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
   /// Number of mesh bricks that were not drawn: outside of the picture, facing away from the viewer, or hidden.
   std::uint64_t bricks_skipped = 0;
-  std::uint64_t pipelines = 0;         // largest number of graphics pipelines at the same time
+  std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
   std::uint64_t turns = 0;             // passes of the drawing loop; most passes draw nothing
   std::uint64_t desktop_requests = 0;  // number of requests to the window system
   std::uint64_t samples = 0;           // number of sound samples that were computed

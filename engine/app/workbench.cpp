@@ -104,13 +104,13 @@ struct Workbench::Impl {
   TissueState tissue_state;
   LoopReport loop;
   SessionSettings settings;  // the settings that were last sent to the servo
-  // Evaluates the motion of the hand for the score; empty if no operator's window shows the session.
+  // Measures the motion of the hand for the score; empty if no operator's window shows the session.
   std::optional<session::HandMeter> meter;
   // Measures the damage for the score; empty if no operator's window shows the session.
   std::optional<DamageMeter> damage;
-  // Temperature of pulp and bone; empty if the scene does not ask for it.
+  // Computes the temperature of pulp and bone; empty if the scene does not ask for it.
   std::optional<HeatMeter> heat;
-  // Current phase of an implant exercise; empty in other exercises.
+  // Determines the current phase of an implant exercise; empty in other exercises.
   std::optional<session::ImplantMeter> implant;
   // Volume of each tissue at the start, m³; used only if an operator's window shows the session.
   PerTissue volumes_before{};
@@ -118,7 +118,7 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // session time when the tool was last near the hand
+  Nanos followed = 0;             // session time at which the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step
@@ -167,7 +167,7 @@ struct Workbench::Impl {
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void follow_tapes();
   void advance_sound();
-  /// Passes a tick to the meters of the score.
+  /// Passes a tick to the objects that measure the score.
   void score(ServoTick next);
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
@@ -267,7 +267,7 @@ void Workbench::Impl::set_up() {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
       sound.emplace(address, voice_of(scene), s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
-      // Without a picture, nobody else writes the eyes' position.
+      // Without a picture, no other code records the eyes' position.
       if (rig && !s.draw) s.wiring.tapes.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
     }
@@ -380,7 +380,7 @@ void Workbench::Impl::start() {
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
 }
 
-/// Reads servo and carver events since the last call.
+/// Reads the servo's and the carver's events since the last call.
 void Workbench::Impl::follow_tapes() {
   for (ServoEvent event; places->servo.next(event);) {
     if (picture) picture->apply(event);
@@ -691,8 +691,8 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // The histogram states the upper edge of a bin as the quantile. It may exceed the largest measured value, so it is
-  // limited to this value.
+  // The histogram states the upper edge of a bin as the quantile. This value may exceed the largest measured value, so
+  // the largest measured value is its limit.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -709,7 +709,8 @@ void Workbench::Impl::end() {
   count_work(process);
 }
 
-/// Collects the counters after all threads have ended. `running_process`: counts of the process before the end.
+/// Collects the counters after all threads have ended. `running_process`: counts of the process while the session was
+/// running.
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;

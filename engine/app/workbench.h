@@ -37,7 +37,7 @@ struct WorkbenchOptions {
   std::filesystem::path record;  // file of the recording; empty: no recording
   /// Addresses at which the session's state is published (live/state_stream.h); empty: it is not published.
   std::vector<std::string> stream;
-  double stream_rate = 100;  // Hz, number of published states per second
+  double stream_rate = 100;  // Hz, rate at which states are published
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
   std::string quality;         // name of the picture's quality level; empty: chosen from the drawing times of frames
@@ -52,7 +52,7 @@ struct WorkbenchOptions {
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
   // For experiments (engine/app/experiment/). True: status() contains the newest tick even if nothing is drawn; the
-  // picture shows the text of say() instead of the keys; no picture shows the force.
+  // picture shows the text of say() instead of the keys, and does not show the force.
   bool steered = false;
   double max_delay = 0;  // s, maximum of SessionSettings::force_delay; 0: the session cannot delay forces
 
@@ -81,7 +81,7 @@ struct ImplantStatus {
 struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick of the servo
-  std::uint32_t faults = 0;  // fault bits that were set in the last second
+  std::uint32_t faults = 0;  // faults of the last second, one bit each
   // Distance between hand and tool if the tool has not followed the hand for one second, m; otherwise 0.
   double caught = 0;
   LoopTiming timing;
@@ -137,10 +137,10 @@ class Workbench {
 
   void start();
   /// Processes input and draws a frame; without a picture, waits for a short time. Returns false at the session's end:
-  /// the window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
+  /// window closed, hand's script ended, time over, or the process asked to stop.
   bool step();
-  /// Does the same as step() above for a picture in the operator's window. The caller passes the input over the picture
-  /// and the picture's size in pixels.
+  /// Does the same as step() above for a picture in the operator's window. `input`: input over the picture.
+  /// `picture_size`: pixels.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
@@ -152,7 +152,7 @@ class Workbench {
   void choose_phase_tool();
   /// Paints tissue. Only for sessions without a recording, because a recording contains cuts but no painted tissue.
   void paint(const BrushMove& move);
-  /// Brush strokes in order, without undone ones. Call after stop().
+  /// The instructor's brush strokes in order, without undone ones. Call after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
@@ -185,7 +185,7 @@ class Workbench {
   WorkbenchStatus status();
   /// Computes the score so far by the rules of the scene. Valid only if WorkbenchOptions::operated is true.
   session::Score score_so_far();
-  /// The data of the hand for the final score of a session in the operator's window. Call once, after stop().
+  /// The measured data of the hand, for the final score of a session in the operator's window. Call once, after stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;

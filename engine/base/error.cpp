@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-// Bytes of one part of a message. Longer parts, usually quoted input, are shortened.
+// Largest length of one part of a message, bytes. Longer parts, usually quoted input, are shortened.
 constexpr std::size_t kLongest = 240;
 
 /// Shortens the part between two characters, and replaces control characters, which a terminal would execute.

@@ -39,8 +39,8 @@ FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKin
 /// The kind that has the file's extension; kText: none has it.
 FileKind kind_of_name(const std::filesystem::path& file);
 
-/// True if a file of this kind may replace an existing one: an empty file, or one of the same kind. `head`: the
-/// existing file's first bytes, up to 4 KiB; `size`: its size in bytes.
+/// True if a file of this kind may replace an existing file, which must be empty or of the same kind. `head`: the first
+/// bytes of the existing file, up to 4 KiB; `size`: its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

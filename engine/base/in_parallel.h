@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// Thrown when a caller requested that the work stops.
+/// Thrown by in_parallel() if a stop of the work was requested.
 struct Stopped {};
 
 /// Calls each(i) for 0 <= i < count on up to `max_threads` threads, `block` calls at a time, and waits for all. If a

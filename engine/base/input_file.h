@@ -30,7 +30,8 @@ std::string read_input(const std::filesystem::path& file, InputKind kind);
 /// Calls require_input() and opens the file as a binary stream.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// The remembered input file that is the same file: same device, inode and time of creation. Any thread.
+/// Returns the remembered input (see remember_inputs()) that is the same file: same device, inode and time of creation.
+/// Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 
 /// Reads a file line by line. A line has up to kLongest characters; its line end is removed.

@@ -7,9 +7,8 @@
 
 namespace typodont {
 
-/// After this call, each of these signals removes partial files and ends the program with exit status 1; if an
-/// InterruptHandler exists, it is called instead. An ignored SIGHUP (nohup) remains ignored. Call once, from the main
-/// thread.
+/// After this call, SIGINT, SIGTERM and SIGHUP remove partial files and end the program with exit status 1, or call the
+/// InterruptHandler if there is one. An ignored SIGHUP (nohup) remains ignored. Call once, from the main thread.
 void end_cleanly_on_interrupt();
 
 /// While this object exists, the signals call `handler`; then the previous handler again. Destroy in reverse order.

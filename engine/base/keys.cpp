@@ -18,7 +18,7 @@ std::string number(double value, double scale = 1e9) {
   return fmt::format("{}{}", value < 0 ? "−" : "", std::round(std::abs(value) * scale) / scale);
 }
 
-/// For a table: the valid range, and the default if it is in this range.
+/// Text for a table: the valid range, and the default if it is in this range.
 std::string text_of(const Range& range, double fallback, bool required) {
   const bool low = std::isfinite(range.min), high = std::isfinite(range.max);
   std::string text = low && high
@@ -38,7 +38,7 @@ std::string schema_of(std::string_view type, const Range& range) {
 }
 
 Schema object_schema(const std::vector<KeyRow>& rows) {
-  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // and code marks
+  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // Markdown links, and code marks
   Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
   for (const KeyRow& row : rows) {
     std::string text = row.schema;
@@ -151,7 +151,7 @@ void refuse_other_keys(const Json& json, const std::vector<std::string_view>& na
 }
 
 std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
-  constexpr std::size_t kFew = 5;  // the keys of a small object stand in the table of the outer one
+  constexpr std::size_t kFew = 5;  // an object with so few keys is listed in the table of the outer object
   std::string text = fmt::format("{}:\n| key | value | meaning |\n|---|---|---|\n", name), nested;
   const auto add = [&](const KeyRow& row, std::string_view outer) {
     if (!row.meaning.empty()) text += fmt::format("| `{}{}` | {} | {} |\n", outer, row.key, row.value, row.meaning);

@@ -60,13 +60,13 @@ inline Key must(const char* name) {
   return key;
 }
 
-/// Reads the keys of an object, or lists them. A description calls it once for each key, in the order of messages, with
-/// the variable, what is valid, and the meaning. An absent key leaves the variable as it is. Throws Error.
+/// Reads the keys of an object from a file, or lists them for documentation. A function that describes the object calls
+/// it once for each key. A variable whose key is absent keeps its value. Throws Error.
 class Keys {
  public:
   Keys() = default;                                           // an object without keys
-  explicit Keys(const Json& json) : json_(json) {}            // reads
-  explicit Keys(std::vector<KeyRow>& rows) : rows_(&rows) {}  // lists
+  explicit Keys(const Json& json) : json_(json) {}            // reads the object
+  explicit Keys(std::vector<KeyRow>& rows) : rows_(&rows) {}  // lists the keys
 
   void operator()(Key key, double& value, const Range& range, std::string_view meaning);
   void operator()(Key key, std::optional<double>& value, const Range& range, std::string_view meaning);
@@ -95,7 +95,7 @@ class Keys {
   /// The same; `of` describes the object in it.
   template <std::invocable<Keys&> Of>
   std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
-  // An object, also one that sets members of `value`, or is there only with its key; and a list of objects.
+  // Declare a key whose value is an object that the function `of` describes, or a list of such objects.
   template <std::invocable<Keys&> Of>
   void operator()(Key key, Of&& of, std::string_view meaning);
   template <class T, std::invocable<Keys&, T&> Of>
@@ -149,7 +149,7 @@ T read_keys(const Json& json, void (*describe)(Keys&, T&)) {
   return value;
 }
 
-/// Tables for each of the objects, in Markdown. `name`: that of the outermost.
+/// Tables of keys in Markdown, one for each object. `name`: name of the outermost object.
 std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows);
 /// A JSON Schema of the object.
 std::string key_schema(const std::vector<KeyRow>& rows);

@@ -11,7 +11,7 @@ struct OutOfMemory final : std::bad_alloc {
   const char* what() const noexcept override { return "The operating system granted this program no more memory."; }
 };
 
-/// True if the system would grant this much more memory. Any thread.
+/// True if the system would grant `bytes` more memory. Any thread.
 bool memory_left(std::size_t bytes) noexcept;
 /// Throws OutOfMemory if it would not. Call before functions of libraries that crash without memory.
 void require_memory(std::size_t bytes);

@@ -1,4 +1,4 @@
-// Recognises file names that are not regular files: devices, FIFOs, open descriptors of this process.
+// Recognises names of devices, FIFOs and open descriptors of this process, which are not regular files.
 #pragma once
 
 #include <filesystem>

@@ -39,7 +39,7 @@ class Tape {
   /// Number of events written so far. Any thread.
   std::uint64_t written() const noexcept { return written_.load(std::memory_order_acquire); }
 
-  /// A place on the tape. Only one thread at a time may use it. The tape must outlive it.
+  /// A reader's place on the tape. Only one thread at a time may use it. The tape must outlive it.
   class Reader {
    public:
     /// Begins at the tape's first event.
@@ -90,7 +90,7 @@ class Tape {
     return true;
   }
 
-  const std::size_t mask_;  // number of slots - 1; the slot that the writer fills next is not kept
+  const std::size_t mask_;  // number of slots - 1; also the number of events that readers can still read
   std::vector<std::atomic<std::uint64_t>> words_;
   alignas(64) std::atomic<std::uint64_t> written_{0};
 };

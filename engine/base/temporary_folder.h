@@ -1,4 +1,4 @@
-// Folders for the intermediate files of one piece of work.
+// Folders for temporary files.
 #pragma once
 
 #include <filesystem>

@@ -44,7 +44,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;  // number of ticks since the servo started
-  Nanos t = 0;              // ns since the session's start, when the hand was sampled
+  Nanos t = 0;              // ns since the session's start, time at which the hand was sampled
   // Pose of the tool as the user holds it, measured by the haptic device; it may lie inside the tissue. The origin of
   // frame T is the centre of the tool's head, and z points along the shank.
   Pose X_WT;
@@ -99,8 +99,8 @@ struct LoosePiece {
   PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 
-/// The servo begins to use a new patch (copy of the tissue around the tool). A recording contains these events: a
-/// replay needs them and the cuts to give the same bits. Servo → recorder.
+/// The servo begins to use a new patch (copy of the tissue around the tool). Recordings contain these messages, because
+/// a replay needs them to compute the same bits. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the tissue patch: 1, 2, 3 …
   std::uint64_t first_tick = 0;  // number of the first tick computed with this patch

@@ -5,7 +5,7 @@
 
 namespace typodont {
 
-/// Raise it in the commit that changes the bits of a force or a cut, and delete the old law in that commit.
+/// Version of the force law. A commit that changes any bit of a force or cut must raise it and delete the old law.
 inline constexpr std::uint64_t kForceLaw = 1;
 
 }  // namespace typodont

@@ -35,8 +35,8 @@ struct HandpiecePart {
 /// Frame H: origin on the tool's axis, z along the shank as in frame T, body towards +x.
 struct Handpiece {
   std::string name;
-  // true: the origin is the head's centre, and the handle is drawn instead of the shank; false: the handpiece holds the
-  // shank
+  // true: for a hand instrument; the origin is the head's centre, and the handle replaces the tool's shank. false: the
+  // handpiece holds the shank
   bool from_head = false;
   std::vector<HandpiecePart> parts;
 };

@@ -48,7 +48,7 @@ struct DurationHistogram {
 struct LoopTiming {
   Nanos period = 1'000'000;  // ns, nominal period of the device
   std::uint64_t ticks = 0;
-  std::uint64_t misses = 0;       // ticks not finished when the next sample was due
+  std::uint64_t misses = 0;       // number of ticks not finished when the next sample was due
   std::uint64_t worst_index = 0;  // index of the slowest tick
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
@@ -79,15 +79,15 @@ struct LoopTiming {
 struct LoopReport {
   LoopTiming timing;
   bool fifo = false, pinned = false, memory_locked = false;
-  // What was refused and how to fix it: zero-terminated text; empty: nothing was refused.
+  // Text, zero-terminated: which permission was refused and how to fix this. Empty: none was refused.
   std::array<char, 320> note{};
-  // From here on: state of the safety layer of a device with motors.
+  // The following members are the state of the safety layer of a device with motors.
   double heat = 0;        // motor windings' heat, as a fraction of the limit
   double worst_heat = 0;  // largest heat so far, as a fraction of the limit
   // Force without overheating of the motors, N. 0: no motors.
   double bearable_force = 0;
   bool armed = false;        // true: the device may push the hand now
-  std::uint32_t safety = 0;  // bits of all SafetyEvents so far
+  std::uint32_t safety = 0;  // all SafetyEvents so far, as bits
 
   void say(std::string_view text) noexcept {
     const std::size_t n = std::min(text.size(), note.size() - 1);

@@ -14,7 +14,7 @@ struct MouthMirror {
   double focal = 0;     // m, focal length of a concave mirror; 0: plane
 };
 
-// Working distance from a concave glass to the tooth, m. Magnifications are stated for it.
+// Distance from a concave glass to the tooth for which magnifications are stated, m.
 inline constexpr double kMirrorWorkDistance = 15e-3;
 
 /// Magnification of the upright virtual image at kMirrorWorkDistance: 1 / (1 − distance / focal length).

@@ -3,7 +3,7 @@
 
 namespace typodont {
 
-/// Nozzles in a ring around the bur's axis, aimed at the bur's free end. Trivially copyable.
+/// Nozzles in a ring around the bur's axis, aimed at the bur's free end (its tip). Trivially copyable.
 struct Nozzles {
   double flow = 0;            // m³/s, water flow; 0: no spray
   int count = 1;              // number of nozzles

@@ -7,7 +7,8 @@
 
 namespace typodont {
 
-/// Pose X_WH of the haptic base, with the 6×6 covariance (row-major) of its rotation vector (rad) and translation (m).
+/// Pose X_WH of the haptic base, and its uncertainty: the 6×6 covariance (row-major) of rotation vector (rad) and
+/// translation (m).
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};

@@ -18,7 +18,7 @@ enum class SafetyEvent : std::uint32_t {
   kWatchdog = 1u << 4,     // no new force came in time: zero force
   kDeviceFault = 1u << 5,  // the device reported a fault: zero force
   kDeviceLost = 1u << 6,   // the connection was lost: zero force
-  kJump = 1u << 7,         // position jumped faster than a hand moves: zero force
+  kJump = 1u << 7,         // the hand's position jumped faster than a hand moves: zero force
   kClock = 1u << 8,        // the clock stopped, ran backwards or jumped: zero force
   kEmergency = 1u << 9,    // the emergency key is on: the force ramps to zero
   kPedalStuck = 1u << 10,  // the pedal was pressed for too long: the drill stops

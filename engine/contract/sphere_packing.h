@@ -1,4 +1,4 @@
-// Tissue as a packing of spheres, from the packer to files and to a contact model.
+// Tissue as a packing of spheres, for a contact model and for files.
 #pragma once
 
 #include <cstddef>

@@ -29,8 +29,8 @@ inline constexpr int kTissueCount = 10;
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
-/// Energy per volume u that one kind of edge needs, for chips of thickness h: u = specific energy · energy_ratio ·
-/// (h / chip)^−exponent.
+/// Energy per removed volume that one kind of cutting edge needs for chips of thickness h: specific_energy ·
+/// energy_ratio · (h / chip)^−exponent.
 struct EdgeLaw {
   double energy_ratio = 1;  // u / specific energy if h = chip
   double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
@@ -47,7 +47,7 @@ struct Material {
   double dynamic_friction = 0.15;
   double density = 2900;    // kg/m³, density of the tissue
   dvec3 color{1, 1, 1};     // sRGB, 0 to 1, colour of the tissue
-  EdgeLaw blade{}, grit{};  // for the edges of drills; for the grains of diamonds
+  EdgeLaw blade{}, grit{};  // blade: for edges of drills; grit: for grains of diamonds
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 

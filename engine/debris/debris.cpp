@@ -40,7 +40,7 @@ struct Debris::State {
   // `rate`: drag rate, 1/s. `keep`: velocity factor per step.
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;
   std::vector<std::uint32_t> due;  // step of each particle's next full update (update_fully)
-  // per group of particles: lower bound of the steps in which an update is due
+  // for each group of particles: no full update of the group is due before this step
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop omits
     double born_at;  // s, time at which the particle was created
@@ -83,8 +83,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Plans the next full update in steps / 2 to `steps` steps. The delay is rounded to a power of two with a phase per
-  // group, so particles of one group are due together and the groups one after the other.
+  // Plans the particle's next full update after steps / 2 to `steps` steps. The delay is a power of two, with an offset
+  // per group. So the particles of one group are updated together, and the groups one after the other.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMaxSteps;

@@ -107,7 +107,7 @@ struct DebrisPoint {
   float diameter = 0;            // m, diameter of a ball with the particle's remaining mass
   Tissue tissue = Tissue::kAir;  // tissue of a chip; kAir for a droplet of water
   float chip = 0;                // m, diameter of a chip; the finest chips are drawn as mist
-  // m, streak of a droplet: its path during the exposure, which ends at p_W
+  // m, streak of a droplet: its path during the picture's exposure, which ends at p_W
   glm::vec3 streak_W{0};
 };
 

@@ -176,8 +176,8 @@ void Film::State::link(std::int32_t i) {
     return;
   }
   const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
-  // A flow that does not depend on the grid needs Σ c_k d_k d_kᵀ = 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved
-  // for the symmetric matrix S.
+  // The flow does not depend on the grid if Σ c_k d_k d_kᵀ = 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved for the
+  // symmetric matrix S.
   glm::dmat3 system(0.0);
   glm::dvec3 wanted(2 * area / mean, 0, 2 * area / mean);
   for (int k = 0; k < cell.count; ++k) {
@@ -230,7 +230,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // so that a new cell in this slot can be listed, too
+          is_changed[i] = 0;  // so that a new cell in this slot can be listed as changed, too
           free_slots.push_back(at);
           at = -1;
         }
@@ -310,7 +310,7 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // Limits the outflow to kStableShare where the flow would need a shorter substep.
+      // Limits the outflow per substep to kStableShare; a faster flow would need a shorter substep.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {

@@ -68,7 +68,7 @@ class Film {
   Film(Film&&) noexcept;
   Film& operator=(Film&&) noexcept;
 
-  /// Must be called after samples lo … hi of the field changed. The content of removed cells goes to the nearest
+  /// Call after samples lo … hi of the distance field have changed. The content of removed cells goes to the nearest
   /// remaining cells.
   void update(const glm::ivec3& lo, const glm::ivec3& hi);
   /// Adds `load` to the nearest cell. Without a cell within two spacings it counts as run_off.

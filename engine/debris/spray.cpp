@@ -15,8 +15,8 @@ namespace {
 
 // m, margin around the field's box; a droplet beyond it has missed the tissue
 constexpr double kMargin = 4e-3;
-constexpr double kTouch = 0.1e-3;  // m, distance from the head within which it throws the film off
-constexpr double kSlowRim = 0.05;  // m/s, speed of the bur's rim below which it throws nothing off
+constexpr double kTouch = 0.1e-3;  // m, up to this distance from its surface, the head throws the film off
+constexpr double kSlowRim = 0.05;  // m/s, a bur with a slower rim throws nothing off
 
 struct Droplet {
   dvec3 p, v;  // position (m) and velocity (m/s) in frame W
@@ -26,7 +26,7 @@ struct Droplet {
   bool flung = false;  // true if the bur has thrown the droplet off; this happens only once
 };
 
-/// Returns a unit vector perpendicular to `axis`.
+/// Returns any unit vector perpendicular to `axis`.
 dvec3 across(const dvec3& axis) {
   return glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.8 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
@@ -37,7 +37,7 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  // number of droplets that are due; the fraction waits for the next step
+  // number of droplets that are due; its fractional part waits for the next step
   double owed = 0;
   double owed_water = 0;  // kg, mass of water that is due but not sprayed
   std::uint64_t number = 0, stepped = 0;

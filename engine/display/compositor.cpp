@@ -204,7 +204,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// Parts to redraw in each region; nullopt: all.
+  /// Returns the parts to redraw in each region; nullopt: all.
   std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                      const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;

@@ -151,7 +151,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto screen = json.find("screen"))
     rig.screen = parse_screen(*screen);
   else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // throws Error: a mirror needs a measured screen
+    json["screen"];  // throws Error, because a mirror rig needs a measured screen
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);

@@ -63,7 +63,7 @@ struct HmdRig {
   double resolution = 1;     // factor by which the headset runtime's recommended size is multiplied
   double wait = 15;          // s, time limit for putting the headset on
   double stall = 3;          // s without an answer of the runtime, after which the session ends
-  dvec3 tip{0, 0, -0.06};    // m, tool head's position in the controller's aim frame
+  dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {
@@ -148,7 +148,7 @@ dmat2 upright(const DisplayRig& rig);
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Sizes in pixels: one eye's picture on a screen, and the screen for a size of the eyes' pictures.
+/// Pixels of one eye's picture on a screen, and pixels of the screen for a given size of an eye's picture.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
 /// Size of an eye's picture in a composed screen; inverse of screen_pixels().

@@ -43,7 +43,7 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Age of a packet by the kernel's time, ns. An impossible age counts as 0, because clocks can be set.
+/// Age of a packet by the kernel's time, ns. An impossible age counts as 0, because someone may have set the clock.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -88,7 +88,7 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet) {
     for (std::size_t b = 0; b < 8; ++b) bits |= std::to_integer<std::uint64_t>(packet[8 * i + b]) << (8 * b);
     numbers[i] = std::bit_cast<double>(bits);
     const double most = i < 3 ? 200 : 360;
-    // `!` and <=, so that NaN is refused too
+    // Written with `!` and <=, so that NaN is refused, too.
     if (!(std::abs(numbers[i]) <= most)) return std::nullopt;
   }
   return HeadMotion{dvec3(numbers[0], numbers[1], numbers[2]) * 1e-2, numbers[3] * kDegree, numbers[4] * kDegree,

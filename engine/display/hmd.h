@@ -28,12 +28,12 @@ struct HmdHand {
   Pose X_DT;                 // pose of the tool in the headset's space, as measured
   double pedal = 0;          // pedal position, 0..1; the controller's trigger is the pedal
   bool change_tool = false;  // true: the controller's button was pressed since the last frame
-  bool mirror = false;       // the mirror button was pressed since the last frame
+  bool mirror = false;       // true: the mirror button was pressed since the last frame
 };
 
 struct HmdFrame {
   bool draw = false;     // false: submit() must be called without a picture
-  bool focused = false;  // this program receives the user's input
+  bool focused = false;  // true: this program receives the user's input
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
   double period = 0;     // s, time between two frames of the headset
   std::array<EyeView, 2> eyes;
@@ -41,7 +41,7 @@ struct HmdFrame {
   std::array<HmdHand, 2> hands;  // hands in the order left, right
 };
 
-/// Timing of a frame; it becomes known some frames later.
+/// Timing of a frame; it is known only some frames later.
 struct HmdTiming {
   Nanos t = 0;  // ns, time at which the frame's poses were requested
   bool drawn = false;

@@ -85,7 +85,7 @@ struct UserInput {
   struct Key {
     int code;
     bool down;
-    std::uint32_t typed = 0;  // code point of typed text; 0: it is a key
+    std::uint32_t typed = 0;  // Unicode code point of typed text; 0: the event is a key
   };
   std::vector<Key> keys;  // events in their order, including releases, repeats and typed text
   dvec2 pixel{-1, -1};    // pixels, pointer's position from the picture's upper left corner

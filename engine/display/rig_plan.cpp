@@ -211,7 +211,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                                     1e3 * to_panel, 1e3 * spec.head_room));
   }
 
-  // Workspace: visible to both eyes at a comfortable depth, below the glass, and within reach of the arm.
+  // The workspace is visible to both eyes at a comfortable depth, below the glass, and within reach of the arm.
   std::vector<Limit> limits;
   constexpr const char* kEdges[] = {"the picture's lower edge", "the picture's right edge", "the picture's upper edge",
                                     "the picture's left edge"};

@@ -22,8 +22,8 @@ struct BenchSpec {
   double picture_tilt = 0;      // rad, angle of the picture to the horizontal; π/2: upright
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
   dvec3 arm_box{0, 0, 0};       // m, size of the arm's reach, centred at the origin
-  double hand_room = 0.04;      // m, space for the hand between workspace and glass
-  double head_room = 0.1;       // m, clearance between the eyes and the panel
+  double hand_room = 0.04;      // m, free space for the hand between workspace and glass
+  double head_room = 0.1;       // m, smallest distance between the eyes and the panel
   // Depth of focus of the eye, dioptres: largest comfortable distance from the picture (Campbell 1957).
   double comfort = 0.3;
 };

@@ -198,7 +198,7 @@ class Painter {
   Writing::Panel take() { return std::move(panel_); }
 
  private:
-  /// Pixels that a rectangle may touch.
+  /// Returns the pixels that a rectangle may cover.
   WritingBox box_of(const dvec2& lo, const dvec2& hi, const WritingBox& within) const {
     const dvec2 a = map_.to_pixels(lo), b = map_.to_pixels(hi);
     const ivec2 from(glm::floor(glm::min(a, b))), to(glm::ceil(glm::max(a, b)));
@@ -269,7 +269,7 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Rows of the atlas in which the glyph has ink (inside by at least half); its box has a margin.
+/// Returns the number of pixel rows of the atlas in which the glyph is visible, without the margin of its box.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {

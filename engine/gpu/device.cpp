@@ -294,7 +294,7 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // Prefers a memory type with all preferred properties, else takes one with all required properties.
+  // Takes a memory type with all required and preferred properties, or else one with all required properties.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)

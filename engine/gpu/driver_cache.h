@@ -11,7 +11,8 @@ namespace typodont::gpu {
 /// thread is created. Without this call, drivers use their own folders.
 void keep_driver_cache(const std::filesystem::path& folder);
 
-/// Removes files that changed since they were listed. Call once, before a driver is loaded.
+/// Removes cached files that changed since list_driver_cache() stored their hashes. Call once, before a driver is
+/// loaded.
 void check_driver_cache();
 /// Opens the stored pipelines, or an empty cache if there are none. Returns null if no folder is set.
 VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties);

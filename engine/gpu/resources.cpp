@@ -10,7 +10,7 @@ namespace typodont::gpu {
 
 namespace {
 
-constexpr std::size_t kRoomToCompile = 128 << 20;  // bytes, for drivers that crash without
+constexpr std::size_t kRoomToCompile = 128 << 20;  // bytes; without free memory, drivers crash
 
 Buffer create_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
                      VkMemoryPropertyFlags preferred) {

@@ -19,7 +19,7 @@ struct Buffer {
 
   /// Allocates memory that the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Allocates memory that the GPU writes and the host reads. Copies write it, or shaders as `usage` says.
+  /// Allocates memory that the GPU writes and the host reads. `usage`: whether copies or shaders write it.
   static Buffer create_readback(Device& device, VkDeviceSize size,
                                 VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
   /// Allocates GPU memory that the host does not access.
@@ -121,7 +121,7 @@ struct PipelineOptions {
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the order of the corners is set while recording
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // which corner order is the front is set while recording commands
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

@@ -17,7 +17,8 @@ struct HandpieceVertex {
   glm::vec3 around{1, 0, 0};      // unit vector around the part, along brushed grooves
   glm::vec3 color{1};             // colour of the surface in linear light
   glm::vec4 look{0.3f, 0, 1, 0};  // material: roughness, brushed, metal, glow
-  // Knurling: x, y: position along the path and around it, m (scaled to a whole number of grooves); z: depth, 0..1.
+  // Knurling. x, y: position along the path and around it, m (scaled so that a whole number of grooves fits); z: depth,
+  // 0..1.
   glm::vec3 grip{0};
 };
 

@@ -23,16 +23,17 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 // Largest fraction of a sample's rays that may meet backs of triangles; with more, the sample is inside a body.
 constexpr double kInside = 0.25;
 // Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
-// have less than this fraction of the weight, the rest of the fraction counts as dark.
+// together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
 constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
 // Exponent of the cosine that weights these rays; half of the weight is within 10°.
 constexpr float kImageLobe = 48;
-constexpr int kImageStep = 2;      // distance, in grid spacings, of the samples in open space that have this light
+// distance, in grid spacings, of the samples in open space that have light for mirror reflections
+constexpr int kImageStep = 2;
 constexpr float kMargin = 20e-6f;  // m, distance from a surface at which its rays start, so that they do not meet it
 constexpr int kLampRays = 4;
-// Margin around the points at which the shaders look up a triangle's light, grid spacings. Where the drawn surface is
-// curved, lookup points may lie outside the box of the flat triangle.
+// Margin around the points at which the shaders look up a triangle's light, grid spacings. On a curved surface, the
+// lookup points may lie outside the box of the flat triangle.
 constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // Distance from a surface at which its light is looked up, grid spacings.
@@ -121,9 +122,9 @@ class RayTree {
     }
   };
 
-  /// Splits triangles into two parts with the smallest estimated time for rays: sum over both parts of box area ×
-  /// number of triangles (surface area heuristic). Candidates are kParts equal steps along the longest axis of the
-  /// triangles' centres.
+  /// Splits triangles into two groups such that rays take the least estimated time: sum of box area × number of
+  /// triangles (surface area heuristic). Candidates are kParts equal steps along the longest axis of the triangles'
+  /// centres.
   std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
                       std::size_t first, std::size_t end) {
     constexpr int kParts = 12;
@@ -372,7 +373,7 @@ struct LightScene::Impl {
     key.add(tissue_mirrors);
     return key.key();
   }
-  /// Calls use(address, size in bytes) for the memory of each value that cast_rays() computes.
+  /// Calls use(address, size in bytes) for the memory of each value that cast_rays() has computed.
   template <class Use>
   bool each_part(Use&& use) {
     for (Sample& sample : samples)
@@ -404,7 +405,7 @@ struct LightScene::Impl {
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
   /// Finds the samples that the shaders may read. They look up light at kBegin grid spacings outside the surface along
-  /// its normal. So each triangle's box is moved by this distance, and the samples around it are needed.
+  /// its normal. So all samples around each triangle's box, moved by this distance, are needed.
   void find_samples() {
     constexpr std::uint8_t kWanted = 1, kImage = 2;
     std::vector<std::uint8_t> wanted(empty.samples(), 0);

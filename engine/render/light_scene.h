@@ -1,5 +1,5 @@
-// Light of the room, and light between surfaces, without the lamp's direct light. The CPU traces rays once for static
-// bodies; the result is a grid for shaders/lighting.glsl.
+// Light that comes from the room and from other surfaces, without the lamp's direct light. The CPU traces rays once for
+// static bodies; the result is a grid for shaders/lighting.glsl.
 #pragma once
 
 #include <array>

@@ -47,7 +47,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
   }
-  // If part of the disc is behind the eye, returns the whole picture.
+  // If part of the disc is behind the eye, the box is the whole picture.
   if (nearest <= 1e-6) return PixelBox{0, 0, size.x, size.y};
   const glm::dvec2 scale = 0.5 * glm::dvec2(size);
   const glm::ivec2 first = glm::clamp(glm::ivec2(glm::floor((lo + 1.0) * scale)) - 1, glm::ivec2(0), size);

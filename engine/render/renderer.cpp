@@ -125,7 +125,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Outside the shadow map, there is no shadow.
+    // Points outside the shadow map are in no shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -451,8 +451,8 @@ struct Renderer::Impl {
 
   /// Draws the handpiece before the tissue, so that hidden tissue is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // The handpiece would hide the working point. So it is left out in a cone from the eye, whose radius at the working
-    // point is that of the head plus kSeenBeside (m).
+    // The handpiece would hide the working point. So it is left out in a cone from the eye to this point, where the
+    // cone's radius is that of the head plus kSeenBeside (m).
     constexpr double kSeenBeside = 2.2e-3;
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);

@@ -58,7 +58,7 @@ struct MeshUpdate {
 /// Number of a body of bricks: the working tooth, the gingiva, a neighbouring tooth.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
-// Meshes that appear in one view only.
+// Meshes that are drawn in one view only.
 inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // shown only in View::kSection
 inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // shown only in View::kXray
 
@@ -148,8 +148,8 @@ struct TissueLightGrid {
   dvec3 origin{0};     // m, frame W, position of the first cell
   double spacing = 0;  // m, distance between neighbouring cells
   glm::ivec3 size{0};  // 0: no grid
-  // Index (x·size.y + y)·size.z + z. xyz: leaving light / reflectance, linear; under even light on a flat layer or an
-  // opaque body, this is irradiance / π. w: fraction that came directly from the lamp.
+  // Index (x·size.y + y)·size.z + z. xyz: leaving light / reflectance, linear. On an opaque body, or a flat layer in
+  // even light, this is irradiance / π. w: fraction that came directly from the lamp.
   std::vector<glm::vec4> values;
 };
 
@@ -218,7 +218,7 @@ struct FrameStats {
   bool drawn = false;        // false: nothing has changed, so nothing was recorded
   std::uint64_t frames = 0;  // number of frames drawn since the start
   int views = 0;
-  double redrawn = 1;  // fraction of the pictures that was redrawn
+  double redrawn = 1;  // fraction of the pictures' pixels that was redrawn
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
   int bricks_unchanged = 0;  // bricks in view that were not redrawn
   std::uint64_t triangles = 0;
@@ -234,7 +234,7 @@ struct FrameStats {
   std::uint64_t mirror_triangles = 0;
 };
 
-/// Parts of the GPU's work for a frame. kPicture: end of the passes, with the mean of the samples.
+/// Parts of the GPU's work for a frame. kPicture: the end of the render passes, including the averaging of samples.
 enum class FramePart : std::uint8_t {
   kShadow,
   kUploads,

@@ -14,11 +14,11 @@ const float kLampHalfAngle = 0.12f;                // rad, half the lamp's angle
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // colour of the lamp's light, linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
-const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
+const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // radiance that the middle of the window adds
 
 // Number of directions in which a surface can face in a LightGrid.
 const int kLightDirections = 6;
-// Nodes per side of the octahedral map; the distance of two nodes is about 17°.
+// Nodes per side of the octahedral map (LightGrid::images). Neighbouring nodes are about 17° apart.
 const int kImageSide = 11;
 
 // Reflectance under saliva (index 1.33) at normal incidence: kFilmedLeast + kFilmedSlope × dry reflectance. Fits

@@ -132,7 +132,7 @@ float scattering_albedo(float reflectance) {
 
 struct TissueLight::Impl {
   TissueLightGrid grid;
-  float spacing = 0, band = 0;  // m; band: distance from the surface up to which a cell knows its distance
+  float spacing = 0, band = 0;  // m; band: cells within this distance of a surface store their distance to it
   int walks = 0;                // random walks from each cell at a surface
   glm::vec3 origin{0};
   std::array<Look, kMatterCount> looks;
@@ -140,8 +140,8 @@ struct TissueLight::Impl {
   LightSources sources;
   LightGrid far;
 
-  // Distance of each cell to the nearest surface, m, negative inside a body, limited to `band`: of the static bodies;
-  // of the working tooth; of the working tooth when its cells last got light; of all bodies at that time.
+  // Distance of each cell to a surface, m, negative inside a body, limited to `band`. `fixed`: static bodies; `tooth`:
+  // working tooth; `lit_tooth`: working tooth when its cells last got light; `distance`: all bodies at that time.
   std::vector<float> fixed, tooth, lit_tooth, distance;
   // Distance of each cell to the hard and soft static bodies, and to the body of add_fixed(). `in_hard`: the cell
   // belongs to a hard body, also where it overlaps a soft one.
@@ -365,7 +365,7 @@ struct TissueLight::Impl {
       added[at] = band;
     });
   }
-  /// Finds out whether a cell belongs to a hard body.
+  /// Stores in `in_hard` whether a cell belongs to a hard body.
   void find_kind(std::size_t at) {
     const float hard = std::min(lit_tooth[at], hard_fixed[at]);
     in_hard[at] = hard < 0 || hard < soft_fixed[at];
@@ -396,8 +396,8 @@ struct TissueLight::Impl {
     }
   }
 
-  /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed, and all cells
-  /// nearby (their light comes from the same tissue), wait for new light.
+  /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed wait for new light.
+  /// So do all cells nearby, because their light comes from the same tissue.
   void follow_tooth() {
     constexpr std::size_t kMaxBoxes = 64;  // with more boxes, it is faster to measure them as one box
     if (moved.size() > kMaxBoxes) {
@@ -439,8 +439,8 @@ struct TissueLight::Impl {
     return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
   }
 
-  /// Returns the cell that contains the point q (in cells), or the nearest cell up to `last`. After the clamping, a
-  /// conversion rounds down, which is faster than std::floor.
+  /// Returns the cell that contains the point q (in cells), limited to 0 … `last`. After limiting, q is not negative,
+  /// so the conversion rounds down; this is faster than std::floor.
   static glm::ivec3 cell_below(const glm::vec3& q, const glm::ivec3& last) {
     return glm::ivec3(glm::min(glm::max(glm::vec3(0), q), glm::vec3(last)));
   }
@@ -465,7 +465,7 @@ struct TissueLight::Impl {
   std::size_t block(const glm::ivec3& b) const {
     return static_cast<std::size_t>((b.x * blocks.y + b.y) * blocks.z + b.z);
   }
-  /// Finds the clear blocks again, after `distance` has changed in a box of cells.
+  /// Computes `clear` again, after `distance` has changed in a box of cells.
   void find_clear_blocks(const CellBox& changed) {
     each_cell({changed.lo / kBlock, changed.hi / kBlock}, [&](const glm::ivec3& b) {
       bool near = false;

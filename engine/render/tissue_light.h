@@ -14,8 +14,8 @@
 
 namespace typodont::render {
 
-/// Probability of surviving a scattering, chosen so that a thick flat layer reflects this fraction of diffuse light.
-/// Our fit to Chandrasekhar (Radiative Transfer, 1950); relative error up to 0.4 %.
+/// Probability that light survives one scattering, chosen so that a thick flat layer reflects the fraction
+/// `reflectance` of diffuse light. Our fit to Chandrasekhar (Radiative Transfer, 1950); relative error up to 0.4 %.
 float scattering_albedo(float reflectance);
 
 /// Used by one thread at a time. Equal calls give equal results.

@@ -38,7 +38,7 @@ struct ToolVertex {
 struct ToolMesh {
   std::vector<ToolVertex> vertices;
   std::vector<std::uint32_t> indices;
-  int blades = 8;  // equal parts around the head, for motion blur: number of flutes; 1 for a thread
+  int blades = 8;  // number of equal parts around the head, for motion blur: number of flutes; 1 for a thread
 };
 
 ToolMesh make_tool_mesh(const ToolShape& shape);

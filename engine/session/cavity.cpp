@@ -20,9 +20,9 @@ constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);
 // A facet is wall if this |cosine| is smaller than this: inclination below 30°.
 constexpr double kWall = 0.5;
-// A facet near an edge is not measured: there, the gradient is shorter than kShortest, or more than 10° off the normal.
-// On a flat face its length is 1. kShortest is well below 1, because ripples of a tenth of a voxel, left by a bur, also
-// shorten the gradient: a larger value would exclude half of a rippled floor.
+// Facets near an edge are not measured: there, the distance field's gradient is shorter than kShortest (on a flat face
+// it is 1) or more than 10° off the normal. Ripples left by a bur also shorten the gradient, so kShortest is well below
+// 1.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
@@ -299,7 +299,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // The sample before it was and is tissue, so the interval begins at a wall.
+        // If the sample before the interval was tissue and still is, the interval begins at a wall.
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
@@ -423,8 +423,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // The contour compares facets where the old surface or the ideal is more than kNewSurface away. A facet is new if
-    // it is deeper than kNewSurface below the old surface.
+    // Facets count for `contour` if the old surface or the target shape is more than kNewSurface away. A facet is new
+    // if it is deeper than kNewSurface below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;

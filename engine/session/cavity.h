@@ -16,7 +16,7 @@ namespace typodont::session {
 struct Preparation {
   VoxelFrame frame;            // sample (0,0,0) is at the frame's origin
   DenseField before, after;    // distance fields before and after the work
-  DenseField ideal;            // the ideal's distance field; empty if the task has none
+  DenseField ideal;            // distance field of the target shape; empty if the task has none
   std::vector<Tissue> tissue;  // tissue of each voxel before the work
   std::vector<bool> keep;      // voxels that must not be removed, such as a neighbouring tooth; may be empty
   // Unit vector out of the opening. For a crown: the direction from which it is placed.
@@ -24,7 +24,7 @@ struct Preparation {
 };
 
 struct Place {
-  double depth = 0;  // m, distance from the ideal; 0: no deviation
+  double depth = 0;  // m, distance from the target shape; 0: no deviation
   dvec3 p_W{0};      // m, the point; valid if depth > 0
 };
 
@@ -37,8 +37,8 @@ struct CavityMeasures {
   double under_volume = 0;  // m³, tissue that is left although the ideal removes it, or excess filling
   // Points farthest from the ideal: cut too deep (over), and tissue left (under).
   Place over, under;
-  // Distance of the surface from the ideal, root mean square, m. Only where the surface changed or should have changed,
-  // and without closed pores.
+  // Distance of the surface from the target shape, root mean square, m. Only where the surface changed or should have
+  // changed, and without closed pores.
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of the new surface
@@ -53,7 +53,7 @@ struct CavityMeasures {
   std::optional<double> wall_thickness;
   std::optional<dvec3> thinnest_W;  // m, frame W, place of the smallest thickness
   std::optional<double> isthmus;    // m, smallest width across the longer axis, at half depth
-  // Distance of the margin from its curve smoothed over 0.25 mm, root mean square, m.
+  // Distance of the margin from its own smoothed curve (Gaussian of 0.25 mm), root mean square, m.
   std::optional<double> margin_roughness;
   // Smallest distance from new surface to pulp, m; at most kPulpReach.
   std::optional<double> pulp_distance;
@@ -71,27 +71,27 @@ struct CavityMeasures {
   std::optional<double> kept_removed;
 };
 
-/// Largest distance from the pulp that is measured, m.
+/// Larger distances from the pulp are not measured, m.
 inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// Measures of the result, and of the ideal, which a perfect hand would reach.
+/// Measures of the user's result, and of the target shape, which is the best possible result.
 struct CavityAndIdeal {
   CavityMeasures result;
-  std::optional<CavityMeasures> ideal;  // no value if the task has no ideal
+  std::optional<CavityMeasures> ideal;  // no value if the task has no target shape
 };
 /// Data that depends only on the ideal and the tissue before the work, so one computation (slow) serves all results of
 /// a task.
 struct CavityReference {
   TrueDistances before;
-  std::optional<TrueDistances> ideal;      // no value if the task has no ideal
+  std::optional<TrueDistances> ideal;      // no value if the task has no target shape
   std::vector<bool> pulp;                  // true for each voxel of pulp
   std::vector<std::size_t> to_pulp;        // index of the pulp voxel nearest to each voxel; empty if there is no pulp
-  std::optional<CavityMeasures> measures;  // measures of the ideal; empty: none
+  std::optional<CavityMeasures> measures;  // measures of the target shape; empty: none
 };
 CavityReference cavity_reference(const Preparation& preparation);
-/// `reference` must come from the same grid, tissue before the work and ideal.
+/// `reference` must be computed from the same grid, tissue before the work and target shape.
 CavityAndIdeal measure_against_ideal(const Preparation& preparation, const CavityReference& reference);
 
 }  // namespace typodont::session

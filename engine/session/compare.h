@@ -7,8 +7,8 @@
 
 namespace typodont::session {
 
-/// Name of the first column with a different bit; empty: none. Skips what the servo does not compute: hand, pedal, CPU
-/// time, and fault bits of other code. Values in other units than SI are rounded as in the file.
+/// Name of the first column in which two messages differ by a bit; empty: none. Values are rounded as in the file.
+/// Columns that the servo does not compute are skipped: hand pose, pedal, CPU time, other fault bits.
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded);
 std::string_view differing_column(const Cut& replayed, const Cut& recorded);
 

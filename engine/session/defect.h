@@ -1,4 +1,4 @@
-// Places where a result misses its goal, and the strokes that made them.
+// Places where a result misses its goal, and the drilling strokes that caused them.
 #pragma once
 
 #include <cstdint>

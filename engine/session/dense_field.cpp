@@ -201,7 +201,7 @@ TrueDistances::TrueDistances(DenseField field)
     : field_(std::move(field)), known_(field_.distance.size(), std::numeric_limits<float>::quiet_NaN()) {
   const glm::ivec3 n = field_.size;
   NearestSeeds nearest(n);
-  // Each voxel beside the surface becomes a seed; its closest surface point follows from the gradient.
+  // Each voxel beside the surface becomes a seed. Its closest surface point is computed from the gradient.
   const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

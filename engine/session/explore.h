@@ -1,4 +1,4 @@
-// Records where the tip touched, and where the user marked caries with the pedal.
+// Records which surface the probe's tip touched, and where the user marked caries with the pedal.
 #pragma once
 
 #include <span>
@@ -14,7 +14,7 @@ struct ExploreMeasures {
   int lesions = 0;      // number of connected pieces of caries that reach the surface
   int found = 0;        // number of lesions that were marked
   int false_finds = 0;  // marks on sound tissue
-  double explored = 0;  // explored fraction of the region's surface, 0 to 1
+  double explored = 0;  // fraction of the region's surface that was explored, 0 to 1
 };
 
 /// Call add() with all ticks in order. Pressing the pedal while the tip touches makes a mark.

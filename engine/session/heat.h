@@ -56,7 +56,7 @@ class HeatGrid {
 
   /// Advances by `dt` (s). Faces beside air meet the medium `wet` within `reach` (m) of `wet_W`, otherwise `dry`.
   void step(double dt, const HeatBath& dry, const HeatBath& wet, const dvec3& wet_W, double reach) noexcept;
-  /// Adds `energy` (J) to the eight cells around p_W with trilinear weights. The part of empty cells is lost.
+  /// Adds `energy` (J) to the eight cells around p_W with trilinear weights. Energy for empty cells is lost.
   void heat(const dvec3& p_W, double energy) noexcept;
   void heat(std::size_t cell, double energy) noexcept;
   void remove(std::size_t cell) noexcept;

@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // Factor on the phase's speed that causes a note.
 constexpr double kOverSpeed = 1.1;
-// s; after this time of work with a later phase's tool, that phase begins.
+// s; a later phase begins when the trainee has worked with its tool for this time.
 constexpr double kSkipPhaseTime = 1.5;
 // s; the goal of smoothing, marking or checking must hold for this time.
 constexpr double kHeld = 0.3;
@@ -32,9 +32,9 @@ constexpr double kMaxProtrusion = 1e-3;
 // m/s along the axis; a faster tool counts as moving deeper.
 constexpr double kInsertionSpeed = 0.1e-3;
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the axial speed's low-pass filter
-// m; a tip closer to the axis than this is at the right site.
+// m; a tip closer to the planned axis than this is at the right site.
 constexpr double kAtSite = 3e-3;
-// m below the entry; the tool's angle is checked only from this depth on.
+// m below the planned entry; the tool's angle is checked only from this depth on.
 constexpr double kOffAxisFrom = 1e-3;
 
 double volume_of(const ServoTick& tick) {
@@ -105,7 +105,7 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the bed; a shallow bed counts as deep as it is wide.
+  // The heated bone is a shell around the drilled hole. A shallow hole counts as deep as it is wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // Heat capacity of the heated bone, J/K.
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
@@ -202,7 +202,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kMinContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // The trainee works only while cutting or moving deeper, so pulling out the last phase's tool causes no note.
+  // Only cutting and moving deeper count as work, so that pulling out the last phase's tool causes no warning.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;

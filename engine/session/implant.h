@@ -63,17 +63,17 @@ struct NeighbourRoot {
   double radius = 0;  // m, radius of the root
 };
 
-/// An implant exercise as the scene states it.
+/// An implant exercise as described by the scene.
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;     // per tool: distance from its origin to its tip, m
+  std::vector<double> tip;     // m, for each tool: distance from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius, m
   double max_force = 0;        // N; a larger force counts as over-force
   double max_angle = 0;        // rad, largest angle between tool and planned axis without note
   // m, largest depth below the planned depth without note
   double depth_tolerance = 0;
-  double canal_clearance = 0;  // m, smallest distance from the nerve canal without note
+  double canal_clearance = 0;  // m; a smaller distance from the nerve canal causes a warning
   std::vector<dvec3> canal_W;  // the canal's centre line as a polyline; empty: no canal
   double canal_radius = 0;     // m, radius of the nerve canal
   std::vector<NeighbourRoot> neighbours;
@@ -86,11 +86,11 @@ class ImplantMeter {
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// Index of the current phase; the number of phases after the last one.
+  /// Index of the current phase. When all phases are finished: the number of phases.
   std::size_t phase() const { return phase_; }
-  /// The note that the trainee sees now.
+  /// The warning that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// The tip's depth below the entry, along the axis, m.
+  /// The tip's depth below the planned entry, along the axis, m.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // °C, temperature of the bone at the drill
   const ImplantTask& task() const { return task_; }
@@ -110,14 +110,14 @@ class ImplantMeter {
   double depth_ = 0, temperature_ = HeatModel::body;
   bool started_ = false;
   Nanos last_t_ = 0;
-  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, removed: up to the last tick; in this phase
+  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, removed volume at the last tick; volume removed in this phase
   double held_ = 0;                                 // s, time for which the phase's goal has been met
   double later_tool_time_ = 0;                      // s, time of work with a later phase's tool
   bool works_ = false;                              // true while the tool cuts or moves deeper
   double last_depth_ = 0;                           // m, depth of the tip in the last tick
   double insertion_speed_ = 0;                      // m/s along the axis, low-pass filtered
-  // Mean forces, one bin for each interval of contact time. When there are 2 · kBins bins, neighbours are joined, and
-  // each bin covers twice the time.
+  // Mean forces. Each bin covers an interval of contact time. When there are 2 · kBins bins, neighbours are joined, so
+  // that each covers twice the time.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;

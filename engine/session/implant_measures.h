@@ -25,13 +25,13 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Temperature of the bone near the bed, modelled as one mass: a fraction of the cutting power heats it, and the body
-/// cools it. All parameters are estimates except `harmful`: bone is damaged after a minute at 47 °C (Eriksson &
-/// Albrektsson, J Prosthet Dent 1983;50:101-107).
+/// Temperature of the bone near the drilled hole, modelled as one mass: a fraction of the cutting power heats it, and
+/// the body cools it. All parameters are estimates except `harmful`: bone is damaged after a minute at 47 °C (Eriksson
+/// & Albrektsson, J Prosthet Dent 1983;50:101-107).
 struct HeatModel {
   // Fraction of cutting power into the bone; chips take the rest.
   static constexpr double fraction = 0.3;
-  static constexpr double shell = 1e-3;             // m, thickness of heated bone around the bed
+  static constexpr double shell = 1e-3;             // m, thickness of heated bone around the drilled hole
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from 1.9 g/cm³ and 1.3 J/(g K)
   static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
   static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
@@ -53,7 +53,7 @@ struct ImplantPhaseMeasures {
   double over_force = 0;                          // s, time with a force above the limit
   double depth = 0;                               // m, largest depth below the planned entry point
   double hottest = HeatModel::body;               // °C, highest temperature of the bone
-  std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
+  std::array<double, kImplantNoteCount> noted{};  // s, time for which each warning was shown
   ForceCurve force;
 };
 

@@ -22,12 +22,12 @@ constexpr double kCentral = 0.25;
 
 constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;  // m, limits of a place at the margin
 
-/// Extent of all tissue that changed or should have changed.
+/// Extent of all tissue that the user changed or should have changed.
 struct Work {
   dvec3 middle_W{0};         // m, frame W, centre of the volume
   double low = 0, high = 0;  // m along the axis, lowest and highest point
   double half_width = 0;     // m, largest distance from the axis through the middle
-  // True: the ideal has tissue in the middle, as a crown's stump or a filling.
+  // True: the target shape has tissue in the middle, as a crown's stump or a filling.
   bool around_tissue = false;
 };
 

@@ -25,9 +25,9 @@ struct WriterOptions {
   // warning; below `disk_reserve` (about two flushes with journal) rows are lost and counted.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
   std::function<std::uint64_t()> free_bytes;  // returns the free space, bytes; empty: asks the file system
-  // The file has a temporary name until start(), so that only a session that runs replaces an older recording.
+  // True: the file has a temporary name until start(), so that only a session that runs replaces an older recording.
   bool named_by_start = false;
-  // The file is temporary until finish() renames it. For results, not for live sessions.
+  // True: the file has a temporary name until finish(). For computed results, not for live sessions.
   bool whole_or_nothing = false;
   // Copies a recording: the caller passes the events; they are not derived from the ticks.
   bool rewrites = false;
@@ -52,7 +52,7 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  /// With named_by_start, gives the file its final name. Throws Error.
+  /// Gives the file its final name if WriterOptions::named_by_start is set. Throws Error.
   void start();
 
   // Append the cut and the patch use of a tick before the tick, so that the file is complete up to its last tick.

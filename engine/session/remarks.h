@@ -22,7 +22,7 @@ std::filesystem::path remarks_beside(const std::filesystem::path& recording);
 std::vector<Remark> remarks_from(const Json& json);
 /// Empty without the file. Throws Error.
 std::vector<Remark> read_remarks(const std::filesystem::path& recording);
-/// The file's content, which remarks_from() reads.
+/// The remarks as JSON text, which remarks_from() reads.
 std::string remarks_text(const std::vector<Remark>& remarks);
 /// Without remarks, removes the file. Throws Error.
 void write_remarks(const std::filesystem::path& recording, const std::vector<Remark>& remarks);

@@ -24,7 +24,7 @@ struct ResultModel {
     glm::vec3 p_W{0};  // m, frame W, position of the vertex
     glm::vec3 n{0};    // unit normal, pointing out of the tissue
     Tissue tissue = Tissue::kAir;
-    float off = 0;  // m, distance from the ideal; positive: tissue left, negative: too deep
+    float off = 0;  // m, distance from the target shape; positive: tissue left, negative: too deep
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices in counter-clockwise order as seen from outside

@@ -338,8 +338,8 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. Exploration: mean of lesions found and surface explored; implant: finished phases;
-/// with an ideal: changes that it plans; otherwise removed caries, or 1 once anything was cut or filled.
+/// Completed fraction of the task. Exploration: mean of lesions found and surface explored. Implant: finished phases.
+/// With a target shape: the changes that it requires. Otherwise: removed caries, or 1 once anything was cut or filled.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -491,7 +491,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
       const auto value = value_of(*measure, as_the_ideal(*input));
       if (!value && input->cavity_ideal)
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
-      if (!value) continue;  // the ideal has no such measure
+      if (!value) continue;  // the target shape has no such measure
       rule.target = *value;
     }
     rule.tolerance = entry["tolerance"].number(1e-9);
@@ -528,8 +528,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // If the ideal itself leaves caries or opens the pulp, its value becomes the target, so that it gets the full
-    // score.
+    // If the target shape itself leaves caries or opens the pulp, its value becomes the rule's target, so that it gets
+    // the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {

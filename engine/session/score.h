@@ -16,8 +16,8 @@
 
 namespace typodont::session {
 
-/// Sets the time of each tick for a score to tick index / rate, which a replay can check. It cannot check the recorded
-/// times, which are its input.
+/// Before scoring, sets the time of each tick to tick index / servo rate. A replay can check these times. It cannot
+/// check the recorded times, which are its input.
 void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
 
 /// Measures of the hand's motion, computed from the ticks, in the order of the report.
@@ -53,7 +53,7 @@ class HandMeter {
   Nanos t_first_ = 0, t_last_ = 0;
   std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
-  // Path length: sum between the mean positions of short intervals.
+  // Path length: sum of the distances between mean positions over short intervals.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
@@ -73,7 +73,7 @@ struct DamageMeasures {
   /// One touch, without a pause.
   struct Touch {
     bool gum = false;
-    std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: with the most new volume
+    std::uint64_t first = 0, last = 0, worst = 0;  // numbers of ticks; worst: adds the most volume
     std::uint32_t tool = 0;
     double volume = 0;  // m³
     dvec3 p_W{0};       // m, frame W, point in the head at the worst tick
@@ -95,14 +95,14 @@ struct HeatMeasures {
 struct ScoreInput {
   PerTissue before{};              // m³ of each tissue at the start
   PerTissue after{};               // m³ of each tissue at the end
-  std::optional<PerTissue> ideal;  // m³ of each tissue in the ideal result
+  std::optional<PerTissue> ideal;  // m³ of each tissue in the target shape
   // Mean hardness of the removed part of each tissue, 0 to 1; 0: nothing removed. Empty: all tissues have uniform
   // hardness.
   std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // measures of the result; empty: not measured
-  std::optional<CavityMeasures> cavity_ideal;  // the same measures of the ideal
+  std::optional<CavityMeasures> cavity_ideal;  // the same measures of the target shape
   std::optional<ExploreMeasures> explore;      // exists only for an exploration task
   std::optional<DamageMeasures> damage;        // exists only for scenes with neighbouring teeth or gum
   std::optional<HeatMeasures> heat;            // exists only for scenes with the key "heat"
@@ -161,8 +161,7 @@ struct Score {
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
   // Completed fraction, 0 to 1, by which the sum is multiplied, so that no work scores 0. It is the fraction of lesions
-  // found and surface explored, of phases, of planned changes or of caries; otherwise 1 once anything was cut or
-  // filled.
+  // and surface, phases, required changes or caries; otherwise 1 once anything was cut or filled.
   double completion = 1;
   PassMark pass;
 
@@ -181,19 +180,18 @@ std::optional<double> default_target(std::string_view score_name);
 /// Rules for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}. A rule replaces
-/// the default rule with its name; "defaults": false removes all defaults.
-/// Target: as stated, else the ideal's value, else the default (always for the hand). If the ideal would miss a default
-/// target, the ideal's value replaces it. Throws Error.
+/// the default rule of this name. "defaults": false removes all defaults. A missing target is the value of the target
+/// shape, else the default. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// Reads these keys from "task", which has other keys too.
+/// Reads the keys of rules_from() from "task", which has other keys too.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
 /// Checks names, kinds and ranges of the rules. Throws Error.
 void check_rules(const Json& block);
 /// Reads "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}; the default if it is missing. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. An item without value, and its weight, is left out. Exception: the task asks for it and the
-/// geometry was measured; then it gives no points.
+/// Computes the score. An item without value is left out, with its weight. But if the task asks for it and the geometry
+/// was measured, it counts and gives no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

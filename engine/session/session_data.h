@@ -15,7 +15,7 @@ namespace typodont::session {
 
 /// A file from which the scene was built. A replay reads only a file with the same hash.
 struct SourceFile {
-  std::string path;  // as in scene_json: a file of assets/ relative to this folder, of others the name alone
+  std::string path;  // path relative to assets/; for a file outside of assets/, only its name
   std::uint64_t bytes = 0;
   std::string hash;  // "sha256:" and 64 hexadecimal digits
   bool operator==(const SourceFile&) const = default;
@@ -127,7 +127,7 @@ struct SessionPicture {
 struct SessionResult {
   PerTissue volumes_after{};  // m³ of each tissue at the end
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal
+  PerTissue volumes_ideal{};  // m³ of each tissue in the target shape; valid only if has_ideal
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
   std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed

@@ -21,10 +21,10 @@ struct StreamData {
   std::vector<std::vector<double>> columns;  // the columns have the order of StreamSpec::columns
 };
 
-/// Reads one session file. If it is damaged or has gaps, its intact part can be read. The constructor throws Error if
-/// the file is no readable session, refers to other files, or contains impossible values (format/checks.h).
-/// Hand pose, pedal, force, quaternions, cuts and patch uses have the same bits as when they were written. Columns in
-/// other units than SI (tool_x_mm …) differ by at most one unit in the last place.
+/// Reads one session file, also the intact part of a damaged one. The constructor throws Error if the file is no
+/// readable session, refers to other files, or contains impossible values (format/checks.h). Hand pose, pedal, force,
+/// quaternions, cuts and patch uses keep their bits; columns in mm or other units than SI differ by at most one unit in
+/// the last place.
 class SessionReader {
  public:
   explicit SessionReader(const OpenedSession& session);
@@ -53,7 +53,7 @@ class SessionReader {
   const std::vector<PatchUse>& patches() const;
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
-  /// Null: the recording has no stream of this name.
+  /// The stream of this name; null if the recording has none.
   const StreamData* stream(std::string_view name) const;
   const std::optional<SessionResult>& result() const;
   /// The timing of the servo loop; no value if the session did not run live.

@@ -31,7 +31,7 @@ std::string number_text(double v, Language language);
 std::string quantity_text(double v, std::string_view unit, Language language);
 /// Name of a tool: "round_012" becomes "Round bur". Unknown tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// A right of the servo loop, and whether the system has granted it. Shown in report and window.
+/// A permission that the servo loop asks for (such as real-time priority), and whether the system has granted it.
 struct Granted {
   std::string_view name;  // key in the text catalogue
   bool yes = false;

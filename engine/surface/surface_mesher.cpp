@@ -206,7 +206,7 @@ inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner&
 inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], BrickContour::Edge edge,
                                          Corner corners[4], int& count) const {
   static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
-  // bits of the cell's number that store its coordinate on each axis
+  // bits of a cell's number that store the cell's coordinate on each axis
   static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
   const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
   if ((edge.cell & kBits[u]) && (edge.cell & kBits[v])) {

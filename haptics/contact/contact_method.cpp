@@ -60,7 +60,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  // a method without registration is not counted
+  // a method that is not registered is not counted
   if (!entry) return;
   entry->models += models, entry->bodies += bodies;
 }

@@ -34,7 +34,7 @@ struct ContactInput {
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy for removing tissue in this tick
-  double wall_budget = 0;      // J, part of `budget` that may be spent where a wall of harder tissue stops the head
+  double wall_budget = 0;      // J, part of `budget` that may be used where a wall of harder tissue stops the head
   double power = 0;            // W, power that the motor delivers at the cutting edges
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
@@ -48,7 +48,7 @@ struct Contact {
   bool touching = false;  // the head touches tissue
   // true: the head has just broken through the tissue, and the proxy still moves towards the hand
   bool breaking_through = false;
-  bool lost = false;  // true: the tool has left the region of the snapshot
+  bool lost = false;  // true: the tool has left the servo's copy of the tissue
   bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
@@ -65,13 +65,14 @@ struct Contact {
   double area = 0;            // m², contact area of the head; 0: none
   bool own_friction = false;  // true: p_WG includes friction, so the servo adds none
   bool gives_force = false;   // true for a penalty method: feel() sets the force
-  // 0..1; power that the head can use at a wall of harder tissue, divided by the head's full power; 0: no such wall
+  // 0..1; fraction of its power that the head uses at a wall of harder tissue; 0: no such wall
   double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for methods with several; 0: finest
   // Unit normal of a boundary to harder tissue that stops the tool like a wall, out of the wall. Zero: no wall.
   dvec3 side_normal{0};
-  // Smallest allowed stiffness of the coupling along side_normal, as a ratio to ServoSettings::stiffness.
+  // Smallest allowed stiffness of the coupling (spring between hand and proxy) along side_normal /
+  // ServoSettings::stiffness.
   double side_stiffness = 0;
   // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
   bool holds_turn = false;
@@ -112,10 +113,10 @@ class ContactModel {
  public:
   virtual ~ContactModel() = default;
 
-  /// Exchanges the contents of the snapshot in use and of `fresh`, and repeats the cuts that `fresh` lacks. `removed`:
-  /// m³, volume removed so far; corrected by the volumes of undone cuts and of loose pieces.
+  /// Makes `fresh` the snapshot in use, by exchanging contents, and repeats the servo's cuts that `fresh` lacks.
+  /// `removed`: m³, volume removed so far; corrected by the volumes of undone cuts and of loose pieces.
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
-  /// Snapshot in use: always the same object; its content changes.
+  /// Snapshot in use. Always the same object; adopt() changes its content.
   virtual const Snapshot& snapshot() const noexcept = 0;
   /// Distance in m that the tool may move away from the snapshot's centre before the servo needs a new snapshot.
   /// Infinity if a snapshot contains the whole tissue.
@@ -129,7 +130,7 @@ class ContactModel {
   /// Discards the state that depends on the last motion. Called at the hand's first pose, and at the first valid pose
   /// after invalid input.
   virtual void begin_anew() noexcept = 0;
-  /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
+  /// Called once when the tool is far from all tissue: the model discards the state of the last contact.
   virtual void release() noexcept = 0;
   /// Returns true if the user may change to `tool` while the proxy is at X_WG: neither the current nor the new tool
   /// touches anything there. Must not change what later ticks compute, because a recording does not contain refused

@@ -16,7 +16,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // leading samples of a row that have weight zero
+constexpr int kLead = 2;  // number of first samples of a row with weight zero
 
 /// Weight and derivative of each sample of a row, as polynomials in the fraction 0..1.
 struct Polynomials {

@@ -43,7 +43,7 @@ TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[2], z_slope);
   // Weights in memory, so that one broadcast load fills all lanes.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  // Sample k adds to partial sum k mod 4, so that all vector widths add in the same order.
+  // Sample k is added to the partial sum k mod 4, so that all vector widths add in the same order.
   alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

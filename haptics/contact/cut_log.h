@@ -40,7 +40,7 @@ class RecentCuts {
   std::uint64_t last_ = 0;
 };
 
-/// A servo's cut, to repeat in snapshots that lack it.
+/// A servo's cut, which is repeated in snapshots that lack it.
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
@@ -51,7 +51,7 @@ struct MadeCut {
 /// count less.
 class RisingCount {
  public:
-  /// Volume in m³ to count now for a cut.
+  /// Returns the volume (m³) to count for a cut.
   PerTissue counted(const PerTissue& removed) noexcept {
     PerTissue now{};
     for (std::size_t t = 0; t < now.size(); ++t) {
@@ -63,7 +63,7 @@ class RisingCount {
   }
 
  private:
-  PerTissue ahead_{};  // m³, volume that was counted too much so far
+  PerTissue ahead_{};  // m³, volume that was counted so far but not removed
 };
 
 /// The cuts of a model that uses a SurfacePatch, with the box of samples that each cut may have changed.

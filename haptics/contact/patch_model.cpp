@@ -7,8 +7,8 @@
 
 namespace typodont::haptics {
 
-/// Twice the distance, because a patch may be so far ahead that the tool is beyond half of it. Beyond the result, the
-/// carver counts as late.
+/// Distance that the tool may move before a missing new patch counts as late. Twice patch_travel_for(), because a patch
+/// may be centred ahead of the tool.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
@@ -43,7 +43,7 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 
 /// Moves patch_ to the position of its step `fresh`. Old samples and the servo's own cuts remain.
 void PatchModel::step_to(SurfacePatch& fresh) noexcept {
-  if (fresh.from != patch_.number) return;  // cannot happen: a step starts from the snapshot in use
+  if (fresh.from != patch_.number) return;  // cannot happen: `fresh` is always made for the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
   glm::ivec3 lo, hi;
   bool filled = false;
@@ -52,7 +52,7 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   take_step(patch_, fresh);
   if (late) {
     mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
-    // A cut across the old border also changes new samples.
+    // A cut across the patch's old border also changes new samples.
     for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
       if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
     }

@@ -23,7 +23,8 @@ struct Cell {
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);  // voxels from the first sample of the patch, positive inside
+  // voxels, position relative to the first sample of the patch
+  const dvec3 q = p_V - dvec3(patch.lo);
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }

@@ -67,8 +67,8 @@ class PatchStep {
   std::vector<std::uint8_t> hardness_;
 };
 
-/// Moves `patch` to the position of its step `fresh` and copies the new samples and all other data of `fresh`. `fresh`
-/// receives the old coarse patch.
+/// Moves `patch` to the position of `fresh`, and copies the new samples (fresh.step) and all other data of `fresh`. In
+/// exchange, `fresh` receives the old coarse patch.
 void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept;
 
 }  // namespace typodont::haptics

@@ -9,8 +9,8 @@
 
 namespace typodont::haptics {
 
-/// Points (voxels) from outside the tissue to the proxy, without loops. If it is full, every second point is removed.
-/// Servo thread only; allocates at set-up.
+/// Points (voxels) from outside the tissue to the proxy, without loops. If the memory is full, every second point is
+/// removed. Servo thread only; allocates at set-up.
 class RetreatPath {
  public:
   RetreatPath() { points_.reserve(kMost); }
@@ -30,22 +30,22 @@ class RetreatPath {
     points_.pop_back();
     far_ = std::min(far_, points_.size());
   }
-  /// Returns c, moved back along the path by at most `max_step`, as far as this leads towards `target`. Where the head
-  /// has been there is no tissue, but inexact walls of a deep hole hold it.
+  /// Returns c, moved back along the path by at most `max_step`, as far as the path leads towards `target`. There is no
+  /// tissue where the head has been, but inexact contacts in a deep hole can hold it.
   dvec3 withdrawn(dvec3 c, const dvec3& target, double max_step) noexcept;
   /// Index of the point nearest to `target`, or size() if none is nearer than `within`.
   std::size_t nearest(const dvec3& target, double within) const noexcept;
 
  private:
   static constexpr std::size_t kMost = 512;
-  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between points
-  // smallest cos(path, pull) at which the path leads towards the hand
+  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between consecutive points of the path
+  // smallest cosine between path and pull towards the hand
   static constexpr double kTowards = 0.3;
   // voxels; nearer points count as the same place
   static constexpr double kSamePlace = 0.7;
-  // voxels from the last point; farther starts a new path
+  // voxels; farther from the last point, a new path starts
   static constexpr double kLeap = 8;
-  static constexpr double kFar = 8;  // voxels, used for far_
+  static constexpr double kFar = 8;  // voxels, distance in the definition of far_ below
 
   void find_far_points(const dvec3& c) noexcept;
 

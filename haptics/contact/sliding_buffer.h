@@ -48,8 +48,8 @@ class SlidingBuffer {
     if (count != count_) assign(count, T{});
   }
 
-  /// Moves the array by `by` elements (negative: back). Element i is then the former element i + by, or unspecified if
-  /// there was none. Copies nothing.
+  /// Moves the array by `by` elements (negative: back). Element i becomes the former element i + by, or is unspecified
+  /// if there was none. Copies nothing.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);

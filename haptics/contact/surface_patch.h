@@ -23,7 +23,7 @@ namespace typodont::haptics {
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxels, position of sample (0,0,0)
   int n = 0;
-  bool whole = false;   // the patch contains all tissue; outside it is only air
+  bool whole = false;   // true: the patch contains all tissue; outside it there is only air
   double band = 1e300;  // voxels, largest distance that is stored
   // true: outside the tissue, no distance is too large, except near cuts and fillings
   bool exact_outside = false;
@@ -75,7 +75,8 @@ struct SurfacePatch : Snapshot {
     const double room = reach + kStencil, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// Returns true if the patch contains all tissue within `reach` of p_V (voxels). For searches that read nothing else.
+  /// Returns true if the patch contains all tissue within `reach` of p_V (voxels), although it may lack samples of air
+  /// there.
   bool covers(const dvec3& p_V, double reach) const { return holds(p_V, reach) || (whole && number != 0); }
   /// Largest `reach` for which covers() is true at p_V, voxels.
   double reach_around(const dvec3& p_V) const {
@@ -113,7 +114,7 @@ inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3
 /// Returns true if no cut has changed the field around p_V (voxels): the samples for interpolation and the nearest
 /// tissue lie outside the box of cuts. `distance`: the field at p_V.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
-  // voxels to the farthest sample of cubic interpolation (3√3)
+  // voxels, distance of the farthest sample that cubic interpolation reads (3√3)
   constexpr double kStencil = 5.2;
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
@@ -132,7 +133,7 @@ struct FieldSample {
 /// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
 /// ns. For searches, never for a force. Outside a whole patch, returns a lower bound.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear interpolation with gradient; also allowed outside a whole patch.
+/// Trilinear interpolation with gradient; also outside a `whole` patch.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, error O(h⁴). Its weights
 /// contain the prefilter, so a cut requires no update (Condat, Blu & Unser 2005, sec. III).

@@ -46,14 +46,14 @@ class TissueBody {
   /// Distance in m that the tool may move before a new snapshot is due; infinity if a snapshot contains the whole
   /// tissue.
   virtual double travel() const = 0;
-  /// Returns true if snapshots are centred ahead of the tool.
+  /// Returns true if snapshots should be centred ahead of the moving tool.
   virtual bool leads() const { return false; }
   /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
   /// cuts to its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
   /// Copies the tissue around snapshot.center_W, or around the nearest possible centre, which it then stores there.
-  /// `held`: number of the servo's snapshot (0: unknown), to which the new snapshot may be a step; then sets
-  /// snapshot.from to `held`.
+  /// `held`: number of the servo's snapshot; 0: unknown. The copy may contain only what that snapshot lacks; then
+  /// snapshot.from becomes `held`.
   virtual void cut_out(Snapshot& snapshot, std::uint32_t held) = 0;
   /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
   /// record.

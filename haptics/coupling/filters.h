@@ -1,5 +1,5 @@
-// Force filters of two published simulators, for comparison. They are not passive: without the controller, the ledger
-// shows the energy that they generate.
+// Force filters of two published simulators, for comparison. They are not passive: without the passivity controller,
+// the energy ledger shows the energy that they generate.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -14,11 +14,11 @@ enum class ForceFilter {
 };
 
 struct ForceFilterLaw {
-  double step = 0.02;    // N, δ: largest change per tick
+  double step = 0.02;    // N, δ: limit of the change per tick
   double still = 0.001;  // N, ξ: a smaller force is zero
   // N, difference from the last force above which it changes
   double renewal = 0.10;
-  double cap = 3.0;  // N, λ: largest magnitude of the force
+  double cap = 3.0;  // N, λ: limit of the magnitude of the force
 };
 
 /// Filtered force, N. `wanted`: computed force; `last`: previous result.

@@ -44,8 +44,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= std::clamp(before - slid, z_dynamic, std::min(z_static, length)) / length;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // The adhesion point creeps after the contact at the distance z. α = fraction / z_max rises from 0 at the threshold
-    // to half of 1/z_max at break-away, so slow motion also breaks away. Then dynamic friction acts.
+    // The adhesion point follows the contact, which is at the distance z, slowly. α = fraction / z_max rises from 0 at
+    // the threshold to 0.5 / z_max at break-away, so slow motion also breaks away and gets dynamic friction.
     const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     const dvec3 step = tangential(x - previous);
     if (glm::length(step) == 0) {

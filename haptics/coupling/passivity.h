@@ -8,20 +8,20 @@
 
 namespace typodont::haptics {
 
-/// A passivity observer (Hannaford & Ryu 2002) knows F·Δx one tick late. Here, the ledger must cover the predicted
-/// retreat of the next tick, from recent retreats and velocity changes, and the acceleration of any hand.
+/// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. Here, the energy ledger must cover
+/// the retreat in the next tick, predicted from recent motion and the acceleration of any hand.
 struct PassivityLaw {
-  // factor on the fastest retreat, because a tick may be missed and a retreat may accelerate
+  // factor on the fastest recent retreat, because a tick may be missed and a retreat may become faster
   double margin = 2.5;
   double memory = 0.05;  // s, time constant for forgetting retreats
-  // m/s², acceleration of any hand. If it moves inward faster than turning × tick, it still moves inward in the next
-  // tick.
+  // m/s², largest expected acceleration of any hand. A hand that moves inward faster than turning × tick still moves
+  // inward in the next tick.
   double turning = 2;
-  // s, longest tick for which `turning` is valid; with longer ticks, retreat may be as fast as advance
+  // s, longest tick for which `turning` is valid; with longer ticks, the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
   // m per tick; larger motions are jumps, which may reverse at once
   double jump_distance = 0.3e-3;
-  double twisting = 20;  // rad/s², expected angular acceleration of any hand
+  double twisting = 20;  // rad/s², largest expected angular acceleration of any hand
   // true: the position is in encoder counts, whose differences do not show changes of the velocity
   bool in_counts = false;
   // factor on the largest recent speed, for the expected retreat
@@ -55,7 +55,7 @@ struct PassivityLaw {
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    // a value near the maximum restarts `hold`
+    // a value near the maximum restarts the time `hold`
     if (x >= 0.8 * most) {
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
@@ -65,9 +65,9 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  // m per tick, fastest motion out of the tissue, or against the last displacement
+  // m per tick, fastest recent motion out of the tissue, or against the previous tick's displacement
   double retreat = 0;
-  double advance = 0;  // m per tick, fastest motion against the force
+  double advance = 0;  // m per tick, fastest recent motion against the force
   dvec3 moved{0};      // m, displacement in the previous tick
   double way = 0;      // m, length of `moved`
   // s, tick for which the next three values were computed: 1/s; decay of retreats per tick; decay of the longest tick.
@@ -77,7 +77,7 @@ struct PassivityState {
   double mean_change = 0;       // m/s, mean change of velocity over about 100 moving ticks
   dvec3 heading{0};             // m, displacement in the last tick with motion
   double fade = 1;              // decay of `pace` and `change` per tick
-  double since_reversal = 1e9;  // s of motion since the last large reversal
+  double since_reversal = 1e9;  // s of motion since the hand's last large reversal
   double longest = 0;           // s, longest recent tick
   // rad per tick: fastest retreat, fastest advance, previous rotation.
   double rotation_retreat = 0, rotation_advance = 0;
@@ -181,7 +181,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
   if (twist > 0) {  // also without force, because a torque decays more slowly
-    // rad about the torque's axis, positive: along the torque
+    // rotation about the torque's axis, rad; positive: along the torque
     const double out = glm::dot(tau, turned) / twist;
     state.rotation_retreat = std::max(state.rotation_retreat, out);
     state.rotation_advance = std::max(state.rotation_advance * state.decay, -out);

@@ -8,7 +8,7 @@
 namespace typodont::haptics {
 
 struct TipLaw {
-  double yield = 0;             // N, push at which the tip sinks; 0: never
+  double yield = 0;             // N, push above which the tip sinks; 0: it never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
   double grip = 0.6;            // pull-out / push-in force at the same depth
   double depth_limit = 0.5e-3;  // m, largest depth

@@ -35,8 +35,8 @@ inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
-/// Force on the tool in N, frame W. `band`: Hz, also limited by the servo's rate; `phase`: rad; `speed`: rad/s; `axis`:
-/// of the shank; `normal`: outwards, zero without contact; `cutting`: N, the same force as for the sound.
+/// Force on the tool in N, frame W. `band`: Hz, also limited by the servo's rate. `phase`: rad. `speed`: rad/s. `axis`:
+/// of the shank. `normal`: out of the tissue, zero without contact. `cutting`: tangential cutting force, N.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);

@@ -33,20 +33,20 @@ struct Block {
 
 /// Groups of eight samples along z, and the terms that the groups of a row share.
 struct Work {
-  // Largest numbers: listed groups, batches of eight rows, samples of a row.
+  // Capacities: groups, batches of eight rows, and samples of one row.
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
   // Terms that are equal along rows; one row per lane.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // array index of the first sample of each row
   // z of samples i to i + 7, from A
   F8 z[kLongest];
-  // each: (z of the first sample << 16) | row
+  // each element: (z of the first sample << 16) | row
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
 /// Raises samples to max(old, min(radius - distance, kInner)) where this is above -kMargin (kInner 3, kMargin 3.5
-/// voxels). `capsule` false: the ball at B is accurate enough. `narrow`: rows are shorter than a group.
+/// voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -183,7 +183,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      // omits the hole only if it contains a whole group
+      // omits the empty part only if it is longer than a group
       const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
@@ -191,7 +191,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Usual case: one interval of up to sixteen samples, at most two groups, without a branch.
+      // Usual case without a branch: one interval of up to sixteen samples, so at most two groups.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -242,7 +242,7 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
 /// Blocks, the path length at which each must be examined, and the list that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // label of the front's first voxel
+  const Tissue* tissue;  // labels, from the front's first voxel on
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
   glm::ivec3 held_lo, held_hi;  // box of the patch
@@ -271,8 +271,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule`: largest depth during the motion,
-/// otherwise at its end. `ahead`: mask of samples ahead of A. `u`, `v`: terms of the row.
+/// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule` true: largest depth during the motion;
+/// false: depth at its end. `ahead`: mask of samples ahead of the start A. `u`, `v`: from row_terms().
 template <bool capsule>
 TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -294,7 +294,7 @@ TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Terms `u` and `v` of depth_of_eight() for eight rows.
+/// Computes the terms `u` and `v` of depth_of_eight() for eight rows.
 template <bool capsule>
 TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -371,7 +371,8 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // The middle sample shows if the block is far away: field and depth change by at most one per voxel.
+          // The sample in the middle shows whether the block can change, because distance and depth change by at most 1
+          // per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);

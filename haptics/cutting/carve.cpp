@@ -1,4 +1,4 @@
-// Cuts and fillings in a patch, and their transfer to another.
+// Cuts and fillings in a patch, and their transfer to a newer patch.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>

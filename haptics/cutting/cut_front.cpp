@@ -36,8 +36,7 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMaxParts)));
-  // Room for the groups of samples that cuts may change. Memory for twice the average, because parts in the middle of
-  // the head have more.
+  // Memory for the groups of one part: twice the average, because parts in the middle of the head have more groups.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -173,7 +172,7 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       first_part_(front.part_of(reached.first.x)),
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
-      // No lists for a fast head, because it would soon reach the end of the list.
+      // A fast head gets no lists, because it would use up a list within a few ticks.
       ahead_(travel > kMaxListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
       ahead_of_empty_(travel > kMaxListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}

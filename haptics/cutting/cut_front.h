@@ -1,5 +1,6 @@
-// The active front (docs/cutting.md) tells which samples the next cuts can change. A sample's slack is a lower bound of
-// the head's motion until it can change; from it, each block knows when it is due. Samples just ahead are in lists.
+// The active front (docs/cutting.md) tells which samples the next cuts can change. Slack of a sample: distance that the
+// head can surely move before the sample changes. A block is due when one slack is used up. Lists contain the samples
+// just ahead.
 #pragma once
 
 #include <array>
@@ -27,9 +28,9 @@ class CutFront {
   /// parts, so that one tick can renew a part.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups with equal properties. `kind`: pieces of the meridian that can be nearest. `narrow`: only the
-  /// first kNarrowest samples can change. `stage`: part of the list's lifetime before which the groups `from` to `to`
-  /// do not change.
+  /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
+  /// nearest. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's lifetime in which
+  /// they can first change.
   struct Run {
     int kind;
     bool narrow;
@@ -46,7 +47,7 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// The sorted list, one array per property. Vector loads may read beyond the last element.
+  /// The sorted list of groups, one array per property. Vector loads may read beyond the last element.
   struct Listed {
     float* x;  // voxels, x of each group from the front's first voxel
     float* y;
@@ -56,7 +57,7 @@ class CutFront {
     std::uint8_t* label;   // tissue of these samples
   };
 
-  /// Call it after a filling, an undo or cuts by another tool: the slacks are then invalid.
+  /// Call it after a filling, an undo or cuts by another tool, because they make all slacks invalid.
   void forget() noexcept { known_ = false; }
   /// Position of a group in a patch with the edge n that starts at voxel `patch_lo`.
   struct Place {
@@ -76,12 +77,12 @@ class CutFront {
   // voxels; beyond this, the path length is reset, so that floats remain precise
   static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
-  // number of sets of meridian pieces that can be nearest
+  // number of different values of Run::kind
   static constexpr int kKinds = 20;
   // Voxels of path for which a list is valid, for balls and for other heads. Longer lists are renewed less often, but
   // contain more groups.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // Voxels per tick; faster heads get no lists, because they would soon reach the end of a list.
+  // Voxels per tick. Faster heads get no lists, because they would use up a list within a few ticks.
   static constexpr double kMaxListed = 0.2;
 
   /// One part of the lists: the groups that the head may change until its path length is `until`. Arrays: position and
@@ -99,8 +100,8 @@ class CutFront {
     // spare elements for vector loads beyond the last group
     static constexpr int kRoom = 40;
 
-    // The list before it is sorted by kind and stage. Kind: pieces of the meridian that can be nearest; for a ball, the
-    // position of the group relative to the ball.
+    // The groups before they are sorted by kind and stage (Run). For a ball, the kind is the position of the group:
+    // ahead of, beside or behind the ball.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
@@ -112,15 +113,15 @@ class CutFront {
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Call it before each sweep. A drill that moves along its axis lists no samples beside its flank, so its lists are
-  /// dropped when it leaves this direction.
+  /// Call it before each sweep. Lists made while a drill moves along its axis lack the samples beside its flank, so
+  /// they are dropped when its motion leaves the axis.
   void begin_sweep(bool along_axis) noexcept {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
   }
   /// Returns true if the front has room for all blocks around the voxels lo to hi.
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
-  /// Sets the head's pose `X_V` (voxels), and adds `way` (voxels), the motion of its farthest point, to the path
+  /// Sets the head's pose `X_V` (voxels), and adds `way` (voxels), the motion of the head's farthest point, to the path
   /// length.
   void advance_to(const Pose& X_V, double way) noexcept;
   /// Moves the front so that it contains all blocks around the voxels lo to hi.
@@ -143,8 +144,8 @@ class CutFront {
   }
   /// Path length (voxels) before a cut of length `travel`.
   float way_before(double travel) const noexcept { return static_cast<float>(way_ - travel); }
-  /// Decides which parts get new lists in a cut, and for which lifetime: at least one, at most an eighth of the reached
-  /// parts, so that the first cut in new tissue is not slow. Other parts get empty lists.
+  /// Decides which parts get new lists in a cut. Of the parts that the head reaches, at least one and at most an eighth
+  /// get lists, so that the first cut in new tissue is fast. Other parts get empty lists.
   class Renewal {
    public:
     /// `travel`: length of the cut, voxels; `listed`: kListedOfBall or kListedOfHead.

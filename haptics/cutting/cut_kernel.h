@@ -1,7 +1,7 @@
 // Included once in each namespace of lane_ops.h. Raises samples and sums the removed volume of each tissue.
 
-/// Raises samples to `depth` (at most kInner, 3 voxels) where `ahead` is set and depth exceeds both the old value and
-/// −kMargin (−3.5). `least`: receives this larger value; `rises`: receives the raised lanes.
+/// Raises samples to `depth` (at most kInner, 3 voxels) where `ahead` is set and `depth` exceeds `least`. `least`:
+/// receives the larger of `old` and −kMargin (−3.5). `rises`: receives the mask of raised lanes.
 TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);

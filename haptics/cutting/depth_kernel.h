@@ -45,7 +45,7 @@ TYPODONT_INLINE NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Depth below the nearest piece of `set`, a bit mask.
+/// Depth below the nearest of the pieces in the bit mask `set`.
 TYPODONT_INLINE Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

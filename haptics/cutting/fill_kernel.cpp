@@ -29,7 +29,7 @@ constexpr int kLanes = 8;
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, rounding error of a chord
 
-/// Eight samples of a row; outside the block, they have values that filling does not change.
+/// Eight samples of a row. Lanes outside the block get values that no filling changes.
 struct Lanes {
   float* at;
   int from, to;  // lanes inside the block

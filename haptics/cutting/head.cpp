@@ -23,7 +23,7 @@ struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // may refer to an element outside the array
-  int from[3], to[3];                     // range of processed samples along each axis
+  int from[3], to[3];                     // range of samples to process along each axis
   glm::ivec3 first;                       // first sample relative to HeadPose::base
   // Upper bound of the depths as a linear function: value at the centre, and slopes. Valid because heads are convex, so
   // depth is concave.
@@ -47,7 +47,7 @@ struct HeadBlock {
 
 /// Further inputs and results of carve_head_block().
 struct BlockSlack {
-  // voxels of path for which `live` is valid
+  // input: voxels of path for which `live` will be valid
   float ahead = 0;
   float slack = kNoEnd;  // voxels of motion until a processed sample can change
   // Output, may be null: for each row of the column (y is the fastest index), a bit mask of samples that may change.
@@ -181,7 +181,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // On the surface, the direction is undefined and not needed.
+  // At the surface, the outward direction is undefined and not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -298,7 +298,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the blocks. what() then tells whether a block must be cut, examined or left.
+  /// Computes distance and nearest pieces for the added blocks; call it before near() and what().
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -372,7 +372,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the block, nothing gets deeper.
+      // If the head recedes from the block, no sample gets deeper.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -390,7 +390,7 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      // n_T in V
+                      // the outward direction n_T, rotated to frame V
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
     // Unknown direction: depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
@@ -484,7 +484,7 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Kind of a group that extends over two blocks of the kinds `a` and `b`.
+/// Returns the kind of a group that extends over two blocks with the kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -570,7 +570,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         const float slack = carve_block(lane, *added[lane].leaf);
-        // pose B is examined after pose A, so all blocks remain due until then
+        // while pose A is examined (k = 0), all blocks stay due, because pose B follows
         if (k > 0) *added[lane].due = path + (slack - slip);
       }
     };
@@ -635,7 +635,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
-            // Pose B follows pose A (k = 0), so all blocks are due at once.
+            // After pose A (k = 0), all blocks are due at once, because pose B follows.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0) continue;

@@ -2,7 +2,7 @@
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
 /// Returns true if a sample changed. `may_raise` false: only computes `found`. `tops`: receives samples that may have
-/// been deeper during the motion.
+/// been deeper earlier in the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);

@@ -327,7 +327,7 @@ namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, __m512i, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
-/// Eight lanes with mask registers: half the work where a row of sixteen would need two halves.
+/// Eight lanes with mask registers (AVX-512), for rows of at most eight samples.
 namespace eight_masked {
 TYPODONT_MASKED_LANES(__m256, __m256i, _mm256, 8, __mmask8)
 }  // namespace eight_masked

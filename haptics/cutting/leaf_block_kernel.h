@@ -61,7 +61,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// Computes depths with the pieces of the block's `kind`.
+/// As above; computes depths below the pieces that `block.kind` selects.
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);

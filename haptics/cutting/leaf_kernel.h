@@ -5,7 +5,7 @@
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
-  // voxels, distances from the centre to the outermost samples along y and z, and their squared distance, rounded up
+  // voxels: half the size of a group along y and along z, and the sum of both squares, rounded up
   static constexpr float kHalfY = 0.5f * (kRowsTogether - 1), kHalfZ = 3.5f, kHalf2 = 12.51f;
   alignas(64) float x[kCount], y[kCount];
   constexpr LeafGroups() : x(), y() {

@@ -1,5 +1,5 @@
-// Cuts of the groups in the lists of the active front (CutFront), which are all that most cuts change. Private to
-// haptics/cutting.
+// Cuts of the groups in the lists of the active front (CutFront). Most cuts change only samples in these lists. Private
+// to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@
 
 namespace typodont::haptics {
 
-/// A ball that moves from A to B. Voxels, relative to a nearby voxel: A, the vector from A to B, radius. `continues`:
-/// the last sweep ended at A.
+/// A ball that moves from A to B, in voxels relative to a nearby voxel: point A, vector from A to B, radius.
+/// `continues`: the last sweep ended at A.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;

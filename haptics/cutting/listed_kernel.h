@@ -1,6 +1,6 @@
 // Included once in each namespace of lane_ops.h. Cuts the groups in the lists of cut_front.h.
 
-constexpr int kChunk = 128;  // groups that are processed together
+constexpr int kChunk = 128;  // number of groups that are processed together
 // number of groups by which prefetching is ahead
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
@@ -141,7 +141,7 @@ struct BelowArc {
     return below;
   }
 };
-/// One or two pieces, including their end points.
+/// Depth below one or two pieces, including their end points.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -231,7 +231,8 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The component away from the axis differs for each sample, so it is bounded for all directions in the group.
+    // Each sample has its own direction away from the axis, so this component of the motion is bounded for the whole
+    // group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);

@@ -30,7 +30,7 @@ struct HeadPose {
   float R[9];  // rotation from V to T, column by column
 };
 
-/// Samples from which a head removes tissue.
+/// Array of samples from which a head removes tissue.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;

@@ -26,7 +26,7 @@ struct GradedSamples {
 
 /// Sums that are updated while cutting.
 struct RemovedVolume {
-  // voxels³, by the removed fraction of each voxel
+  // voxels³, sum of the removed fractions of all voxels
   PerTissue volume{};
   GradedSamples graded;  // input; without it, `hardened` remains zero
   // Units of 2⁻²³ voxel (inside_fraction.h) × hardness byte (1 to 255). Integers, so the order of the sum does not

@@ -19,7 +19,7 @@ class SlackRows {
   TYPODONT_INLINE void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// Smallest of the sixteen slacks from z on that are set in `which`; the others may not be stored.
+  /// Smallest of the sixteen slacks from z on whose bits in `which` are set. Slacks without a bit are ignored.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;

@@ -35,7 +35,7 @@ constexpr int kSteps = 24;  // largest number of steps; almost always less than 
 constexpr float kBesideSlip = 0.5f;
 
 /// Finds the z range of a column of blocks within `far` (voxels) of the axis. `off`: column centres relative to a point
-/// of the axis; `height`: z of this point relative to a block's centre. Returns false if it is empty.
+/// of the axis; `height`: z of this point relative to a block's centre. Returns false if no block is that near.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // |d|² - (d·a)² <= far², quadratic in z; d = (off, z), a: unit vector of the axis
@@ -64,7 +64,7 @@ TYPODONT_INLINE Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// Motions of eight samples that start at `from`.
+/// Motions of eight samples that start at the positions `from`.
 TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
@@ -146,8 +146,8 @@ struct Search {
   TYPODONT_INLINE void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // In each lane, a point s before the maximum becomes a, and a point after it becomes b. If the depth still
-    // increases at an end of the path, the maximum is there.
+    // In each lane, s replaces a if s is before the maximum, and b if s is after it. If the depth still increases at an
+    // end of the path, the maximum is there.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -168,8 +168,8 @@ struct Deepest {
   F8 rho, below, depth;  // voxels; below: height below the flank's lower end, otherwise 0
 };
 
-/// Largest depth below a line. If a round end continues the flank, the depth is radius minus the distance from a
-/// half-line. Squared distances are quadratic along the path, which gives a closed form.
+/// Returns the largest depths below a line, in closed form. If a round end continues a flank, depth is the radius minus
+/// the distance from a half-line; squared distances are quadratic along the path.
 TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
   const Points way = paths_from(head, from);
@@ -216,8 +216,7 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
 /// blocks.
 struct Centres {
   unsigned set;  // input: bit mask of pieces that can be nearest
-  // Input: blocks with no sample deeper than `outside`, or with all samples deeper than `emptied`, need not be
-  // computed.
+  // Input, voxels: the search ends early if the largest depth is certainly below `outside` or above `emptied`.
   float outside, emptied;
   F8 x, y, z;    // voxels relative to HeadPose::base of the first pose
   F8 best, top;  // lower and upper bound of the largest depth
@@ -408,7 +407,7 @@ struct WayBlock {
   float bent;
   float* due;    // receives the path length at which the block is due next; null: not stored
   unsigned set;  // bit mask of pieces that can be nearest
-  // AtStart::line; -1: none
+  // AtStart::line of this block; -1: no single line
   int line;
   bool emptied;
 
@@ -451,9 +450,9 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, slack of rows that are not read
+  // voxels, smallest slack of the rows that are not read
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, slack of rows that are read but unchanged
+  F8 read = F8{} + kNoEnd;  // voxels, slacks in rows that are read but do not change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float room = block.unread(ix, iy); room >= 0) {
@@ -643,7 +642,8 @@ class PathPass {
   }
 
  private:
-  /// Blocks that are computed in the same manner: one group for each line (closed form), and one group that searches.
+  /// Blocks whose largest depth is computed in the same way: one group for each line (closed form), and one group for
+  /// search.
   struct Group {
     int count = 0;
     Centres centres;

@@ -30,7 +30,7 @@ struct Straight {
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
-/// Sets the second-order term for a path from A. `X_VM`: pose in the middle of the path.
+/// Sets the second-order term for a path from pose A. `X_VM`: pose in the middle of the path.
 void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
 /// Returns true if a round end continues flank `i` below.
 bool has_round_end(const MeridianPiece* pieces, int i);
@@ -65,7 +65,7 @@ inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 
-  Straight back;  // motion from the end back to the start
+  Straight back;  // motion from the end pose back to the start pose
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;

@@ -1,6 +1,6 @@
 // Included after depth_kernel.h. Depths along a path.
 
-/// Depth, but far outside for samples that do not change (Straight::still_above).
+/// Returns `depth`, but −kNoEnd for samples that this motion does not change (Straight::still_above).
 TYPODONT_INLINE Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -40,7 +40,7 @@ struct NearestWithNormal {
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// Derivative of the depth along a direction in frame T.
+  /// Returns the derivative of the depth along the direction `way`, frame T.
   TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);

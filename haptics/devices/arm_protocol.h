@@ -35,7 +35,7 @@ struct ArmCommand {
   std::size_t size = 0;
   std::span<const std::uint8_t> span() const { return {bytes.data(), size}; }
 };
-/// Command that sets the motor currents: mA, rounded towards zero, 16 bits.
+/// Command that sets the motor currents, as 16-bit numbers of mA, rounded towards zero.
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes);
 /// Command that sets the board's counters; only for the protocols v2 and raw HID.
 ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& counts);

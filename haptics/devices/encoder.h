@@ -21,7 +21,7 @@ class Encoder {
   /// Result of Encoder::read16() or read32() for a reading.
   enum class Step {
     kGood,
-    // The reading is too far from the last one, and is ignored.
+    // The reading is too far from the last accepted one, and is ignored.
     kRejected,
     // Counts were lost: wrong value until home() is called.
     kSlipped,

@@ -129,7 +129,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      // An error is reported only if the user named this pedal; otherwise the next one is tried.
+      // An error is reported only if the user named this pedal; otherwise the next pedal is tried.
       if (!any) throw;
     }
   }

@@ -1,5 +1,6 @@
-// A hand whose device may be unplugged and plugged in again. Meanwhile it reports the last pose, a released pedal and
-// Fault::kDeviceLost. open_hand() opens the device again, so it gives no force until it is free of contact.
+// A hand whose device may be unplugged and plugged in again. Meanwhile, the hand reports the last pose, a released
+// pedal and Fault::kDeviceLost. The device reopens through open_hand(), so without force until the tool is free of
+// contact.
 #pragma once
 
 #include <functional>

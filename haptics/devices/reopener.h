@@ -33,7 +33,7 @@ class Reopener {
   /// Passes the lost object to the reopening thread, which closes it, because closing may block. Never blocks or
   /// allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    // Normally deletes nothing, because take() was called before.
+    // `dead_` is normally empty, because take() was called before.
     delete dead_.exchange(dead.release());
     wanted_.store(true);
     wake_.notify_all();  // even if the thread misses this notification, it checks regularly

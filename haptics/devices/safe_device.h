@@ -50,8 +50,8 @@ class SafeDevice : public HapticDevice {
   /// Returns all events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// Checks whether the servo still writes at time t; returns the time of the next check. Called by the watchdog thread
-  /// or a test.
+  /// Checks at time t whether the servo still writes, and returns the time of the next check. Called by the watchdog
+  /// thread or a test.
   Nanos watch(Nanos t) noexcept;
 
  private:

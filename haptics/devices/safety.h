@@ -42,8 +42,8 @@ inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   return start + clip_length(wanted - start, step);
 }
 
-/// Thermal model of the motors as one body, heated in proportion to force². heat = 1 is the limit, which the force
-/// `continuous` reaches in the long run.
+/// Thermal model of the motors as one body, heated in proportion to force². heat = 1 is the limit, which a lasting
+/// force `continuous` reaches in the end.
 struct ThermalModel {
   double heat = 0;
 

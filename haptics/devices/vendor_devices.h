@@ -1,5 +1,5 @@
-// Descriptions of the devices of a vendor's library, which describes a device only while it is open. So each device is
-// opened briefly. While one is in use, none is opened, and the device in use describes itself.
+// Descriptions of the devices that a vendor's library finds. It describes only open devices, so each device is opened
+// briefly. While a device is in use, no other is opened, and it describes itself (Use::is).
 #pragma once
 
 #include <functional>

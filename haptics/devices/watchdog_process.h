@@ -1,5 +1,5 @@
-// A child process that sends zero force if the program is killed or stopped (SIGKILL, SIGSTOP, out of memory). It waits
-// until its parent ends or stops writing. Without it, the last force would stay until the device's own watchdog acts.
+// A child process that sends zero force if its parent ends or stops writing (SIGKILL, SIGSTOP, out of memory). Without
+// the child, the last force would stay until the device's own watchdog acts.
 #pragma once
 
 #include <sys/types.h>
@@ -32,7 +32,7 @@ class WatchdogProcess {
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  // Time without a write, while a force is on, after which the child sends zero force, ns. Five times that of the
+  // Time without a write, while a force is on, after which the child sends zero force, ns. Five times the time of the
   // watchdog thread, because the child acts only if the parent no longer runs.
   static constexpr Nanos kSilence = 10'000'000;
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// Copies the samples lo … lo + n − 1 to `to`, z fastest. Outside the box, the nearest sample counts.
+// Copies the samples lo … lo + n − 1 to `to`, z fastest. Outside the box, takes the nearest sample inside.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -282,8 +282,8 @@ class Spread {
   std::vector<std::ptrdiff_t> stack_;
 };
 
-// Finds the part of a mask that is connected over faces to the walls of the box. A row of 16 samples along z is stored
-// in one word.
+// Finds the part of a mask that is connected over faces to the walls (outer faces) of the box. A row of 16 samples
+// along z is stored in one word.
 class WallFlood {
  public:
   explicit WallFlood(const SparseMask& open)
@@ -352,7 +352,8 @@ class WallFlood {
     queue_.push_back(block);
   }
 
-  // Reached samples in the plane beyond a face of a block, as 16 rows. Beyond the walls of the box, all are reached.
+  // Reached samples in the plane beyond a face of a block, as 16 rows. Beyond the walls of the box, all samples count
+  // as reached.
   std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
     std::array<Row, kEdge> face;
     glm::ivec3 next = block;
@@ -435,7 +436,7 @@ class WallFlood {
     return true;
   }
 
-  // Fills along the row through open samples in both directions (Kogge–Stone prefix).
+  // Spreads `word` along the row through open samples in both directions (Kogge–Stone prefix).
   static unsigned filled(unsigned word, unsigned open) {
     if (word == 0 || word == open) return word;
     unsigned up = open, down = open, raised = word, lowered = word;
@@ -570,7 +571,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // The integral of a product of centred Gaussians is (2π·v)^(−3/2), where v is the sum of their variances: times ·
+  // The integral of a product of Gaussians around 0 is (2π·v)^(−3/2). v is the sum of their variances, here `times` ·
   // sigma².
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));

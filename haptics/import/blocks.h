@@ -1,4 +1,5 @@
-// Sparse volumes: samples are stored only near a body, so the memory depends on the size of the body, not of its box.
+// Sparse volumes: samples are stored only near a body, so the memory depends on the size of the body, not of the box
+// around it.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -138,8 +139,8 @@ Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSe
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Smooths with the kernel (1 + c) G − c G∗G, c = 1 + (blur / sigma)² ≤ 3. Blur has displaced curved iso-surfaces by
-/// blur² · mean curvature; the kernel's second moment −blur² moves them back, to second order.
+/// Smooths with the kernel (1 + c) G − c G∗G. G: Gaussian; c = 1 + (blur / sigma)² ≤ 3. Blur displaces curved
+/// iso-surfaces by blur² · mean curvature; the kernel's second moment −blur² moves them back.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// The factor c of smooth_in_place().
 double sharpening(double sigma, double blur);
@@ -149,7 +150,7 @@ double noise_left(double sigma, double blur);
 /// Marks blocks (one byte each, z runs fastest) that contain a sample above `bound` after smoothing. `sigma`: voxels.
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// Smallest (ball_max: largest) value within `radius` voxels of each sample in `wanted`.
+/// Smallest (ball_max: largest) value within `radius` voxels of each sample in the mask `wanted`.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
@@ -171,7 +172,7 @@ std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, i
 /// if its bright voxels number at least `min_bright` and a tenth of the most that a body has.
 std::size_t main_body(const std::vector<Body>& bodies, double min_bright);
 
-/// Fraction of the box in blocks that contain samples of the mask, and in their neighbour blocks.
+/// Fraction of the box that is filled by blocks with samples of the mask and by their neighbour blocks.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {
@@ -191,7 +192,7 @@ struct Reached {
   // For blocks that are not stored, with the indices of BlockSet::slot: 1 if connected to the walls of the box.
   std::vector<std::uint8_t> blocks;
 };
-/// Part of the mask `open` that is connected to the walls of the box.
+/// Finds the part of the mask `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);
 
 }  // namespace typodont::haptics::importing

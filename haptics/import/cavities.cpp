@@ -90,7 +90,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // The pocket is only the mouth of a cavity that was found with a smaller ball.
+      // The pocket is only the opening of a cavity that was found with a smaller ball.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !holds_air[id] && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }

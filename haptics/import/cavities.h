@@ -34,7 +34,7 @@ class Hollows {
 };
 
 /// Finds cavities with a ball of growing radius, up to `widest_mouth` (voxels), which enters from the walls of the box.
-/// A pocket that the ball can't enter is a cavity if its mouth is small compared to its wall (root canal), otherwise
+/// A pocket that the ball can't enter is a cavity if its opening is small compared to its wall (root canal), otherwise
 /// outside (fissure). Hollows of bone are written to `hollow`. Blocks that are not stored and not connected to the
 /// walls become inside.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,

@@ -123,7 +123,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // Distance from a wall of the box within which no tissue is added, voxels, because tissue has no surface there.
+    // Distance from a wall of the box within which no tissue is added, voxels, because tissue cannot have a surface
+    // there.
     constexpr double kWall = 3;
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
@@ -180,8 +181,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The border is blurred, so the part grows by one sample. Only labels that occur in the part are included; this can
-  // add samples just outside the surface.
+  // Adds one layer of samples to the part, because its border is blurred. Only labels that occur in the part are
+  // included; this can add samples just outside the surface.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -198,7 +199,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // The border lies half a voxel outside the part's samples. It is smoothed, because samples form steps.
+  // The border of the part lies half a voxel outside its samples. It is smoothed, because samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);
@@ -259,7 +260,7 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Fraction of the voxel inside, as if the surface were a plane at the distance of its centre.
+    // Fraction of the voxel that lies inside, as if the surface were a plane at the distance of its centre.
     const double fraction = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += fraction * voxel * voxel * voxel;
   }

@@ -18,7 +18,7 @@ enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
 /// Brush stroke: the volume within `radius` of a polyline. kNothing removes tissue; other kinds change labels, and
-/// without `only_tissue` also add tissue, except within three voxels of the box's walls.
+/// without `only_tissue` also add tissue, except within three voxels of the volume's outer faces.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
@@ -45,8 +45,8 @@ struct BoxContent {
   std::vector<std::uint8_t> hardness;  // empty if the tissue has no hardness
 };
 
-/// Applies a correction, and returns the box's content before it. Added tissue has exact distances outside and lower
-/// bounds inside. Throws Error if radius or reach is below half a voxel.
+/// Applies a correction, and returns the box's content before it. Distances around added tissue are exact; inside it,
+/// they are lower bounds. Throws Error if radius or reach is below half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
 /// Exchanges the box's content with `content`: the first call undoes a correction, the next one repeats it.

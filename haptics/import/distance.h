@@ -25,8 +25,8 @@ struct DistanceField {
   Sparse<glm::vec3> closest;
 };
 
-/// Distance to the surface phi = 0 (phi > 0 inside), on a grid of `size` at `placement`. Below `exact`, Newton's method
-/// refines it (Chopp 2001, eq. 4.1); above, it is up to 1/(8 exact) voxel too large.
+/// Distance to the surface phi = 0 (phi > 0 inside), on a grid of `size` at `placement`. Newton's method refines
+/// distances below `exact` (Chopp 2001, eq. 4.1); larger ones are up to 1/(8 exact) voxel too large.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 

@@ -60,7 +60,7 @@ struct ImportOptions {
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: automatic
   std::optional<double> nan_grey;    // grey value replacing NaN voxels; empty: NaN is an error
   glm::dmat3 turn{1};                // rotation of the result, from quarter_turns()
-  // Empty: all tissue has its usual hardness.
+  // If empty, all tissue has its usual hardness.
   std::optional<HardnessGreys> hardness;
   // Tissue of each value of a label map; overrides the tissues that the file names. If not empty, the scan is a label
   // map.
@@ -139,7 +139,7 @@ struct ImportReport {
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
   double overlap = 0;  // m³, volume that several meshes of import_meshes() contain
-  // Boxes of the meshes of import_meshes(), except the first.
+  // Bounding boxes of the meshes of import_meshes(), except the first.
   std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
   // Positions of mesh repairs in the result, m.

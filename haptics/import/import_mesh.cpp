@@ -135,7 +135,7 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
-/// Sum of area × normal, m²: 0 for a closed mesh, otherwise it points from the opening to the far side.
+/// Sum of area × normal, m²: 0 for a closed mesh, otherwise it points from the opening to the side opposite to it.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -209,7 +209,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // Of very many small triangles, only every n-th is used, with n times its area.
+  // If there are very many small triangles, only every n-th is used, with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);

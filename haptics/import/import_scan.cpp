@@ -26,7 +26,7 @@ namespace {
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// Imports a scan or a region of it. `known`: grey values of the whole scan; null: they are found here.
+// Imports a scan or a region of it. `known`: grey values of the whole scan; null: this function finds them.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
@@ -124,8 +124,8 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// Closes canals that a wall of the scan cuts; they would count as outside. Dark holes in the wall (grey up to `bound`,
-// at most `widest` m wide) get lids of the grey value `fill` in the two planes beyond.
+// Closes canals that a wall (outer face) of the scan cuts, which would count as outside. Dark holes in the wall (grey
+// up to `bound`, width up to `widest`, m) get lids of grey value `fill` in the next two planes.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
   constexpr int kRim = 2;  // samples by which a lid extends beyond its hole

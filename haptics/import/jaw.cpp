@@ -47,7 +47,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // Weight of a step between the dimmest bright samples.
+  // Weight of a step between the darkest of the bright samples.
   constexpr double kMin = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -153,7 +153,7 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// Segmentation::grey with the gaps between roots and sockets: in a dark valley, takes the scan's own value.
+// Returns Segmentation::grey, but in dark valleys (gaps between roots and sockets) with the grey value of the scan.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels
   // Smallest curvature of a valley, per voxel², as a fraction of the contrast between hard and soft. A ligament of one
@@ -170,8 +170,8 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// Grey value at the borders of a thin dark layer of width w, from its darkest value. Dip in the middle: erf(w / (2√2
-// σ)); at the borders: erf(w / (√2 σ)) / 2; both as fractions of the true contrast.
+// Grey value at the borders of a thin dark layer of width w, from its darkest value. Dips relative to the true
+// contrast: erf(w / (2√2 σ)) in the middle, erf(w / (√2 σ)) / 2 at the borders. σ: blur.
 class LayerBound {
  public:
   LayerBound() {
@@ -189,7 +189,7 @@ class LayerBound {
 };
 
 // Grey value at the border of a canal, on a scale of 0 in the canal, 1 in a thick wall and `beyond` in bone. The
-// brightest value across the wall gives its thickness, and this the border's value.
+// brightest value across the wall gives its thickness, and the thickness the border's value.
 class CanalBound {
  public:
   /// `blur`, `radius`: voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur), which corrects
@@ -234,9 +234,9 @@ class CanalBound {
   std::vector<double> brightest_, border_;
 };
 
-// Median; nullopt if there are too few values.
+// Median; nullopt if there are fewer than kMin values.
 std::optional<double> median_of(std::vector<float>& values) {
-  constexpr std::size_t kMin = 20;  // smallest number of samples
+  constexpr std::size_t kMin = 20;  // with fewer samples, there is no result
   if (values.size() < kMin) return std::nullopt;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -296,7 +296,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // Longest direction of the samples, by power iteration.
+    // Direction in which the samples extend farthest, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -425,8 +425,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
 // Finds single teeth: regions grow from maxima of depth (distance from the mask's surface). Two regions are one tooth,
 // unless they meet at a depth much smaller than that of each. Only regions with `crown` count. Results in samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // Largest depth that counts, m; largest depth of a contact between two teeth, as a fraction of the shallower tooth's
-  // depth.
+  // Larger depths count as kDeepest, m. kContact: largest depth of a contact between two teeth, as a fraction of the
+  // shallower tooth's depth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -529,9 +529,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Most frequent value of a class.
+  // Most frequent grey value of a class.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    // Half width of the window for counting values, bins.
+    // Bins on each side that are counted together with a bin.
     constexpr std::size_t kHalf = 6;
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
@@ -545,7 +545,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Density of enamel / that of dentin and cortical bone.
+  // Density of enamel divided by that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
   // If the three classes have mixed bones, the brightest class is divided again.
   constexpr double kMinEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
@@ -649,7 +649,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, bone, into_bone, greys, kFine,
                                                       [&](double done) { progress(0.4 + 0.3 * done); });
 
-  // Teeth include their cavities, also those that gaps of one sample open.
+  // Teeth include their cavities, also those with openings of one sample.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -710,7 +710,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // Brightest value in the direction in which the grey value rises. It belongs to a wall only if the opposite
+    // Brightest grey value in the direction in which grey values rise. It belongs to a wall only if the opposite
     // direction leads into the canal.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);

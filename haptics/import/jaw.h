@@ -19,7 +19,7 @@ struct JawGreys {
   // Returns the lowest grey value of dentin and cortical bone.
   double bright() const { return 0.5 * (cancellous + hard); }
   double crown() const { return 0.5 * (hard + enamel); }  // returns the lowest grey value of enamel
-  // Highest grey value of a canal.
+  // Returns the highest grey value of a canal.
   double canal() const { return 0.5 * (soft + cancellous); }
 };
 
@@ -30,7 +30,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
 /// Standard deviation of the noise, from differences of voxels three apart. Valid if most of the scan is uniform.
 double noise_of(const Grid<float>& scan);
 
-/// For each axis, the planes at the lower and upper wall of the scan, if tissue touches them.
+/// For each axis, the planes at the lower and upper wall (outer face) of the scan, if tissue touches them.
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
@@ -38,8 +38,8 @@ struct JawLabels {
   JawReport report;       // positions in samples
 };
 
-/// `scan`: the segmented scan; `noise`: its standard deviation; `walls`: walls that cut the jaw; `voxel`: m. `progress`
-/// receives 0..1, and may throw.
+/// `scan`: the segmented scan; `noise`: standard deviation of its noise; `walls`: walls that cut the jaw; `voxel`: m.
+/// `progress` receives 0..1, and may throw.
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress);
 

@@ -17,7 +17,7 @@ static double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Values at the volume's walls, which are mostly surroundings.
+// Values at the volume's walls (outer faces), which are mostly surroundings.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -31,7 +31,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // Estimate of the standard deviation from the median.
+  // Estimates the standard deviation from the median.
   return 1.4826 * quantile(values, 0.5);
 }
 
@@ -42,7 +42,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  // Only uniform regions count, because voxels at edges are mixtures.
+  // Counts only samples in uniform regions, because voxels at edges are mixtures.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
   for_each_slab(greys.size.x, [&](int x) {
@@ -166,7 +166,7 @@ namespace {
 /// Scale of grey values: Hounsfield units plus a constant. Air −1000, water 0, soft tissue −120 (fat) to 80.
 struct HounsfieldScale {
   double offset;
-  std::string source;  // how it was found, for the user
+  std::string source;  // how the scale was found, for the user
 };
 
 /// Finds air and soft tissue as peaks about 1000 apart. Otherwise the darkest and brightest value, `lo` and `hi`, may
@@ -223,7 +223,7 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     }
     // Grey value beside the tissue: largest peak below the threshold, or else the surroundings.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // Grey value of the tissue, if the threshold is half-way.
+    // Grey value of the tissue, if the threshold is half-way between both.
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
@@ -298,7 +298,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // First values in Hounsfield units, with the surface at 300; segment() improves them.
+    // First estimates in Hounsfield units, which put the surface at 300; segment() improves them.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -15,22 +15,23 @@ struct Levels {
   double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
   // Grey value of enamel or cortical bone; empty: the scan shows only one tissue.
   std::optional<double> dense;
-  // `dense` was given by the user or by Hounsfield units.
+  // True if `dense` was given by the user or by Hounsfield units.
   bool fixed_dense = false;
-  // `outside` was given by the user or by Hounsfield units. It is then thin soft tissue over the bone; the air around
-  // it is darker.
+  // True if `outside` was given by the user or by Hounsfield units. It is then thin soft tissue over the bone; the air
+  // around it is darker.
   bool fixed_surround = false;
   // Grey value above which voxels are tooth. The largest body with teeth is imported; if empty, the largest body.
   std::optional<double> tooth;
   // Smallest volume brighter than `tooth` that counts as teeth, m³.
   static constexpr double kMinTeeth = 8e-9;
-  // Grey value of the surface as a fraction: 0 is outside, 1 is soft.
+  // Grey value of the surface as a fraction: 0 is `outside`, 1 is `soft`.
   double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
   double smoothed_noise = 0;         // standard deviation in the surroundings after smoothing
 
-  /// Surface: half-way between both grey values, where a blurred edge truly lies, unless the user gave a threshold.
+  /// Grey value of the surface: the user's threshold, or half-way between `outside` and `soft`, where a blurred edge
+  /// truly lies.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }

@@ -45,14 +45,15 @@ class LocalGrey {
       sum_[cell] += static_cast<float>((grey(p) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Standard deviation in cells; together with cell and interpolation, it smooths over about four samples.
+    // Standard deviation of the smoothing, cells. Together with cell and interpolation, it smooths over about four
+    // samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the whole scan's mean; all samples nearby together have weight 1.
+    // Weight of the whole scan's mean, if all samples nearby together have weight 1.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);

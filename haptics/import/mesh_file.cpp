@@ -31,7 +31,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// A mesh as the file states it; equal corners may be separate points.
+// A mesh as it is in the file; equal corners may be separate points.
 struct Soup {
   std::vector<std::array<float, 3>> points;
   std::vector<std::vector<std::size_t>> faces;
@@ -303,7 +303,7 @@ std::optional<std::string> plain_text(const std::filesystem::path& file, const s
 Soup read_with_assimp(const std::filesystem::path& file) {
   const std::string extension = lower_case(file.extension().string());
   if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(file, extension == ".glb");
-  // Also finds archive damage that would make assimp abort.
+  // unit_of_3mf() also finds damaged archives, which would make assimp abort.
   const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
   Assimp::Importer importer;
   importer.SetIOHandler(new NamedFiles);  // the importer deletes it

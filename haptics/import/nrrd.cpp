@@ -115,7 +115,7 @@ static std::string last_cause(std::string* all = nullptr) {
   throw Error(file.string(), field.empty() ? "NRRD" : place_of(file, field), cause, expected_in(field));
 }
 
-// Names of label values: "2:=dentin", or "Segment0_Name:=Dentin" with "Segment0_LabelValue:=2" (3D Slicer).
+// Names of label values, written as "2:=dentin", or "Segment0_Name:=Dentin" with "Segment0_LabelValue:=2" (3D Slicer).
 static std::optional<std::map<int, std::string>> labels_of(const std::filesystem::path& file, const Nrrd& nrrd) {
   constexpr std::string_view kName = "_Name", kLabel = "_LabelValue", kLayer = "_Layer", kSegment = "Segment";
   const auto number = [](std::string_view text) {
@@ -167,7 +167,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 
-  // Checks whether the data are large enough.
+  // Checks whether the file contains enough data.
   double present = 0;
   std::string data = "data";
   bool known = true;
@@ -207,7 +207,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header is valid, so the data must be wrong.
+    // The header was read before, so the data must be wrong.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));

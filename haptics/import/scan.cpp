@@ -315,7 +315,8 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // new(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): first along rows, then along columns.
+    // new(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): interpolates first along rows, then along
+    // columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -399,7 +400,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // The file states spacing and unit, so its voxels are really that large.
+    // The file states spacing and unit, so its voxels are really so large.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

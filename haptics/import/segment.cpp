@@ -165,7 +165,8 @@ class Segmenter {
     constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set_, 0, 0);
     if (levels_.dense) dense_mask = above(smooth_, static_cast<float>(levels_.denser()));
-    // Width of the widest mouth, m and voxels. Foramina of nerves in a jaw are wider than those of root canals.
+    // Width of the widest opening (mouth) of a cavity, voxels. Foramina of nerves in a jaw are wider than those of root
+    // canals.
     const bool jaw = preset_ == ImportPreset::kJaw;
     const double widest_mouth = std::min((jaw ? 2.2e-3 : 0.75e-3) / voxel_, jaw ? 16.0 : 8.0);
     cavity_ = find_cavities(
@@ -299,7 +300,7 @@ class Segmenter {
       s_.bodies_kept = body > 0;
     }
     close_holes();
-    // Distances that labels need, voxels: largest, and up to where they are exact.
+    // kLabelBand: largest distance that labels need, voxels. kLabelExact: distances up to this are exact, voxels.
     constexpr double kLabelBand = 6, kLabelExact = 3;
     surface_band_ = std::max({shell_ + 0.5, kLabelBand, band_.value_or(0)});
     s_.surface = signed_distance(s_.phi, grey_.size, {}, surface_band_, std::max(kLabelExact, band_.value_or(0)));
@@ -343,7 +344,7 @@ class Segmenter {
     });
   }
 
-  // Measures the grey value of cavities at their centres, if they are wide enough.
+  // Measures the grey value of cavities at their centres, if cavities are wide enough.
   void measure_cavity_grey() {
     cavity_grey_ = levels_.outside;
     std::vector<float> greys, inner;

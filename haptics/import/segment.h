@@ -34,8 +34,8 @@ struct Segmentation {
 /// Standard deviation of a border's position, voxels. `noise`: standard deviation / contrast; `blur`: voxels.
 double border_uncertainty(double noise, double blur);
 
-/// The samples at the walls of `grey` must be surroundings. `voxel`: m. `band`: distance up to which distances are
-/// exact, voxels; empty: computes no distances.
+/// The samples at the walls (outer faces) of `grey` must be surroundings. `voxel`: m. `band`: distance up to which
+/// distances are exact, voxels; empty: computes no distances.
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
                      const std::optional<double>& band, const std::function<void(double)>& progress);
 

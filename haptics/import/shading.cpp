@@ -41,7 +41,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
   // Edge of a cell, m; largest number of cells and of examined samples per axis; distance of the differences, voxels.
   constexpr double kCell = 2.4e-3;
   constexpr int kMaxCells = 24, kSamples = 8, kReach = 2;
-  constexpr std::size_t kMin = 20;  // uniform samples of a cell
+  constexpr std::size_t kMin = 20;  // a cell with fewer uniform samples is dropped
   const glm::ivec3 edge =
       glm::max(glm::ivec3(glm::round(kCell / spacing)), glm::max(glm::ivec3(4), (g.size + kMaxCells - 1) / kMaxCells));
   const glm::ivec3 step = (edge + kSamples - 1) / kSamples, cells = (g.size + edge - 1) / edge;
@@ -208,8 +208,9 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // Smallest range that is removed; largest gradient of uniform tissue, per voxel and relative to the noise; begin of
-  // the outer part, as a fraction of half the extent; fraction of cells ignored at both ends of the range.
+  // kMinRange: a smaller shading is not removed. kSteepest, kPerNoise: largest gradient of uniform tissue, per voxel
+  // and relative to noise. kOuter: where the outer part begins, as a fraction of half the extent. kDarkest: fraction of
+  // cells ignored at both ends.
   constexpr double kMinRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kMinCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

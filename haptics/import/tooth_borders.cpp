@@ -43,7 +43,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
   const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;
-    constexpr double kMinContrast = 0.3;  // smallest local difference, as a fraction of the usual one
+    constexpr double kMinContrast = 0.3;  // smallest local contrast, as a fraction of `usual`
     const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
     const Sparse<float> into = distance_squared_to(others, 4);
     Sparse<float> fraction(set, 0, 0);

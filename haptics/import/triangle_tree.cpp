@@ -23,7 +23,7 @@ static double distance2(const dvec3& lo, const dvec3& hi, const dvec3& p) {
   return glm::dot(off, off);
 }
 
-// Builds a node; divides its triangles at the median of the box's longest edge.
+// Builds a node; divides its triangles into two halves along the longest edge of their box.
 std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
   const std::size_t index = nodes_.size();
   nodes_.emplace_back();

@@ -51,7 +51,7 @@ double unseen_canal_volume(const DenseTissue& tooth, double diameter) {
         area.clear();
         visit(first);
         bool only_dentin = true;
-        for (std::size_t k = 0; k < area.size(); ++k) {  // grows while voxels are added
+        for (std::size_t k = 0; k < area.size(); ++k) {  // `area` grows during the loop
           const glm::ivec3 p = area[k];
           only_dentin = only_dentin && tooth.tissue[tooth.at(p.x, p.y, p.z)] == Tissue::kDentin;
           for (const int axis : {u, v}) {

@@ -18,7 +18,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
 /// `s`, `e`: volume6() of the triangle with `from` and `to`; they have different signs.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m from a plane; nearer points count as in it
+  constexpr double kTouches = 1e-12;  // m; points nearer to a plane count as lying in it
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));
   if (std::abs(s) < in_plane || std::abs(e) < in_plane) return false;
   const double ab = volume6(from, to, a, b), bc = volume6(from, to, b, c), ca = volume6(from, to, c, a);
@@ -40,7 +40,7 @@ constexpr std::size_t kBatch = 8;
 // m between boxes at which triangles are certainly apart
 constexpr double kApart = 1e-9;
 
-/// Corners of eight triangles, or of one in all lanes.
+/// Corners of eight triangles, or of the same triangle in all lanes.
 struct Eight {
   D8 p[3][3];
 };

@@ -78,7 +78,7 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Each fan of faces around a vertex gets its own vertex.
+/// Makes one vertex for each fan of faces (connected faces around a vertex).
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
   const std::vector<Face> old = faces_;  // the faces, still with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
@@ -154,7 +154,7 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// The grid of faces.
+// The following functions maintain the grid of faces.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
   // relative to the coordinates; larger than a float's rounding error
@@ -217,7 +217,7 @@ void EditableMesh::place(Index f) noexcept {
   set_rough_normal(f);
 }
 
-// Functions that change vertices and faces, and record it.
+// The following functions change vertices and faces, and record the changes.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {

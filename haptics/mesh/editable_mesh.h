@@ -26,7 +26,7 @@ struct Vertex {
   static constexpr Index kBorder = 1, kMoved = 2;
 };
 
-/// Edge i leads from v[i] to v[(i+1)%3]. n[i]: the face beyond it, or kNone.
+/// Edge i leads from v[i] to v[(i+1)%3]. n[i]: the neighbouring face at edge i, or kNone.
 struct Face {
   // Counter-clockwise seen from outside. Unused face: v[0] is kNone, v[1] is the next unused face.
   Index v[3] = {kNone, kNone, kNone};
@@ -73,7 +73,7 @@ class EditableMesh {
 
   // The following functions return kNone or false, and change nothing, if the change is impossible.
   void move(Index v, const dvec3& p) noexcept;  // moves v to p (m, frame W), and sets kMoved
-  /// Restores position and flag. `before`: vertex(v) before the move.
+  /// Undoes move(v): restores position and flags. `before`: vertex(v) before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
   /// Call after move(): settle() for the vertex, or settle_face() for each face around it.
@@ -188,9 +188,9 @@ class EditableMesh {
   void record(MeshRecord* record);
   /// Undoes the recorded changes; the next call repeats them.
   void exchange(MeshRecord& record);
-  /// Begins to list changed faces, also removed ones. Allocates.
+  /// From now on, lists changed and removed faces for take_changes(). Allocates.
   void list_changes();
-  /// Returns each face changed since the last call once.
+  /// Returns all faces changed since the last call, each once.
   void take_changes(std::vector<Index>& faces);
 
   /// FNV-1a hash of points, faces and tissues in use.
@@ -269,7 +269,7 @@ class EditableMesh {
   std::vector<Face> faces_;
   std::vector<Place> places_;
   std::vector<RoughNormal> rough_normals_;
-  std::vector<Index> heads_;  // for each bucket of the hash table: its first face
+  std::vector<Index> heads_;  // for each bucket of the hash table: first face in this bucket
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
   double size_[kLevels] = {};  // m, longest edge in each level

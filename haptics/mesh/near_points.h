@@ -14,7 +14,7 @@ namespace typodont::haptics::mesh {
 /// Same bits on every processor.
 class NearPoints {
  public:
-  /// `most`: largest number of points.
+  /// `most`: capacity, number of points.
   explicit NearPoints(std::size_t most);
 
   /// Removes all points. `head_W`: head's pose, near the next points.
@@ -27,7 +27,7 @@ class NearPoints {
   /// listed_at().
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
-  /// Number of the list; clear() increases it.
+  /// Number of clear() calls, which identifies the list.
   std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }
@@ -45,7 +45,7 @@ class NearPoints {
   std::uint64_t number_ = 0;
   Pose listed_at_;
   std::vector<dvec3> points_;  // m, in W
-  // m, relative to listed_at_; longer than `points_`, because the last batch is read completely
+  // m, relative to listed_at_; longer than `points_`, because the last eight points are read together
   std::vector<float> x_, y_, z_;
   // m from the head at listed_at_; very negative: unknown
   std::vector<float> distance_;

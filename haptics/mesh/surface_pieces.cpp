@@ -63,7 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// Updates the piece of f after adding, changing or removing.
+/// Updates the pieces after face f was added, changed or removed.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);

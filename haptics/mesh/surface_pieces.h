@@ -1,4 +1,4 @@
-// Divides a mesh into pieces for rendering; remakes changed ones.
+// Divides a mesh into pieces for rendering, and generates changed pieces again.
 #pragma once
 
 #include <unordered_map>
@@ -24,7 +24,8 @@ struct PieceParameters {
 /// weighted by sin(angle) / product of the edges (Max 1999, doi 10.1080/10867651.1999.10487501).
 class SurfacePieces final : public TissueSurface {
  public:
-  /// `labels`: result of labels(), and origin of the corners. From now on, the mesh lists its changes.
+  /// `labels`: volume that labels() returns; corners are relative to its origin. From now on, the mesh lists its
+  /// changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }

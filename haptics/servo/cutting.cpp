@@ -12,7 +12,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && !motion.inside && (in.scrapes || cutting.speed > 0);
-  // Local variables stay in registers; a stored value would have to be read back.
+  // Values that are used again are kept in local variables, which stay in registers.
   SpindleLoad spindle{cutting.speed, 0};
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;

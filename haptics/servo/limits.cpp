@@ -24,7 +24,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // Retreat: only the change above both drilling_slew and the change by the displacement waits.
+    // Retreat: delays only the change that exceeds both drilling_slew and the change by the hand's displacement.
     return std::min(over, beyond);
   }
   // Advance: when a drill perforates the end of an implant bed, the force falls. Only lag_limit waits, so that the
@@ -77,15 +77,15 @@ void Servo::State::limit(ContactTick& now) noexcept {
     now.teeth_force *= fraction;
     now.torque *= fraction;
   }
-  // The spindle's torque may use what the tissue's torque leaves of the limit.
+  // The spindle's torque may be as large as the torque limit minus the tissue's torque.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
   }
 }
 
-/// Fraction of the force if the ledger has far less energy than the coupling stores (fast first contact, start in
-/// tissue). From the first retreat on, the force is that of a spring which stores the ledger's energy.
+/// Returns the allowed fraction of the force; below 1 if the energy ledger has far less energy than the coupling stores
+/// (fast first contact, start in tissue). From the first retreat on, the spring then stores only the ledger's energy.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (!(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -98,8 +98,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// Returns the factor 0..1 for the force so that the energy E is enough for the whole retreat Δ: √(2 k E - k² a²) for E
-/// > k a², otherwise E / a, with a = Δ × PassivityLaw::margin. `at_stake`: J of the full force in the next tick.
+/// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
+/// √(2 k E - k² a²) for E > k a², otherwise E / a; a: retreat per tick × PassivityLaw::margin. `at_stake`: energy of
+/// the full force in the next tick, J.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -109,7 +110,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   const double retreat = glm::dot(now.force, now.moved) / strength;  // m, retreat of the hand in this tick
   double most = 0;                                                   // N, largest allowed force
   if (retreat > 0) {
-    // The retreat may be as fast as the advance was.
+    // The hand may retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
     // The coupling stores more energy than the ledger has: an increase during retreat would overdraw it, so it is
@@ -121,13 +122,13 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // Reduces the force to `most`, at the slew limit or as fast as the hand's own motion changes it.
+  // Reduces the force to `most`, but not faster than the slew limit, or than the hand's own motion changes the force.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// The felt force presses the edges. If it has been little for rest_time, as after a jump into tissue, the fraction
-/// increases to 1; otherwise a resting hand would not cut, and the force would remain small.
+/// The force that the hand feels presses the edges (teeth_fraction). If it has been small for rest_time, as after a
+/// jump into tissue, teeth_fraction increases to 1; otherwise a hand at rest would not cut.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;
@@ -152,7 +153,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // After contact, a debt is cancelled, because it would allow no force at the next contact.
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
   l.stored = now.stored;
-  // Without torque, rotation has no resistance, so it is not in the ledger.
+  // A device without torque does not resist rotation, so the ledger ignores rotation.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
     const double at_stake =

@@ -18,7 +18,7 @@ struct MotionParameters {
   static constexpr double workspace = 100;
   // s; a longer tick is a jump of the clock, and the nominal tick is used instead
   static constexpr double longest_tick = 0.1;
-  // s a snapshot may be overdue before it is a fault
+  // s; a fault is reported if a new snapshot is overdue for longer
   static constexpr double stale_time = 0.02;
 };
 
@@ -26,7 +26,7 @@ struct MotionParameters {
 struct CuttingParameters {
   // s; a bur that presses saves energy for the next voxel, up to its current power × this time
   static constexpr double budget_time = 0.5;
-  // s; replaces budget_time at a border to harder tissue, and for an edge that the hand draws
+  // s; used instead of budget_time at a border to harder tissue, and for an edge that the hand draws
   static constexpr double held_time = 0.05;
   // m³ that a bur may remove on credit when entering tissue
   static constexpr double owed_volume = 8e-12;
@@ -73,7 +73,7 @@ struct LimitParameters {
   static constexpr double rest_time = 0.1;
   // Factor on k x (stiffness × retreat) that is subtracted from the allowed increase, because the proxy moves too.
   static constexpr double retreat_weight = 3;
-  // Change of the force / change by the hand's displacement in the spring, above which it counts as a step. Documents
+  // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Documents
   // and tests use 1.1 (docs/passivity.md).
   static constexpr double spring_tolerance = 1.09;
 };

@@ -41,13 +41,13 @@ struct ContactTick : TickData {
   double tangential = 0;    // tangential / normal force of the edges
   double energy_ratio = 1;  // work of motor or hand / work by the material's specific energy
   dvec3 force{0}, torque{0}, normal{0};
-  dvec3 spindle_force{0};   // N on the hand, by edges and vibration
+  dvec3 spindle_force{0};   // N, force on the hand by edges and vibration
   dvec3 teeth_force{0};     // N, part of spindle_force that the edges cause
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
   double unlimited = 0;     // N, magnitude of `force` before the limits
-  SoftTissue::Output soft;  // part of `force` by soft tissue
+  SoftTissue::Output soft;  // part of `force` that soft tissue causes
   /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
@@ -90,9 +90,9 @@ struct Servo::State {
     double budget = 0;
     // 0..1, power at a wall of harder tissue in the last tick / the head's full power; 0: no wall
     double wall = 0;
-    double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
+    double wall_budget = 0;   // J, part of `budget` that may be used at a border to harder tissue
     double energy_ratio = 1;  // ContactTick::energy_ratio of the last tick
-    double feed = 0;          // m, smoothed advance per turn of a tool with known edges
+    double feed = 0;          // m, smoothed advance per turn, for a tool whose edges are known
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -188,8 +188,8 @@ struct Servo::State {
   };
   EdgeMeans edge_means() const noexcept;
 
-  /// Limit of the ledger's debt, J. A larger debt is cancelled: it would allow no force, so the hand could never pay it
-  /// back. At most the credit of the law.
+  /// Limit of the energy ledger's debt, J; at most PassivityLaw::credit. A larger debt is cancelled, because it would
+  /// allow no force, so the hand could never supply the missing energy.
   double max_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
 
   /// Largest debt that is cancelled when a contact ends, J: usually `limits.given`, which was allowed during the
@@ -200,8 +200,8 @@ struct Servo::State {
   /// Handles a tick without a valid pose or hand: zero force; the next valid tick starts again.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
-  /// Adds the energy that the device gave to the hand since the last tick to the ledger. Always inlined: a called
-  /// function would wait for the hand's pose, which was just written in parts of another size.
+  /// Adds the energy that the device gave to the hand since the last tick to the ledger. Always inlined, because a
+  /// called function would have to wait until the hand's pose, which was just written, can be read.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
   /// Updates the free speed of the spindle, which follows the pedal with the time constant run_up_time.
   [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;

@@ -125,7 +125,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // Smallest area of a point, m²; points at the edge of the box would get less.
+  // Smaller areas, which occur at the edge of the box, are increased to this, m².
   const double min_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, min_area);
 

@@ -28,7 +28,7 @@ struct SoftParameters {
   static constexpr double min_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
-  // Height above the end of a head at which it should be as thick as the distance between points, m.
+  // At this height above the end of a head, the head should be as thick as the distance between points, m.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch
   // Half the distance between enclosing balls on the axis, m.

@@ -7,8 +7,8 @@
 namespace typodont::haptics {
 namespace {
 
-/// Distances to the piece (`piece`) or to the remaining tissue, voxels; far samples keep a very large value. Starts at
-/// samples just below the surface, and passes the nearest start from neighbour to neighbour (Danielsson 1980).
+/// For each sample: distance to the piece (if `piece`) or to the remaining tissue, voxels; very large for far samples.
+/// Passes the nearest sample just below the surface from neighbour to neighbour (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   // voxels below the surface within which samples are start samples
   constexpr float kShell = 2;

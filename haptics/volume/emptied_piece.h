@@ -24,7 +24,7 @@ struct PieceBox {
 };
 
 /// New distances, voxels. Samples of the piece, and air nearest to it, get the distance to the remaining tissue; all
-/// others keep their bits. No distance becomes smaller.
+/// other distances stay exactly the same. No distance becomes smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -93,7 +93,7 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Writes the background value, the tiles that differ from it (largest first), and then the blocks of 8³.
+/// Writes the background value, the tiles whose value differs from it (largest tiles first), and then the blocks of 8³.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;

@@ -1,5 +1,5 @@
-// Grids as a list of blocks and tiles, which the guarded process passes to the program. The program checks every count.
-// Both are of one build on one machine, so there is no byte order and no version.
+// Passes grids as lists of blocks and tiles from the guarded process (vdb_guard.h) to the program, which checks every
+// count. Both come from one build on one machine, so the format needs no byte order and no version.
 #pragma once
 
 #include <openvdb/openvdb.h>

@@ -60,7 +60,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
       for (int z = 0; z < size.z; ++z) {
-        if (z + 8 <= size.z) {  // eight at once, because most contain no filling
+        if (z + 8 <= size.z) {  // tests eight labels at once, because most contain no filling
           std::uint64_t eight;
           std::memcpy(&eight, label + row + z, sizeof eight);
           if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {

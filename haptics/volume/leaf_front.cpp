@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Writes the indices of the elements of `due` that are at most `path` to `found`. May read seven elements beyond the
+/// Writes to `found` the indices of all elements of `due` that are at most `path`. May read seven elements beyond the
 /// end.
 TYPODONT_DISPATCH("avx2", "default")
 int find_due(const float* due, int count, float path, std::int32_t* found) {

@@ -65,7 +65,7 @@ class LeafFront {
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
   std::optional<Sweep> last_;  // empty: the position is not known
-  double path_ = 0;            // voxels, path length of the head's farthest point
+  double path_ = 0;            // voxels, see path()
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;  // have kUnused unused elements at the end
   std::vector<std::int32_t> found_;     // indices that due() found in one row

@@ -15,7 +15,7 @@ void copy_distances(const float* from, float* to, std::ptrdiff_t stride_x, std::
 /// Fills eight distances at a time.
 void fill_distances(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
 
-/// Copies values of one byte (labels, hardness).
+/// Copies a leaf's values of one byte (labels, hardness).
 template <class Byte>
 void copy_bytes(const Byte* from, Byte* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   static_assert(sizeof(Byte) == 1);

@@ -207,7 +207,7 @@ class LoosePieces::KnownBlocks {
   }
   /// Number of separate floods; those that have met count once.
   std::size_t apart() const { return roots_.size(); }
-  /// Pieces by size; the largest (last) may be incomplete.
+  /// Pieces, the smallest first. The last and largest may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -246,7 +246,7 @@ class LoosePieces::KnownBlocks {
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts where the flood grows; those before `next` are done
+    std::vector<int> edge;  // parts where the flood grows; parts before `next` are done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the parts that the flood contains
     std::int64_t samples = 0;
@@ -261,7 +261,8 @@ class LoosePieces::KnownBlocks {
   /// A block in which samples became air.
   struct CutBlock {
     int block;
-    int group;                           // next block of the group (union-find); own index: it represents the group
+    // Next block of the group (union-find); own index: this block represents the group.
+    int group;
     int flood;                           // flood around the group; -1: not known
     std::array<std::uint64_t, 6> faces;  // samples on the faces that became air
   };

@@ -34,8 +34,8 @@ class LoosePieces {
   explicit LoosePieces(const TissueVolume& volume);
   ~LoosePieces();
 
-  /// Pieces that a cut has separated; they are still in the volume. `written`: changed voxels; `blocks`: blocks that
-  /// may have been emptied, with bits of the remaining tissue.
+  /// Returns the pieces that a cut has separated; they are still in the volume. `written`: changed voxels; `blocks`:
+  /// blocks that may have been emptied, with bits of the remaining tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
   /// Call it after a change in lo..hi that is no cut.

@@ -9,7 +9,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBelow = 0.5;     // voxels below a triangle at which its tissue is read
+constexpr double kBelow = 0.5;     // voxels, depth below a triangle at which the triangle's tissue is read
 constexpr int kSteps = 3;          // number of Newton steps per vertex
 constexpr double kMaxStep = 0.25;  // voxels, largest length of a Newton step
 

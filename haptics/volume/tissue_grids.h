@@ -49,8 +49,8 @@ struct BrickBox {
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// Value of the label grid: label (label.h), and 255 − hardness (dense_tissue.h) in the next byte. So it equals the
-// label at kOwnHardness, and undo, tiles and hashes include the hardness.
+// Value of the label grid: label (label.h), and 255 − hardness (dense_tissue.h) in the next byte. At kOwnHardness, the
+// value equals the label. Undo, tiles and hashes include the hardness.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;
 
@@ -80,7 +80,7 @@ inline Tissue shown_in(std::int32_t value) {
 /// Bit mask of the samples in tissue among 8³ distances.
 SolidBits solid_bits(const float* samples);
 
-/// Leaves as they were before the stroke; after its undo, as they were after it.
+/// Leaves as they were before a stroke; while the stroke is undone, as they were after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
@@ -135,9 +135,9 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// First mark of a new volume's log; differs between volumes.
+  /// First mark (TissueVolume::mark) of a new volume; differs between volumes.
   static std::uint64_t first_mark();
-  /// Call it at a change that is not logged, which is foreign (TissueVolume::foreign_changes).
+  /// Call it after a change that log_write() does not record (TissueVolume::foreign_changes).
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -156,7 +156,7 @@ struct TissueVolume::Impl {
   /// As TissueVolume::copy_every(), for the samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  /// A leaf of both grids.
+  /// The same leaf in both grids.
   struct LeafSource {
     glm::ivec3 lo;                                      // voxels, position of the first voxel
     const openvdb::FloatTree::LeafNodeType* distances;  // null: all samples have the value `distance`
@@ -169,8 +169,8 @@ struct TissueVolume::Impl {
   std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
   void copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const;
 
-  // Files store label, hardness and the label before filling separately (StoredVolume): they are split on saving and
-  // joined on loading.
+  // Files store label, hardness and the label before filling separately (StoredVolume): the label grid is split on
+  // saving and joined on loading.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;

@@ -57,7 +57,7 @@ std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// Value of n³ voxels if they are equal and deeper than the band; otherwise nullopt.
+/// Common value of n³ voxels if they are equal and deeper than the band; otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -122,7 +122,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
           tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
-        // created for the first voxel that they store
+        // leaves, created for the first voxel that they store
         openvdb::FloatTree::LeafNodeType* distances = nullptr;
         openvdb::Int32Tree::LeafNodeType* labels = nullptr;
         const openvdb::Coord first(x0, y0, z0);
@@ -371,7 +371,7 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
   }
 }
 
-// Lambdas, so that loops with them are vectorised.
+// These are lambdas, so that loops with them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };

@@ -63,8 +63,8 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // If the output has this process's largest length, the volume is wrong. If it is shorter, the disk is full or the
-    // user's limit is smaller.
+    // If the output has the largest allowed length, the volume file is wrong. If the output is shorter, the disk is
+    // full or the user's limit is smaller.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();

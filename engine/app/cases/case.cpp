@@ -28,8 +28,9 @@ using Ordered = nlohmann::ordered_json;
 constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
 constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
-constexpr double kNarrowest = 1.3e-3;              // m, narrowest part of a cavity that a bur of 1.2 mm can cut
-constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};  // m, displacement of the careless hand from the plan
+constexpr double kNarrowest = 1.3e-3;  // m; a cavity is never narrower than this, so that a bur of 1.2 mm can cut it
+// m, displacement of a simulated careless hand
+constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
 
 Json families_table() {
   return Json::load(assets_folder() / "cases" / "families.json")["families"];
@@ -44,7 +45,7 @@ double in_mm(double metres) {
   return std::round(metres / kMillimetre * 1e4) * 1e-4;
 }
 
-/// The types of tooth of a case family.
+/// The types of tooth that a case family lists.
 std::vector<std::string> teeth_of(const Json& family) {
   std::vector<std::string> teeth;
   for (const Json& tooth : family["teeth"].items()) teeth.push_back(tooth.string());
@@ -75,7 +76,7 @@ struct Lesion {
 struct Draft {
   Case& out;
   const Json& family;
-  dvec3 offset;  // m, from the tooth's frame to frame W
+  dvec3 offset;  // m, displacement from the tooth's frame to frame W
   Ordered ideal = Ordered::object(), neighbours = Ordered::array();
   std::optional<Lesion> lesion;
   glm::dmat3 R{1};     // u, v, w in the tooth's frame
@@ -116,12 +117,13 @@ struct Draft {
              {halfspace(along, high), halfspace(-along, low), halfspace(across, low + 0.5 * width * across),
               halfspace(-across, low - 0.5 * width * across), halfspace({0, 0, 1}, high), halfspace({0, 0, -1}, low)}}};
   }
-  /// Adds to the ideal an upright slot with round ends, as wide as a round bur that can cut it.
+  /// Adds an upright slot with round ends to the target shape. A round bur of the slot's width can cut it.
   void slot(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) {
     ideal["remove"].push_back(block(a, b, floor, width));
     for (const glm::dvec2& end : {a, b}) ideal["remove"].push_back(shaft(end, floor, 0.5 * width));
   }
-  /// Adds a box that is open towards the neighbour (side 1: mesial, -1: distal), with round corners at u = `axial`.
+  /// Adds a box-shaped cavity, open towards the neighbouring tooth (side 1: mesial, -1: distal), with round corners at
+  /// u = `axial`.
   void box(double side, double axial, double middle, double width, double floor) {
     constexpr double kCorner = 0.65e-3;
     const double end = side * (0.5 * out.tooth.md + 1e-3), inner = axial + side * kCorner;
@@ -130,14 +132,14 @@ struct Draft {
     for (const double edge : {-1.0, 1.0})
       ideal["remove"].push_back(shaft({inner, middle + edge * (0.5 * width - kCorner)}, floor, kCorner));
   }
-  /// Adds a neighbour: the tooth itself, mirrored at its contact point.
+  /// Adds a neighbouring tooth: the tooth itself, mirrored at its contact point.
   void add_neighbour(double side) {
     const CaseTooth& tooth = out.tooth;
     const dvec3 contact(side * 0.5 * tooth.md, -tooth.form.lean * tooth.form.proximal, tooth.form.proximal);
     const dvec3 at = turn * contact + offset;
     neighbours.push_back({{"contact_mm", {in_mm(at.x), in_mm(at.y), in_mm(at.z)}}});
   }
-  /// Largest w of the tooth at (u, v), m.
+  /// Height w of the tooth's surface at (u, v), m.
   double surface(const glm::dvec2& at) const {
     double w = above();
     while (w > 0 && out.tooth.distance(R * dvec3(at, w)) > 0) w -= 0.02e-3;
@@ -151,7 +153,8 @@ struct Draft {
   }
 };
 
-/// Half the length of the outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2 mm).
+/// Half the length of the cavity's outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2
+/// mm).
 double half_outline(const CaseTooth& tooth) {
   return std::min(0.5 * tooth.md - 1.8e-3, 0.24 * tooth.md + 0.2e-3);
 }
@@ -183,7 +186,7 @@ void lesion(Draft& draft) {
   const glm::dvec2 at(0, tooth.fissure(0));
   Lesion lesion{at, at, tooth.surface(at.x, at.y)};
   lesion.border = draft.enamel_depth(at, lesion.top) + 0.1e-3;
-  double deepest = lesion.border;  // m below the top: largest depth that leaves the stated distance to the pulp
+  double deepest = lesion.border;  // m below the top; the largest depth that keeps the stated distance to the pulp
   while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, lesion.top - deepest}) > draft.mm("pulp_left_mm"))
     deepest += 0.02e-3;
   lesion.depth = std::min(draft.mm("lesion_depth_mm"), deepest);
@@ -227,7 +230,7 @@ void lingual_access(Draft& draft) {
   draft.slot({-0.4e-3, end.y}, {0.4e-3, end.y}, end.z, kNarrowest);
 }
 
-/// Slot along the fissure and a box to each neighbour.
+/// Cavity: slot along the fissure, and a box towards each neighbour.
 void boxes(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   const double width = draft.mm("isthmus_mm"), reach = half_outline(tooth) - 0.5 * width;
@@ -243,16 +246,16 @@ void boxes(Draft& draft) {
     const double side = which.number(-1, 1), axial = side * (0.5 * tooth.md - draft.mm("axial_mm"));
     glm::dvec2& end = ends[side > 0];
     draft.box(side, axial, end.y, draft.mm("box_width_mm"), gingival);
-    end.x = axial + side * 0.65e-3;  // into the box
+    end.x = axial + side * 0.65e-3;  // the slot ends inside the box
     draft.add_neighbour(side);
   }
   draft.slot(ends[0], ends[1], floor, width);
 }
 
-/// Approximal box of a front tooth, from the lingual side; the labial wall remains.
+/// Box-shaped cavity between front teeth, cut from the lingual side; the labial wall remains.
 void lingual_box(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
-  draft.approach_along({0, -1, 0});  // v: out of the crown
+  draft.approach_along({0, -1, 0});  // axis v points out of the crown
   const double middle = tooth.form.proximal - draft.mm("below_contact_mm"), height = draft.mm("height_mm");
   const double axial = 0.5 * tooth.md - draft.mm("axial_mm");
   double labial = 0;
@@ -263,7 +266,7 @@ void lingual_box(Draft& draft) {
 
 /// Slot in the buccal surface above the neck, below its middle as deep as stated.
 void cervical(Draft& draft) {
-  draft.approach_along({0, 1, 0});  // v: towards the root
+  draft.approach_along({0, 1, 0});  // axis v points towards the root
   draft.show_buccal_side();
   const double width = draft.mm("height_mm"), reach = 0.5 * (draft.mm("length_mm") - width);
   const double v = -draft.mm("above_neck_mm") - 0.5 * width;
@@ -308,7 +311,7 @@ void apply_lesion(Draft& draft) {
       }
 }
 
-/// Turns the tissue by 180° about z.
+/// Rotates the tissue by 180° about z.
 void turn_round(haptics::DenseTissue& tissue) {
   const auto reverse_columns = [&](auto& values) {
     if (values.empty()) return;
@@ -346,7 +349,7 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   return count;
 }
 
-/// Throws RunFailure if the tooth or the lesion has several pieces, or if too little tissue covers the pulp.
+/// Throws RunFailure if the tooth or the lesion consists of several pieces, or if too little tissue covers the pulp.
 void check_tissue(const Draft& draft) {
   const haptics::DenseTissue& tissue = draft.out.tissue;
   if (const int n = pieces(tissue, Tissue::kAir); n != 1) throw RunFailure(fmt::format("the tooth has {} pieces", n));
@@ -360,7 +363,7 @@ void check_tissue(const Draft& draft) {
     throw RunFailure(fmt::format("the lesion has {} pieces", n));
 }
 
-/// Cuts the strokes of a plan without a servo. Each stroke is displaced by `slip` (m).
+/// Cuts the strokes of a plan directly, without a servo. Each stroke is displaced by `slip` (m).
 void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<ExpertLeg>& legs, const dvec3& slip) {
   const auto tools = haptics::tool_set(scene.servo);
   std::size_t tool = 0;

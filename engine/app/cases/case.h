@@ -20,7 +20,7 @@ struct CaseRequest {
   std::string family;
   std::uint64_t seed = 1;
   double difficulty = 0.5;  // 0 to 1
-  std::string tooth;        // a tooth of the family; empty: the seed selects it
+  std::string tooth;        // tooth of the case family; empty: the seed selects one
 };
 
 struct Case {
@@ -28,11 +28,11 @@ struct Case {
   std::map<std::string, double> parameters;  // mm, degrees, years
   haptics::DenseTissue tissue;
   std::string scene;                // JSON text of the scene; its volume is `volume`
-  double expert = 0, careless = 0;  // points of the exact plan, and of the same plan by a careless hand
+  double expert = 0, careless = 0;  // score of the planned strokes, cut exactly and by a careless hand
 };
 
-/// Generates a case and writes it: the scene file `out`, and beside it the volume with the extension .vdb. Equal
-/// requests give equal bits. Throws Error for a wrong request, RunFailure for a seed without a valid case.
+/// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give equal bits.
+/// Throws Error for an invalid request, RunFailure if this seed gives no valid case.
 Case make_case(const CaseRequest& request, const std::filesystem::path& out);
 
 }  // namespace typodont

@@ -17,13 +17,14 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.5e-3;  // m, band of stored distances in the sampled tooth
-// largest deviation from the mean that is generated, standard deviations
+constexpr double kBand = 1.5e-3;  // m, distances are stored up to this far from the surface
+// limit of random deviations, in standard deviations
 constexpr double kMaxDeviation = 2;
-constexpr double kShape = 0.025;       // relative standard deviation of a tooth's measures from its size; estimate
+// relative standard deviation of each measure after the tooth's size is known; estimate
+constexpr double kShape = 0.025;
 constexpr double kCusp = 0.025;        // relative standard deviation of a cusp's height and position; estimate
 constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding between roots
-constexpr double kApex = 0.6e-3;       // m, radius at the end of one of several roots
+constexpr double kApex = 0.6e-3;       // m, radius at the end of each of several roots
 constexpr double kApexCurve = 1.4e-3;  // m, radius at the end of a single root
 
 /// Ratio of the pulp chamber's area at this age to the area at 20 years (CBCT study of 2017 with 316 molars; applied to
@@ -120,7 +121,7 @@ double TaperedTube::distance(const dvec3& p) const {
 double CaseTooth::distance(const dvec3& p) const {
   const double trunk = hollowed(form, p);
   if (roots.empty()) {
-    // Paraboloid at the end.
+    // The root ends as a paraboloid.
     const double up = std::max(p.z + root, 0.0);
     const double out = std::hypot(p.x, p.y * form.neck.x / form.neck.y) - std::sqrt(2 * kApexCurve * up);
     return p.z > 0 ? trunk : smooth_max(trunk, 0.6 * out, 1e-3);
@@ -134,7 +135,7 @@ double CaseTooth::distance(const dvec3& p) const {
 double CaseTooth::hollowed(const ToothForm& outer, const dvec3& p) const {
   const double d = outer.distance(p);
   if (fossa == 0 || p.y > 0 || p.z < 0) return d;
-  // An ellipsoid between marginal ridges, edge and cingulum.
+  // Lingual fossa: ellipsoid between marginal ridges, edge and cingulum.
   const dvec3 half(0.34 * md, 2 * fossa, 0.3 * crown);
   const double z = 0.58 * crown, t = (z - outer.lingual) / (crown - outer.lingual);
   const double side = 0.5 * (bl - (bl - outer.table.y) * t * t) + outer.lean * z;

@@ -32,14 +32,15 @@ struct CaseTooth {
   double fossa = 0;      // m, depth of the lingual fossa of a front tooth; 0: none
   double furcation = 0;  // m below the neck where roots separate; 0: one root
   std::vector<TaperedTube> roots;
-  double cej_mesial = 0, cej_distal = 0;       // m, rise of the enamel's edge, mesially and distally
+  // m, rise of the enamel's edge, mesial and distal
+  double cej_mesial = 0, cej_distal = 0;
   double enamel = 0;                           // m, thickness of the enamel in the occlusal third
-  std::vector<TaperedTube> pulp;               // chamber, horns, canals
+  std::vector<TaperedTube> pulp;               // the pulp as tubes: chamber, horns and canals
   double chamber_roof = 0, chamber_floor = 0;  // m, z of the chamber's roof and floor
 
   /// Signed distance to the surface, m, negative inside. Exact near it.
   double distance(const dvec3& p) const;
-  /// Signed distance to `form` or `blunt` after the lingual fossa was removed, m.
+  /// Signed distance to `outer` (`form` or `blunt`) with the lingual fossa removed, m.
   double hollowed(const ToothForm& outer, const dvec3& p) const;
   /// The tissue at a point inside the tooth.
   Tissue tissue(const dvec3& p) const;
@@ -54,7 +55,7 @@ std::vector<std::string> tooth_types();
 /// Generates a tooth. `type`: one of tooth_types(). Throws Error.
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random);
 
-/// Samples the tooth with exact distances. `voxel`: m.
+/// Samples the tooth with exact distances. `voxel`: edge length, m.
 haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel);
 
 }  // namespace typodont

@@ -23,7 +23,7 @@ using display::BenchSpec;
 
 constexpr double kPoint = 72 / 25.4;  // points (the drawing's unit of length) per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
-constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
+constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of normal, small and title text
 
 struct Colour {
   double r, g, b;
@@ -40,7 +40,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// A page of the drawing. Coordinates: points, y points down.
+/// A page of the drawing. Coordinates are in points; y points down.
 class Page {
  public:
   Page(std::string& bytes, FileKind kind)
@@ -134,8 +134,8 @@ class Page {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// A view of the workbench in a rectangle on the page. The page is parallel to two axes of frame W; the view is along
-/// the third.
+/// A drawn view of the workbench in a rectangle on the page. The page is parallel to two axes of frame W; the view is
+/// along the third axis.
 struct View {
   double left, top, width, height;  // points, position and size on the page
   int across, up;                   // indices of the two axes of frame W that point right and up on the page
@@ -247,8 +247,8 @@ class Drawing {
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
-      // index of the panel's corner whose mirror image is picture[corner]: the reflection exchanges corners 0 and 1,
-      // and corners 2 and 3
+      // Index of the panel's corner whose mirror image is picture[corner]: the reflection exchanges corners 0 and 1,
+      // and corners 2 and 3.
       const std::size_t other = corner == 0 ? 1 : 3;
       const dvec3 at = on_glass(picture[corner]);
       page_.line(view(eye), view(at), 0.4);

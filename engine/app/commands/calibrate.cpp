@@ -29,7 +29,7 @@ using namespace calibration;
 
 namespace {
 
-/// Where a result is written: to a file, as JSON on standard output, or as text.
+/// Where a calibration result is written: to a file, as JSON on standard output, or as text.
 struct Output {
   std::string file;
   bool json = false;
@@ -112,7 +112,7 @@ struct PoseCommand {
   const char* about;
   const char *X, *Z;  // names of the poses that are computed, for example "X_SM"
   const char *X_what, *Z_what;
-  const char* b_columns;  // help text: the pose in the columns bx_mm … bqz
+  const char* b_columns;  // help text about the pose in the columns bx_mm … bqz
   const char* footer;
   bool camera_on_arm;
 };

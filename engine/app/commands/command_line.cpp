@@ -60,7 +60,7 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
-/// Makes all options refuse "nan" and "inf": a range check accepts "nan", and "inf" could cause endless work.
+/// Makes all options refuse "nan" and "inf", because a range check accepts "nan", and "inf" could cause endless work.
 void take_finite_numbers_only(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);

@@ -28,10 +28,10 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// A finite number from `low` to `high`, both included.
+/// Accepts a finite number from `low` to `high`, both included.
 Check range(double low, double high);
 Check range(int low, int high);
-/// A number x with 0 < x <= `most`.
+/// Accepts a number x with 0 < x <= `most`.
 Check more_than_zero(double most = 1e9);
 /// A whole number from 0, for example a monitor's number.
 Check from_zero();
@@ -40,7 +40,7 @@ Check existing_file();
 /// A file that the command may write, in a writable folder. Its extension belongs to one of `kinds`; devices and FIFOs
 /// may have any name. `over`: which files may be overwritten.
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
-/// A folder for results: not the name of an existing file, and no name with a file's extension.
+/// Accepts a folder for results: not the name of an existing file, and no name with a file's extension.
 Check writes_folder();
 
 class Option {
@@ -48,11 +48,11 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// The help shows the current value as the default.
+  /// Makes the help show the variable's current value as the default.
   Option* show_default();
-  /// The option takes `count` values.
+  /// Makes the option take `count` values.
   Option* expected(int count);
-  /// The option may be given without a value; its value is then `usual`. `word`: the value's name in the help.
+  /// Allows the option without a value; its value is then `usual`. `word`: name of the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
@@ -83,7 +83,7 @@ class Command {
   /// Throws Error if one of `options` is given without the option that it needs. `given`: the needed option is given;
   /// `needed`: its text, for example "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// True if the command line names one of its subcommands.
+  /// True if the command line names a subcommand of this command.
   bool named_command() const;
   std::string help() const;
 

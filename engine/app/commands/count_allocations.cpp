@@ -53,7 +53,7 @@ void make_room() {
   if (!reserve || !destructors_run) throw typodont::OutOfMemory();
 }
 
-// The library calls the handler where it requests memory from the operating system itself (map_twice()).
+// The library calls this handler also where it requests memory from the operating system itself (map_twice()).
 [[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
 /// Calls `get` until it returns memory. After each null, calls make_room(), which frees a reserve or throws

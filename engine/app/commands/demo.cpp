@@ -49,13 +49,14 @@ namespace {
 
 struct Options {
   std::filesystem::path out = "demo";
-  std::string scene;                   // scene file; empty: the shipped scene molar-caries
-  std::string rig;                     // rig file or name; empty: the shipped rig `film`
-  std::optional<glm::ivec2> eye_size;  // pixels, size of one eye's picture; empty: kQuick, or the rig's with `film`
-  std::string model;                   // contact model; empty: the scene's model
-  bool film = false;                   // films the whole session, in the rig's size
-  double fps = 25;                     // frames per second of the film
-  double seconds = 1e9;                // s, limit of the session's duration
+  std::string scene;  // scene file; empty: the shipped scene molar-caries
+  std::string rig;    // rig file or name; empty: the shipped rig `film`
+  // pixels, size of one eye's picture; empty: kQuick, or with `film` the rig's size
+  std::optional<glm::ivec2> eye_size;
+  std::string model;                                         // contact model; empty: the scene's model
+  bool film = false;                                         // films the whole session, in the rig's size
+  double fps = 25;                                           // frames per second of the film
+  double seconds = 1e9;                                      // s, limit of the session's duration
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
@@ -172,7 +173,8 @@ void run(const Options& options) {
   std::vector<session::SessionPicture> pictures;
   const ServoTick& tick = session.last();
   const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
-  // Times on two cores: a second of the session, a frame of the film, a stereo picture in the best quality, the end.
+  // Initial estimates on two cores, s: for a second of the session, a frame of the film, and a stereo picture in the
+  // best quality.
   Pace second(0.35), frame_pace(options.film ? 0.25 : 0.12), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;

@@ -41,7 +41,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// One curve as SVG text, scaled so that the value ranges fill the plot.
+/// Draws one curve as SVG text, scaled so that the value ranges fill the plot.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_max, double y_min,
                      double y_max, double left, double top, double width, double height, const char* color) {
   std::string points;

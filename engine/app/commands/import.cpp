@@ -179,7 +179,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
           {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
-    // Repeats this value inside "jaw", where other programs read it.
+    // Repeats the value "volume_doubt_mm3" inside "jaw", where other programs read it.
     if (j.contains("volume_doubt_mm3")) jaw["volume_doubt_mm3"] = j.at("volume_doubt_mm3");
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
@@ -283,7 +283,7 @@ bool several(const Arguments& a) {
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // The arguments are checked before the long work.
+  // Checks the arguments before the long work.
   if (a.inputs.empty() == a.parts.empty())
     throw Error("INPUT", "", a.inputs.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");

@@ -62,8 +62,8 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds the bodies that the chosen teaching view shows in addition to the tissue's surface, for example the face of a
-/// section.
+/// Adds the meshes that the chosen teaching view shows in addition to the tissue's surface, for example the cut face of
+/// a section.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   glm::dvec4 plane{0, 0, 0, 1};
@@ -96,7 +96,7 @@ glm::vec3 density_color(double density) {
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
 }
 
-/// The tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
+/// Returns the tissue's spheres, sorted from far to near, because nearer spheres are drawn over farther ones.
 std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
                                                const dvec3& eye) {
   std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
@@ -279,8 +279,8 @@ void run(const Options& options) {
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   Surroundings around = world.surroundings();
-  // If the tooth is uncut, the gum hides the root, so it need not be drawn. Otherwise, the eye may see the root through
-  // a cavity.
+  // If the tooth is uncut, the gum hides its root, so the root need not be drawn. Otherwise, the eye may see the root
+  // through a cavity.
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.show_spheres(spheres);
@@ -308,7 +308,8 @@ void run(const Options& options) {
                      {"right", eye_json(eyes[1])},
                      {"shows_tissue", shows_tissue},
                      {"frame", stats_json(drawn)},
-                     // Statistics of a second, equal frame. Nothing has moved, so no drawing command is recorded.
+                     // Statistics of a second, equal frame. Since nothing has moved, no drawing command is recorded for
+                     // it.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
   if (!look.tool) skipped["tool"] = "no --pose";
@@ -363,9 +364,9 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures frames of a running session, without the set-up in the first one. Eyes and screen move by 1 µm per frame,
-  // because frames from the same viewpoint are drawn only in part; the lamp stays. A recorded session goes on.
-  constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: recorded time per frame; largest measured time
+  // Measures frames of a running session, without the set-up in the first frame. Eyes and screen move by 1 µm per
+  // frame, because equal frames are drawn only in part; the lamp stays. A recorded session is played on.
+  constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: recorded time per frame; largest sum of times
   constexpr std::size_t kMaxFrames = 45;
   std::vector<double> times, gpu_times;
   std::array<std::vector<double>, render::kFrameParts.size()> parts;

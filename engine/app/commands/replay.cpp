@@ -38,7 +38,7 @@ ReplayResult replay_recorded(const session::SessionReader& session) {
   return replay_session(session, [&](double done) { progress.at(done); });
 }
 
-/// Warns in one sentence how today's force law differs, if a session that is only shown was recorded with another law.
+/// If a session is only shown and was recorded with another force law, warns in one sentence how today's law differs.
 void warn_of_other_law(const session::SessionReader& session) {
   if (has_other_law(session)) log::warn("{}: {}", session.file().string(), replay_recorded(session).what_differs);
 }

@@ -74,7 +74,7 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
                             {"temperature_C", phase.hottest},
                             {"notes_s", notes}});
   }
-  // Converts a value for JSON; null: the value is unknown.
+  // Converts a value to JSON; an unknown value becomes null.
   const auto known = [](double value, double unit) {
     return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
   };

@@ -26,7 +26,7 @@ using Value = nlohmann::ordered_json;
 /// Workspace of an arm, from the manufacturer's data sheet. For a cylinder: the largest box inside it.
 struct ArmReach {
   const char* name;
-  dvec3 box_mm;  // width, depth, height
+  dvec3 box_mm;  // mm: width, depth, height of the workspace
 };
 constexpr double kInCircle = 0.7071067811865476;
 const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},
@@ -82,7 +82,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // Converts m to mm, rounded to 0.001 mm: no bench is built more exactly.
+  // Converts m to mm, rounded to 0.001 mm, because no bench is built more exactly.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -122,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// The rig file as JSON text. `work`: position of the tissue in the scenes, m, frame W.
+/// Makes the text of the rig file (JSON). `work`: position of the tissue in the scenes, m, frame W.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

@@ -35,7 +35,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Duration of the hand's path, s. Empty if the hand itself ends the run.
+/// Duration of the hand's path, s. Empty for the expert, which ends the run itself.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -51,7 +51,7 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 void check_room(const Options& options, double seconds) {
   constexpr double kBytesPerRow = 280;   // bytes, measured size of a row of the CSV table
   constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
-  // Size above which the output is announced, bytes.
+  // A message announces an output larger than this, bytes.
   constexpr double kWorthSaying = 500 << 20;
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);

@@ -32,7 +32,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // false for NaN
+  if (value >= low && value <= high) return;  // this comparison is false for NaN
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 

@@ -68,7 +68,7 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     for (int x = 0; x < pixels.x; ++x) put(p, x, y, kGround);
   const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one pixel outside the plot
 
-  // Each pixel shows the maximum of the values that it covers, so that a thin line remains visible.
+  // Each pixel shows the maximum of the spectrum's values that it covers, so that a thin line remains visible.
   const audio::Spectrogram s = audio::spectrogram(recording.mono(), recording.rate, static_cast<std::size_t>(size.x));
   const float loudest = *std::max_element(s.dB.begin(), s.dB.end());
   for (int x = 0; x < size.x; ++x) {

@@ -56,7 +56,7 @@ std::string_view words_of(Question question, session::Language language) {
 Experiment::Experiment(const ExperimentPlan& plan) : plan_(plan), staircase_(plan.rule), random_(plan.seed) {
   if (plan_.question == Question::kModel) {
     for (int i = 0; i < plan_.trials; ++i) orders_.push_back(i % 2 == 1);
-    // Own shuffle, because std::shuffle differs between standard libraries.
+    // std::shuffle would give other results with other standard libraries.
     for (std::size_t i = orders_.size(); i > 1; --i) {
       const std::size_t j = random_() % i;
       const bool moved = orders_[i - 1];
@@ -118,7 +118,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // For models, `right` counts the answers "second model".
+    // For models, `right` counts answers that chose the second model.
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

@@ -20,7 +20,7 @@ namespace typodont {
 enum class Question { kStiffness, kForce, kDelay, kModel };
 inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "force", "delay", "model"};
 std::string_view name_of(Question question);
-/// Unit of the differences: "%" or "ms"; empty for models.
+/// Unit of differences between stimuli: "%" or "ms"; empty for models.
 std::string_view unit_of(Question question);
 /// The question as text, for example "Which was stiffer?".
 std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
@@ -29,7 +29,7 @@ std::string_view words_of(Question question, session::Language language = sessio
 struct Stimulus {
   std::string model;           // empty: the scene's contact model
   double stiffness_ratio = 1;  // factor on the scene's stiffness
-  double force_fraction = 1;   // 0 to 1, fraction of the force on the hand
+  double force_fraction = 1;   // 0 to 1, fraction of the force that is felt
   double delay = 0;            // s, delay of the force at the hand
 };
 
@@ -70,9 +70,9 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Progress, 0 to 1: the larger of the fractions of trials and of reversals.
+  /// Progress, 0 to 1. The larger of two fractions: trials made, and reversals made.
   double fraction() const;
-  /// The current trial, until answer() is called.
+  /// The current trial. Changes with each call of answer().
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);
 

@@ -16,12 +16,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.3;  // s, required time without contact before the next stimulus
+constexpr double kFree = 0.3;  // s, time without contact before the next stimulus may begin
 
 /// Reads answers from standard input without blocking.
 class TypedAnswers {
  public:
-  /// Discards text that the user typed before the question. Text from a pipe is kept.
+  /// Discards text that the user typed before the question was shown. Text from a pipe is kept.
   void forget() {
     if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
   }

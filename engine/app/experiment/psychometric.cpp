@@ -133,7 +133,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds the end of an interval by bisection. `in`: a point inside it, `out`: a point outside.
+  /// Finds the end of an interval by bisection between `in`, a point inside it, and `out`, a point outside.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -143,7 +143,7 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // Φ at each level for the current bias and width
+  std::vector<double> shares_;  // Φ((difference − bias) / width) at each level
   double greatest_ = 0;         // largest absolute difference between the stimuli of a trial
   double low_ = 0, high_ = 0;   // logarithms of the smallest and largest width
 };

@@ -5,13 +5,13 @@
 
 namespace typodont {
 
-/// One answered trial.
+/// The answer to one trial.
 struct Judgement {
   double difference = 0;  // second stimulus minus first, % of the reference or ms
   bool second = false;    // true: the second stimulus was judged greater
 };
 
-/// Probability of the answer "second": lapse / 2 + (1 − lapse) Φ((difference − bias) / width), as in García-Pérez &
+/// Probability of the answer "second": lapse / 2 + (1 − lapse) Φ((difference − bias) / width). From García-Pérez &
 /// Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001.
 struct Psychometric {
   /// Difference at which both answers are equally likely; not 0 if the order of the stimuli matters.
@@ -25,8 +25,8 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// A value with its 95 % interval. If the answers do not determine an end of the interval, it is 0 or infinity
-/// (just-noticeable difference), or the smallest or largest difference (bias).
+/// A value with its 95 % interval. If the answers do not determine a limit, it is 0 or infinity for a just-noticeable
+/// difference, and the smallest or largest tested difference for a bias.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };

@@ -38,7 +38,7 @@ double signed_percent(const Trial& trial, double first, double second) {
 }  // namespace
 
 Answer SimulatedObserver::judge(double difference) {
-  // The probability includes lapses and bias.
+  // The probability truth_.second() already includes lapses and bias.
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 

@@ -19,7 +19,7 @@ struct StaircaseRule {
   /// For kTransformed: settles where the fraction of right answers is 0.5^(1/down).
   int down = 2;
   double weighted_at = 0.75;  // for kWeighted: fraction of right answers where the staircase settles
-  double start = 50;          // first level, in the unit of the experiment
+  double start = 50;          // level of the first trial, in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio of two levels, during the first `coarse` reversals
   double step = 1.2;        // ratio of two levels after the first `coarse` reversals
@@ -35,7 +35,7 @@ class Staircase {
 
   /// Level of the next trial.
   double level() const { return level_; }
-  /// Takes the answer to the current trial. `right`: correct.
+  /// Takes the current trial's answer. `right`: the answer was right.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -64,7 +64,7 @@ class Staircase {
   StaircaseRule rule_;
   double level_;
   int in_a_row_ = 0;   // number of right answers since the last change of level
-  int direction_ = 0;  // last change's direction: 1 up, -1 down, 0 none yet
+  int direction_ = 0;  // latest change of the level: 1 up, −1 down, 0 none
   std::vector<double> turns_;
 };
 

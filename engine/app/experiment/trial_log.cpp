@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // the rest of the first line: the plan as JSON
+constexpr std::string_view kPlan = "# plan ";  // start of the first line, followed by the plan as JSON
 
 /// Names of the columns that depend on the question.
 struct Columns {

@@ -9,7 +9,7 @@
 namespace typodont {
 
 struct DelayCaptureOptions {
-  std::string hand;  // address of the haptic device, which can move the tool
+  std::string hand;  // address of the haptic device, whose tool is moved
   std::string with;  // address of the second device: another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
   // Longest recording, s. It ends earlier when the delay is known to 0.1 ms.

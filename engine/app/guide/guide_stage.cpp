@@ -36,7 +36,7 @@ using namespace std::chrono_literals;
 namespace {
 
 /// Reads the hand on its own thread, without force. A touch is a point that the user touches with the tip and confirms
-/// by pedal or key; take() returns the touches one by one.
+/// by pedal or key; take() returns one touch per call.
 class GuideHand {
  public:
   struct Press {
@@ -53,7 +53,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // The poses of base and tool are being calibrated, so the device uses its own frames.
+    // Base and tool have no valid poses while they are calibrated, so the device's own frames are used.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -66,7 +66,7 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// Has the effect of pressing the pedal.
+  /// Confirms a touch, like the pedal.
   void press() { asked_ = true; }
   /// From now on, touches are accepted; earlier ones are ignored.
   void ready() {
@@ -133,7 +133,7 @@ class GuideVoice {
     advance();
   }
   void advance() { output_->advance(now() - began_); }
-  /// Waits until the last cue has been played.
+  /// Waits until the latest sound has ended.
   void finish() {
     if (file_) output_->advance(std::max(heard_at_, now() - began_));
     const Nanos end = std::min(heard_at_ + from_seconds(0.1), now() - began_ + from_seconds(1));
@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, time reserved for a cue; longer than every cue
+  static constexpr double kLength = 0.2;  // s, time for an event's sound; longer than every sound
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -185,7 +185,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // before its calibration, the rig describes no screen
+  } catch (const Error& e) {  // before its calibration, the rig file describes no screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
@@ -288,7 +288,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Not through `ring_`, which throws if the GPU is lost.
+    // Without `ring_`, which throws if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
@@ -336,12 +336,12 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      // Ends a line that is longer than any valid line.
+      // Cuts off lines that are longer than any valid line.
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Adds lines to read before the rest of standard input.
+  /// Adds lines to be read before other standard input.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -405,7 +405,7 @@ class Guide {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // The user confirmed a touch by key: wait for the hand before reading the next key.
+      // The user confirmed a touch by key. The hand's answer is awaited before the next key is read.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -459,7 +459,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports `happened`, prompts for the next touch, and takes it.
+  /// Shows `happened`, asks for the next touch, and waits for it.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -546,7 +546,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // user confirmed by key; hand has not answered yet
+  bool waiting_ = false;  // true: touch confirmed by key, answer of the hand still missing
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ struct GuideOptions {
   // Haptic device's address; empty: touches are read from standard input.
   std::string hand;
   std::string pedal = "auto";  // "auto", a path, a serial number, or "none"
-  bool fast = false;           // for scripted hands: runs fast, but waits for each prompt
+  bool fast = false;           // true: scripted hands move fast, but wait for prompts
   calibration::StillTouch::Limits still;
   /// True: opens a window if there are a hand, a desktop and support for windows.
   bool window = true;
@@ -28,7 +28,8 @@ struct GuideOptions {
 enum class GuideEnd { kSolve, kSkip, kStop };
 
 /// Runs until all touches are captured or the user ends it. Each touch is on disk before the next prompt. `device`
-/// receives model and serial number; empty without a hand. Throws Error at set-up, RunFailure if the hand disappears.
+/// receives model and serial number; empty without a device. Throws Error at set-up, RunFailure if the device
+/// disappears.
 GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options, std::string* device = nullptr);
 
 /// Writes a picture as PGM, or as PNG if the file's extension is .png.

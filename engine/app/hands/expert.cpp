@@ -34,7 +34,8 @@ struct CutForce {
 struct Joining {
   // Cosine of the angle between two strokes: full speed above straight_on, slowest speed below `turn`.
   static constexpr double straight_on = 0.9, turn = 0.3;
-  // Speed at the joint of two strokes, m/s: if the cosine is between these two values, and if it is below `turn`.
+  // Speed at the joint of two strokes, m/s. aside_pace: the cosine is between the two limits above; turn_pace: it is
+  // below `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // factor on both speeds for a coarse tool
   // m; with a smaller gap, two strokes are continuous.
@@ -49,7 +50,7 @@ struct Joining {
   // Distance from obstacles beside the path, m.
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height of free motion above the highest tissue
-  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
+  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its full speed
 };
 
 /// Voxel of a typical CT of a tooth, m. A task with larger voxels treats a larger body, so all lengths of the motion
@@ -81,11 +82,11 @@ struct ToolChoice {
   static constexpr double allowance = 0.005e-3;  // m, allowed overlap of a bur with tissue to keep
   // Thinnest cut of a bur, m; less than the 0.02 mm that the score tolerates.
   static constexpr double min_cut = 0.015e-3;
-  // The error is the volume that differs from the ideal. A tool is good enough if it reduces the error by at least (1 -
-  // tolerated_loss) of the best tool's reduction. The widest of these tools is the fastest.
+  // The error is the volume that differs from the target shape. A tool is good enough if it reduces the error by at
+  // least (1 - tolerated_loss) of the best tool's reduction. Of these, the widest is fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
-  // If error after the best tool / error after the chosen tool is below this, another tool finishes.
+  // Another tool finishes if (error after the best tool) / (error after the chosen tool) is below this.
   static constexpr double hardly_less = 0.6;
   // Another tool is used if it leaves less than needed_reduction of the current error, and reduces the error by at
   // least min_gain of the first error.
@@ -108,7 +109,7 @@ struct Filling {
   // Largest height above the cavity's floor, in radii of the instrument. Higher up, a wall would be nearer than the
   // floor.
   static constexpr double below_wall = 0.8;
-  // If a wall is nearer than near_wall, the instrument is moved to it in steps of `nudge`. m.
+  // If a wall is nearer than near_wall (m), the instrument moves towards it in steps of `nudge` (m).
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
   // The instrument rises in steps of this, and fills the hole that it leaves, m.
   static constexpr double rise = 0.3e-3;
@@ -118,8 +119,9 @@ struct Filling {
   static constexpr double one_surface = 0.5;
   // Largest height above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
-  // Cost of unwanted filling, relative to the gain of wanted filling: over the cavity in the first and second pass (it
-  // is carved away later), and on the enamel beside it, where a hand instrument hardly removes it.
+  // Cost of unwanted filling, relative to the gain of wanted filling. carved_again, overfilled: over the cavity in the
+  // first and second pass, to be carved away later. flash: on the enamel beside it, where a hand instrument hardly
+  // removes it.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
   // Depth below the contour, voxels. A position is over the cavity if the point at this depth was empty before the
   // task.
@@ -137,7 +139,7 @@ struct Filling {
 
 /// Parameters that decide when cutting and filling end.
 struct Rounds {
-  // Another round of cutting follows after filling. Otherwise it follows only if the last round left less than this
+  // After filling, another round of cutting follows. Otherwise one follows only if the last round left less than this
   // fraction of the error.
   static constexpr double still_left = 0.5;
   static constexpr int max_cuts = 4;  // largest number of rounds of cutting
@@ -159,7 +161,7 @@ double remaining_difference(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Volume of missing filling, m³.
+/// Volume in which filling is missing, m³.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -179,7 +181,7 @@ double mean_width(const haptics::Tool& tool) {
 
 class Plan {
  public:
-  /// `filled`: positions of earlier plans' portions; this plan appends its own.
+  /// `filled`: positions where earlier plans added portions; this plan appends its own.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -365,7 +367,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, sideways and down, so that the tool does not touch the new portion.
+  /// Moves up to `height`, sideways, and down to `to`, so that the tool does not touch the new portion.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -536,7 +538,7 @@ class Plan {
     }
     return best;
   }
-  /// Radius of the largest dome the instrument can add, voxels.
+  /// Largest radius of a dome that the instrument can add, voxels.
   static double max_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
@@ -580,7 +582,7 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // Distance of the head to the tissue at height c, minus Filling::free, voxels; 0 if nearer.
+    // Distance of the head at height c to the tissue, minus Filling::free, voxels; 0 if negative.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -600,7 +602,7 @@ class Plan {
       // The step is larger where there is more room below.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Moves the instrument to a near wall, because the slit between them would remain unfilled.
+    // Moves the instrument towards a near wall, because the slit between instrument and wall would remain unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -622,7 +624,7 @@ class Plan {
   }
 
   /// The portion with the head's centre at (a, b, c). The centre of its dome is the surface point nearest to the free
-  /// end, as in the servo; midway between two walls, the point straight below. Empty if no surface is in reach.
+  /// end, or, midway between two walls, straight below it. Empty if no surface is in reach.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -689,7 +691,7 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling at p (voxels); low over the cavity.
+  /// Cost of unwanted filling at p (voxels); it is low over the cavity.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -698,7 +700,7 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// True if voxel i is empty now, inside the ideal, and in the volume that the task changes.
+  /// True if voxel i is empty now, inside the target shape, and in the volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
@@ -778,7 +780,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // If filling continues later, the first carving leaves thin excess.
+    // If filling continues after the first carving, this carving leaves thin excess.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();

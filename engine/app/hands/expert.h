@@ -1,4 +1,4 @@
-// Plans the steps that change the tissue to the task's ideal. ExpertHand (expert_hand.h) follows them.
+// Plans the steps that change the tissue to the task's target shape (ideal). ExpertHand (expert_hand.h) follows them.
 #pragma once
 
 #include <limits>
@@ -39,8 +39,8 @@ struct ExpertLeg {
 struct ExpertGrip {
   // Factor on all lengths of the motion; tooth: 1.
   double size = 1;
-  double force = 1;                                            // N, mean force that the task requires
-  double lead = 1e-3;                                          // m, the hand's lead over the tool at the mean force
+  double force = 1;    // N, mean force that the task requires
+  double lead = 1e-3;  // m, distance of the hand ahead of the tool at the mean force
   double max_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
@@ -51,17 +51,17 @@ struct FilledSpot {
   double a = 0, b = 0;
 };
 
-/// Plans strokes to the ideal result with the scene's best tools: cuts cavities, crowns and caries; builds up fillings
-/// in layers and carves them.
+/// Plans strokes to the task's target shape with the scene's best tools: cuts cavities, crowns and caries; builds up
+/// fillings in layers and carves them.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no target shape (ideal).
   Expert(const Scene& scene, const haptics::TissueVolume& start);
   /// Plans one layer of filling, or all cutting and carving. Empty if nothing improves the result. Throws Error if no
   /// tool can begin.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
-  /// Tissue left by the last plan if followed exactly.
+  /// The tissue that results if the last plan is followed exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:

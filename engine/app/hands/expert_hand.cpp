@@ -30,7 +30,7 @@ struct Lead {
   static constexpr double there = 0.01e-3;
   // The tool makes progress if it comes nearer to the target by this, m.
   static constexpr double progress = 2.5e-6;
-  // Scraping ends after a pass in which the tool stays nearer to the line than this, m.
+  // Scraping ends after a pass in which the tool's distance to the line always was smaller than this, m.
   static constexpr double near_line = 0.03e-3;
   // Largest number of repetitions of one run of scraping.
   static constexpr int most_times = 3;
@@ -40,14 +40,14 @@ struct Lead {
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
   // Gain for a cut.
   static constexpr double gain = 50;
-  // Upper limit of gain · tick / reaction_time; with more, the hand oscillates.
+  // Upper limit of gain · tick duration / reaction_time. Above it, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // Gain for scraping soft filling.
+  // Gain of the lead for scraping soft filling.
   static constexpr double scrape_gain = 30;
   // Largest lead for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;
-  // The limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this · force
-  // error / mean force. 1/s.
+  // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this ·
+  // force error / mean force. 1/s.
   static constexpr double lead_per_force = 15;
   // Smallest and largest limit, as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.6, max_lead = 3;
@@ -210,7 +210,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
   if (size > most) wanted *= most / size;
-  // Soft tissue needs a longer lead for the same force, so the limit of the lead is adjusted.
+  // Adjusts the upper limit of the lead, because soft tissue needs a longer lead for the same force.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     max_lead_ = std::clamp(max_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

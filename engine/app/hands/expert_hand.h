@@ -1,6 +1,5 @@
-// "--hand expert:" of `typodont servo`: follows the strokes of Expert in a closed loop. In each tick, it reads the
-// tool's pose and pulls the tool; it presses until the tissue in the way is removed. Trainees can compare their
-// sessions with it.
+// "--hand expert:" of `typodont servo`: follows the strokes of Expert. In each tick, it reads the tool's pose and pulls
+// the tool along the stroke until the tissue in the way is removed. Trainees can compare their sessions with it.
 #pragma once
 
 #include <array>
@@ -16,7 +15,7 @@ namespace typodont {
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
-  /// The orientation of this hand does not yield to a torque, as with a scripted hand.
+  /// Like a scripted hand, this hand does not turn when a torque acts on it.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
@@ -48,29 +47,30 @@ class ExpertHand final : public haptics::HapticDevice {
   std::size_t way_ = 2;
   std::uint64_t ticks_ = 0;
   Pose from_;
-  Pose free_;          // end of the last step through the air
+  Pose free_;          // target pose of the latest step through the air
   double along_ = 0;   // m, distance from the step's start to the target point
   double filled_ = 0;  // m³, filled volume before the current step
   double waited_ = 0;  // s, time since the tool last approached the target
   // Smallest distance from the tool to the target point since the target last moved, m.
   double nearest_ = std::numeric_limits<double>::infinity();
-  // A run consists of strokes without a stop between them. The tool scrapes to and fro along it until it reaches the
-  // line.
+  // A run consists of strokes without a stop between them. A scraping tool moves to and fro along the run until it
+  // reaches the line.
   std::size_t run_ = 0;  // index of its first step
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance from the line in the current pass
   int times_ = 0;        // number of returns to the start of the run
   bool back_ = false;    // true: moves back along the run
   dvec3 lead_{0};        // m, displacement from the target point to the hand
-  /// Limit of the lead in a cut, adjusted to reach the planned force, m.
+  /// Upper limit of the lead in a cut, adjusted to reach the planned force, m.
   double max_lead_;
 };
 
-/// The expert of a session on one thread. After each plan it makes the next one from the current tissue, until a plan
+/// The expert of a session on one thread. When a plan is finished, it plans again from the current tissue, until a plan
 /// is empty.
 class PlanningExpert final : public haptics::HapticDevice {
  public:
-  /// The carver must outlive this object. Throws Error if the task has no ideal, or if no tool can begin.
+  /// The carver must outlive this object. Throws Error if the task has no target shape (ideal), or if no tool can
+  /// begin.
   PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
   bool read(haptics::HandSample& sample) noexcept override;

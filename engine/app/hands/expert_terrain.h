@@ -14,7 +14,7 @@ class Terrain {
  public:
   /// `axis`: unit vector. `around`: shape of the surroundings, or null.
   Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis);
-  /// Height of the highest point nearer than `beside` (m) to the line from a to b, m along the axis.
+  /// Height of the highest point that is nearer than `beside` (m) to the line from a to b; m along the axis.
   double highest(const dvec3& a, const dvec3& b, double beside) const;
 
  private:

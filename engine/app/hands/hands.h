@@ -19,9 +19,9 @@ namespace typodont {
 struct HandChoice {
   /// address of the hand's device; empty: that of the rig file, otherwise the display's default
   std::string hand;
-  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
+  /// Address of the second hand's device. If empty: the address in the rig file, otherwise there is no second hand.
   std::string left_hand;
-  /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
+  /// Foot pedal: "auto", "none", a path or a serial number. If empty: the pedal in the rig file, otherwise "auto".
   std::string pedal;
   double rate = 1000;              // Hz, servo rate if the hand has no fixed rate
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
@@ -45,7 +45,7 @@ std::string hand_address(const HandChoice& choice, const display::DisplayRig* ri
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
 /// Throws Error if a device has motors and the system refuses real-time scheduling (SCHED_FIFO). Without it, other
-/// programs could delay the servo, and the motors would hold an old force. Call before the first force is sent.
+/// programs could delay the servo, and the motors would keep an old force. Call before the first force is sent.
 void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);

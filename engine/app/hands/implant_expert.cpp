@@ -23,7 +23,7 @@ constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tis
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
 constexpr double kWithdrawal = 15e-3;  // m/s, speed out of the bed
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
-// Motion of the smoothing bur to each side of the axis, m.
+// The smoothing bur moves this far to each side of the axis, m.
 constexpr double kSweepReach = 3.0e-3;
 // Depth of the hand below the planned height of the ridge, m. The coupling yields, so the bur stays higher.
 constexpr double kSweepBelow = 0.1e-3;
@@ -39,7 +39,7 @@ constexpr double kPull = 2e-3;     // m, length of a withdrawal, in which the bo
 constexpr double kHot = 42, kCool = 41;
 // Height above the entry point at which the bur is out of the pit, m.
 constexpr double kClear = 0.5e-3;
-// Distance before the planned depth where slow motion begins, m.
+// Distance before the planned depth at which slow motion begins, m.
 constexpr double kSlowFrom = 0.3e-3;
 constexpr double kPatience = 60;  // s, longest duration of one stage of a phase
 
@@ -95,7 +95,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True from the time when the bone is too hot until it has cooled.
+/// Returns true from the time when the bone is too hot until it has cooled.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -115,7 +115,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Moves to and fro with the bur's lowest point at the entry point. Lifts the bur while the bone is too hot.
+      // Moves the bur to and fro with its lowest point at the entry point. Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -150,7 +150,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
     case ImplantAction::kDrill:
       break;
   }
-  // Withdraws the drill at times, so that the bone cools.
+  // From time to time, withdraws the drill so that the bone cools.
   const bool hot = must_cool();
   if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
     pulling_ = true;

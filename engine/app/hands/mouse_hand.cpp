@@ -29,8 +29,8 @@ constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
 // Tilt per half picture height of pointer motion, rad.
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// While tilting, the pointer moves away from the tool. Later pointer motions reduce this offset by this fraction of
-// their length.
+// While the tool is tilted, the pointer moves away from it. Later pointer motions reduce this offset by this fraction
+// of their length.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -47,7 +47,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // the servo ends the session
+    return true;  // the servo ends the session, not this hand
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 
@@ -164,7 +164,7 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, co
   dvec3 p = on_screen + depth / distance * (seen.eye - on_screen) + slid_W_;
   if (touching_W) {
     const dvec3 lead = p - *touching_W, past = lead * (1 - kMaxLead / std::max(glm::length(lead), kMaxLead));
-    // Discards the wheel's motion beyond the lead; the pointer's motion remains, because the user sees the pointer.
+    // Discards the wheel's motion beyond kMaxLead. The pointer's motion is kept, because the user sees the pointer.
     const dvec3 axis = R_WT * dvec3(0, 0, 1);
     slid_W_ -= glm::dot(past, axis) * axis;
     p -= past;

@@ -25,18 +25,18 @@ class Pointer {
   /// Moves the tool above tissue that hides it, along the shank from the visible surface. Call before the session,
   /// because the volume then belongs to the carver.
   void come_into_sight(const haptics::TissueVolume& tissue);
-  /// Takes the new rig when the size or shape of the picture has changed.
+  /// Call with the new rig when the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   /// Computes the next sample. `t`: time of the input, on any steady clock. `touching_W`: position of the tool's head,
   /// if tissue holds it back; the hand is then at most kMaxLead ahead of it.
   haptics::HandSample follow(const display::UserInput& input, Nanos t,
                              const std::optional<dvec3>& touching_W = std::nullopt);
-  static constexpr double kMaxLead = 1e-3;  // m, largest distance of the hand from a head that tissue holds back
+  static constexpr double kMaxLead = 1e-3;  // m, limit for the hand's distance ahead of a head that tissue holds back
   /// m per notch of the wheel. Page up doubles it, Page down halves it.
   double wheel_step() const { return wheel_step_; }
 
  private:
-  /// The screen as seen by the user, and the eye's direction.
+  /// The screen as the user sees it, and the direction to the eye.
   struct View {
     // Frame W, m: middle of the screen; from there to the middle of the right and of the upper edge; unit vector to the
     // eye.
@@ -49,11 +49,12 @@ class Pointer {
 
   display::DisplayRig rig_;
   double wheel_step_;
-  double depth_ = 0;  // m, distance of the plane in which the pointer moves the tool, in front of the screen's plane
-  dvec3 slid_W_{0};   // m, displacement of the tool by the wheel
+  // m, distance from the screen's plane to the plane in front of it in which the pointer moves the tool
+  double depth_ = 0;
+  dvec3 slid_W_{0};  // m, displacement of the tool by the wheel
   /// Tilt of the shank from z, rad: to the user's right, and away from the user.
   glm::dvec2 lean_;
-  /// Position of the pointer, and of the tool relative to the pointer, in halves of the picture.
+  /// Position of the pointer, and displacement from the pointer to the tool, in halves of the picture.
   glm::dvec2 at_{0}, offset_{0};
   bool pressed_ = false;
   Nanos pressed_at_ = -kNanosPerSecond;

@@ -17,7 +17,7 @@ namespace {
 
 // Depth to which the head may enter the ideal, voxels: the error of the distance field.
 constexpr double kClear = 0.05;
-// Depth to which heads that fit the ideal exactly (reamers) may enter it, voxels.
+// Largest depth for heads that fit the target shape exactly (reamers), voxels.
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;      // m, distance between positions that are evaluated
 constexpr double kLayer = 0.5;        // distance between layers of the bulk, in tool diameters
@@ -32,22 +32,22 @@ constexpr double kSameLevel = 10e-6;
 constexpr double kMinFlat = 0.1e-6;
 // Smallest flat part, as a fraction of the head's cross-section.
 constexpr double kFlatShare = 0.15;
-// Distance of a row's end from a wall, in tool diameters. A separate pass cuts along the wall.
+// A row ends at this distance from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, distance from neighbouring teeth and gum
-constexpr double kMinTaken = 0.05;       // voxels, thinnest cut
+constexpr double kMinTaken = 0.05;       // voxels; thinner tissue gets no stroke
 // A point nearer to the line between its neighbours than this is omitted, m.
 constexpr double kOnLine = 2e-6;
-// Over a part of a pass without cutting shorter than this, the tool is moved along the pass, not lifted, m.
+// If a part of a pass without cutting is shorter than this, the tool moves along it and is not lifted, m.
 constexpr double kBridged = 1e-3;
 // As kBridged, for a coarse tool, m.
 constexpr double kCoarseBridged = 3e-3;
 // If the next pass is farther away than this, the tool moves up, across and down, m.
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step in the search for a free path
-// Length above which a row begins with a ramp, m.
+// A row longer than this begins with a ramp, m.
 constexpr double kRamp = 0.8e-3;
-// Slope of the floor (height per length). A pass is divided where the floor is steeper.
+// A pass is divided where the slope of the floor (height per length) is larger than this.
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank that is checked for collisions
 constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
@@ -144,7 +144,7 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// True if the head at p (m along u, v, w) does not enter the ideal.
+  /// True if the head at p (m along u, v, w) does not enter the target shape.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -156,7 +156,7 @@ class StrokePlanner {
     };
     return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
-  /// True if the head also does not touch neighbouring teeth and gum. `p_W`: m. Gum inside the tooth is ignored.
+  /// True if the head at p_W (m) does not touch neighbouring teeth and gum. Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
     const auto clears = [&](const dvec3& q_W, double near) {
       return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
@@ -206,7 +206,7 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// Distance from a head at p to the ideal, voxels; negative inside.
+  /// Distance from a head at p to the target shape, voxels; negative inside.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -232,7 +232,7 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Straight path for a head that fits the ideal exactly and has no free grid position beside it, such as a hip
+  /// Straight path for a head that fits the target shape exactly and has no free grid position beside it, such as a hip
   /// reamer. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
@@ -336,8 +336,8 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds a path to `to` that does not enter the ideal: straight, or up, across and down. If there is none, adds
-  /// nothing, and the hand will lift the tool.
+  /// Adds a path to `to` that does not enter the target shape: straight, or up, across and down. If there is none, adds
+  /// nothing; the hand then lifts the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -464,14 +464,14 @@ class StrokePlanner {
     }
   }
 
-  /// True if p is so near the floor that a coarse tool needs no row: the floor passes remove this tissue.
+  /// True if p is so near the floor that a coarse tool needs no row there, because the floor passes remove this tissue.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// Adds a ramp from the layer above down along the row, because a bur cuts badly with its end.
+  /// Adds a ramp that descends from the layer above along the row, because a bur cuts badly with its end.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -499,8 +499,8 @@ class StrokePlanner {
     return result;
   }
 
-  /// Curves on which the head touches the ideal at this height, by marching squares (Lorensen & Cline 1987, in the
-  /// plane).
+  /// Curves on which the head touches the target shape at this height, by marching squares (Lorensen & Cline 1987, in
+  /// the plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
@@ -536,7 +536,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // Two lines cross this cell; each cuts off one unreachable corner.
+        // Two outlines cross this cell; each cuts off one unreachable corner.
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -588,7 +588,7 @@ class StrokePlanner {
     return height;
   }
 
-  /// Plans rows along the longer side of the floor. Returns the heights of its flat parts.
+  /// Plans passes along the longer side of the floor. Returns the heights of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
@@ -649,7 +649,7 @@ class StrokePlanner {
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
-  double allowed_;           // voxels, depth to which the head may enter the ideal
+  double allowed_;           // voxels, largest depth to which the head may enter the target shape
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u, v: origin of the head positions' grid

@@ -54,9 +54,8 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends mesh bricks to a picture. While the picture's GPU device is created again, the picture accepts no bricks.
-/// Bricks that do not fit into the ring are kept here in their latest version; otherwise an old form would be drawn
-/// until the next cut.
+/// Sends mesh bricks (blocks of the surface) to a picture, unless its GPU device is being created again. Bricks for
+/// which the queue has no room stay here in their latest version; otherwise the picture would keep the old surface.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -101,7 +100,7 @@ struct CarverTurns::Impl {
   BrickQueue to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
   Nanos meshed = 0;
   bool first = true;
-  bool brush_open = false;  // the newest stroke is one of the brush; a cut or an undo ends it
+  bool brush_open = false;  // true while the newest stroke is a brush stroke; a cut or an undo ends it
 
   void pause() const {
     if (between) between();
@@ -156,8 +155,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
-  // The expert hand has made its last cut and then requested a copy of the tissue, which must contain this cut. The cut
-  // may have arrived during this call of turn(), so waiting cuts are applied first.
+  // The expert (planned motion) has made its last cut and then requested a copy of the tissue, which must contain this
+  // cut. The cut may have arrived during this call of turn(), so waiting cuts are applied first.
   if (wiring.expert_wants_copy.load()) {
     follow_servo();
     if (!s.side.edit_waits()) {
@@ -204,10 +203,8 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time until the next check for work. After 30 ms without work, a hand at 3 cm/s moves 0.1 mm
-    // until the next check. After one second, a hand that accelerates with 10 m/s² moves 0.2 mm.
-    // It is then still inside its patch, which is 0.22 mm larger than the tool needs. An idle session uses less than 1
-    // % of a core; without the long sleep it would use 3 %.
+    // Chooses the pause until the next check for work. During it, a hand moves at most 0.2 mm; its tissue copy is 0.22
+    // mm larger than needed. Long pauses reduce an idle session's load from 3 % to 1 % of a core.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 6000us);

@@ -79,7 +79,7 @@ void LivePicture::make(gpu::Device* device) {
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
   look.urgent = options_.urgent;
-  look.hud = !options_.operated;  // if the operator's window shows texts, the picture does not
+  look.hud = !options_.operated;  // the picture shows texts only if the operator's window does not
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
@@ -170,8 +170,9 @@ void LivePicture::show_next_view() {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// A section plane, along the arch or across it, through the axis of the drill if the drill is in its bed, otherwise
-/// through the axis of the planned implant. x points along the arch, y to the tongue (docs/scene_format.md, "bone").
+/// A section plane, along the arch or across it, through the axis of the drill if the drill is in the implant's hole,
+/// otherwise through the planned implant's axis. x points along the arch, y to the tongue (docs/scene_format.md,
+/// "bone").
 glm::dvec4 LivePicture::section_through_implant() const {
   const ServoTick& tick = world_.tick();
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
@@ -214,7 +215,7 @@ void LivePicture::record_water() {
   water_ = current;
 }
 
-/// Stores which pictures show the tissue. The carver thread meshes tissue only if a picture shows it.
+/// Tells the carver thread which pictures show the tissue. It computes the surface only if a picture shows it.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -307,7 +308,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
-  // Computes the age of the hand's sample as the frame begins.
+  // Age of the hand's sample at the time when the frame begins, s.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);

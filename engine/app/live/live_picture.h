@@ -40,8 +40,8 @@ class LivePicture {
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
-  /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds a description of each
-  /// active feature to `explanations`. Throws Error if no Vulkan device or no window is available.
+  /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds to `explanations` a
+  /// text about each active feature. Throws Error if no Vulkan device or no window is available.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
@@ -61,7 +61,7 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. False if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Receives the changes of the tissue that the carver thread made since the last call.
+  /// Receives the parts of the surface that the carver thread has computed since the last call.
   void collect();
   /// Applies what the servo and the carver did.
   void apply(const ServoEvent& event) { world_.apply(event); }
@@ -74,9 +74,9 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view: normal, section through the bur, glass (transparent tooth), difference to the ideal (if
-  /// there is one), normal again. In an implant exercise there are two sections through the implant's axis, along the
-  /// arch and across it.
+  /// Switches to the next view: normal, section through the bur, transparent tooth, difference from the target shape
+  /// (if the exercise has one), normal again. An implant exercise has two sections through the implant's axis, along
+  /// the arch and across it.
   void show_next_view();
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();
@@ -132,7 +132,7 @@ class LivePicture {
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
   bool drew_last_ = false;  // true if the last drawing pass drew a frame
-  // number of cuts in the session at the last frame that ladder_ (QualityLadder) evaluated
+  // Number of cuts in the session when ladder_ (QualityLadder) last evaluated a frame.
   std::uint64_t ladder_cuts_ = 0;
   std::optional<SeenFrom> seen_;  // viewpoint and view that were recorded last
   int implant_section_ = 0;       // section through the implant: 0 along the arch, 1 across

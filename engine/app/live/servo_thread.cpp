@@ -14,7 +14,7 @@ namespace typodont {
 namespace {
 
 constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the session's end
-// Faults that are an input of Servo::tick. All other faults are only results of a tick.
+// Faults on which Servo::tick depends. All other faults are only results of a tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// True if the tool touches tissue or is inside it, or if the contact is unknown.

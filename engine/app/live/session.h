@@ -26,7 +26,7 @@
 namespace typodont {
 
 /// The data of a session; outlives the threads, which refer to it. While a thread runs, no other thread uses the
-/// members that are marked for this thread only.
+/// members marked "… thread only" for it.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
@@ -34,7 +34,7 @@ struct LiveSession {
   CarverSide side{carver, wiring.patch, wiring.tapes};  // carver thread only
   std::optional<haptics::Servo> servo;                  // created as soon as the hand's device is known
   std::optional<haptics::ForceDelay>
-      delay;                           // delays the force; empty if this session needs no delay; servo thread only
+      delay;                           // servo thread only: delays the force; empty if this session needs no delay
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
   ServoTick last;                      // servo thread only: the last tick
   double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread
@@ -77,7 +77,7 @@ class ServoTurns {
   /// Runs one tick: reads the hand, computes contact and cut, writes the force, publishes the tick. Returns false at
   /// the session's end.
   bool turn() noexcept;
-  /// Ramps the force down to zero and releases the hand.
+  /// Ramps the force down to zero and releases the hand's device.
   void end() noexcept;
 
  private:
@@ -100,7 +100,8 @@ class ServoTurns {
 /// The loop of the carver thread. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
-  /// `between`: called between the steps of turn(), so that a test can run the servo there. Empty in a live session.
+  /// `between`: function called between the steps of turn(), so that a test can run the servo there; empty in a live
+  /// session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
@@ -136,9 +137,10 @@ class StreamTurns {
   std::vector<std::string> tools_;
   Tape<ServoEvent>::Reader servo_;
   bool begun_ = false;
-  Nanos told_ = 0;                     // ns, time at which the last state was published
-  ServoTick tick_;                     // the latest tick on the tape
-  std::uint64_t lost_ = 0, next_ = 0;  // number of ticks that the tape no longer contained; index after the latest tick
+  Nanos told_ = 0;  // ns, time at which a state was last published
+  ServoTick tick_;  // the latest tick on the tape
+  // number of ticks that the tape no longer contained; 1 + index of the latest tick
+  std::uint64_t lost_ = 0, next_ = 0;
 };
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.
@@ -146,7 +148,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 /// Owns the tissue. Repeats the servo's cuts on it, copies the tissue around the tool for the servo, meshes its
 /// changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
-/// Writes what is on the tapes to the file.
+/// Writes the events on the tapes (event queues) to the file.
 void recorder_thread(LiveSession& s, SessionRecorder& recorder);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);

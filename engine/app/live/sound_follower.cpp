@@ -48,7 +48,7 @@ SoundVoice read_voice(const Json& json) {
   return voice;
 }
 
-/// Reads those members of a tick on which the sound depends.
+/// Reads from JSON those members of a tick on which the sound depends.
 ServoTick read_tick(const Json& json, const std::vector<std::string>& tools) {
   constexpr double kFar = 1e6;
   const auto vec = [](const Json& numbers) {

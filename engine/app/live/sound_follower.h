@@ -15,7 +15,7 @@ struct FollowOptions {
 
 struct FollowedSound {
   std::string scene;
-  std::uint64_t states = 0, lost = 0;  // number of received states; number of ticks that the stream lost
+  std::uint64_t states = 0, lost = 0;  // number of received states; number of ticks that are missing in the stream
   double seconds = 0;                  // s, duration of the received session
   double delay = 0;                    // s, time from a state's arrival to its sound; NaN for files
   double network = 0;                  // s, shortest time from a tick to its arrival, if both computers' clocks agree

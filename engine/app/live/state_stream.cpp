@@ -268,7 +268,7 @@ void StateStream::Impl::answer(Reader& reader) {
 /// Reads from a connection. After the handshake: only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMaxReads = 16;  // largest number of reads per call: a reader may send endlessly
+  constexpr int kMaxReads = 16;  // largest number of reads per call, because a reader may send endlessly
   for (int i = 0; i < kMaxReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;

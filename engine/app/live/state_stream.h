@@ -17,7 +17,7 @@ struct StreamedSession {
   std::string scene;               // name of the scene
   std::vector<std::string> tools;  // tool names; ServoTick::tool is an index into this list
   double servo_rate = 1000;        // Hz, rate of the servo
-  SoundVoice voice;                // data for the session's sound on another computer
+  SoundVoice voice;                // data from which another computer can make the session's sound
 };
 
 /// One thread calls all functions, not the servo's. Nothing blocks, so slow readers lose messages. A reader that

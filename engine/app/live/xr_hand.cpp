@@ -21,7 +21,7 @@ constexpr double kLostHandAdmittance = 0.02;
 constexpr double kMaxLostHandSpeed = 0.05;
 // The trigger counts as released if its position (0 to 1) is smaller than this.
 constexpr double kReleased = 0.1;
-// Age of a sample from which tracking counts as lost, ns.
+// Tracking counts as lost if the newest sample is older than this, ns.
 constexpr Nanos kStale = 150'000'000;
 
 class XrHand : public haptics::HapticDevice {

@@ -1,8 +1,7 @@
 // A headset's controller as the hand, without force. If tracking is lost, the tool stops and then yields to the force,
-// so that the force fades. When it returns, the tool moves to the hand; the drill runs again after the user has
-// released the trigger once.
-// Tracking also counts as lost if a frame takes longer than 150 ms, because the user would drill without seeing. This
-// happens after a change of the quality level, while the driver compiles shaders.
+// so that the force fades. When tracking returns, the tool moves to the hand; the drill runs again after the user has
+// released the trigger once. Tracking also counts as lost if a frame takes longer than 150 ms, because the user would
+// drill without seeing. This happens after a change of the quality level, while the driver compiles shaders.
 #pragma once
 
 #include <memory>

@@ -45,11 +45,11 @@ constexpr double kFastSpindle = 400 * kKrpm;
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // Longest time for a frame, s. After it, the GPU is assumed to hang; software rendering on a slow CPU takes less.
 constexpr double kLongestFrame = 20;
-// Longest wait for the runtime to end the session, s.
+// Longest wait for the headset's runtime to end the session, s.
 constexpr double kLeaveTime = 2;
 
-/// Computes the controller's vibration: the amplitude from the force on the hand, the frequency from the drill's speed.
-/// It is far below the spindle's frequency, which a controller cannot produce.
+/// Computes the controller's vibration: its amplitude from the force on the hand, its frequency from the drill's speed.
+/// This frequency is far below the spindle's frequency, which a controller cannot produce.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
   // Amplitude for a drill that runs without contact; just perceptible.
@@ -58,7 +58,7 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// For use if a thread hangs in a call of the headset's runtime: at exit, the process then runs no destructors, because
+/// For a thread that hangs in a call of the headset's runtime. At exit, the process then runs no destructors, because
 /// this thread might still use the data. The exit status remains the same.
 void end_hard_at_exit() {
   on_exit(
@@ -183,7 +183,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      reader.read();         // reads events even if the headset is off, so that no event is lost
+      reader.read();         // reads the tapes even if the headset is off, so that no event is lost
       if (!hmd.running()) {  // The user has taken off the headset: the bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
@@ -263,8 +263,8 @@ struct XrSession::Thread {
     if (hand.tracked) world.hold(held(scene.mouth_mirror, hand.X_WT));
   }
 
-  /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill stands
-  /// still and the tool touches nothing.
+  /// Requests the next tool of the tool set. The servo changes the tool as soon as the pedal is released, the drill
+  /// stands still and the tool touches nothing.
   void choose_next_tool() {
     const auto tools = static_cast<std::int32_t>(world.tools().size());
     const std::int32_t chosen = wiring.chosen_tool;
@@ -273,8 +273,8 @@ struct XrSession::Thread {
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// Publishes the controller's sample for the servo. True if the controller is tracked, or if another device holds the
-  /// tool.
+  /// Passes the controller's sample to the servo. True if the headset tracks the controller, or if another device holds
+  /// the tool.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -345,7 +345,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    // The thread does not end, but it is not in a call of the runtime, so the GPU must hang.
+    // The thread does not end although it is not in a call of the runtime, so the GPU must hang.
     if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();

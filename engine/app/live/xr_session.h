@@ -25,21 +25,21 @@ class XrSession {
     bool debris = false;
     std::string quality;    // quality level's name; empty: chosen from the frames' drawing times
     bool touches = false;   // true: the trigger captures pairs of points for `calibrate register`
-    dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
+    dvec3 work_W{0, 0, 0};  // m, frame W: the point that recentring puts in front of the user
     ServoTick start;        // state of the tool before the first tick
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
-  /// Opens the headset, and returns when it is awake and accepts frames. Throws Error with one line of text if it is
-  /// missing or asleep, or if its runtime does not answer.
+  /// Opens the headset, and returns when it is awake and accepts frames. Throws Error with one line of text if the
+  /// headset is missing or asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
   XrSession(const XrSession&) = delete;
   XrSession& operator=(const XrSession&) = delete;
 
-  // The thread that runs the session calls this function and the next ones. Checks the headset. False if the user has
-  // ended the session. Throws RunFailure if the runtime is lost, or has not answered for `stall_s` (rig file).
+  // The thread that runs the session calls step() and the next functions. step() returns false if the user has ended
+  // the session. It throws RunFailure if the runtime is lost or has not answered for `stall_s` (rig file).
   bool step();
   /// Sets a line of text over the picture.
   void say(std::string notice);
@@ -52,8 +52,8 @@ class XrSession {
   std::optional<DebrisBalance> debris() const;
   /// Adds the counters of the headset's thread to `work`. Call after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
-  /// One physical point, measured in two frames: with the head of the tool that an arm holds, and with the tip of the
-  /// controller.
+  /// One physical point, measured in two frames: with the head of the tool that an arm holds (p_H), and with the tip of
+  /// the controller (p_D).
   struct Touch {
     dvec3 p_H, p_D;  // m; p_H in frame H of the arm's base, p_D in frame D of the headset
   };

@@ -40,7 +40,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  // Waits until the GPU has finished. Not through `ring_`, which would throw if the GPU is lost.
+  // Waits until the GPU has finished. Does not wait by `ring_`, which would throw if the GPU is lost.
   vkDeviceWaitIdle(device_.device);
   hmd_->end();
   for (gpu::Buffer& panels : panels_) panels.destroy(device_);

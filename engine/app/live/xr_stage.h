@@ -29,8 +29,8 @@ class XrStage {
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
-  /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W: the point that is
-  /// in front of the user after recentring. Throws Error.
+  /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W, the point that
+  /// recentring puts in front of the user. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
           display::RuntimeGate& gate, const Options& options);
   ~XrStage();

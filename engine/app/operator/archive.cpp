@@ -41,7 +41,7 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
 /// Moves the mesh to kCrownTop, the place that the shipped rigs show: by the middle of its top, or for several teeth by
 /// their highest point, because their middle may be empty.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m; a wider mesh contains several teeth.
+  // A mesh wider than this contains several teeth, m.
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
@@ -66,7 +66,7 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // reports the first error
+      throw e;  // reports the error of the first reading
     }
   }
 }
@@ -102,7 +102,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  // From here on, the work cannot be cancelled, because files with final names are written.
+  // From here on, the work cannot be cancelled, because files are now written under their final names.
   progress.at(1);
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),

@@ -25,7 +25,7 @@ struct SessionEntry {
   // Empty: not yet computed, or there is no recording.
   std::optional<CachedScore> score;
   double megabytes = 0;
-  bool report = false;   // true: a report exists beside the recording
+  bool report = false;   // true: there is a report beside the recording
   bool recorded = true;  // false: there is only a saved preparation
 };
 /// Sessions of all trainees, newest first.
@@ -40,13 +40,13 @@ struct NewTooth {
   std::vector<std::filesystem::path> more;
   double open = 0;  // m, distance by which the opposing jaw is moved away to make room for an instrument
   std::string name;
-  /// True: the mesh, which may be open, is cut vertex by vertex. False: it is converted to a volume.
+  /// True: the mesh itself, which may be open, is cut by moving its vertices. False: it is converted to a volume.
   bool as_scanned = false;
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Makes a scene for practice from a volume or mesh, upright, at the place that the shipped rigs show. Replaces files
-/// of the same name in the user's folder. Returns the scene. Throws Error or Cancelled without changing a file.
+/// Makes a scene for practice from a volume or mesh, turned upright, where the shipped rigs show it. Replaces files of
+/// the same name in the user's folder. Returns the scene's file. Throws Error or Cancelled without changing a file.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Makes a scene for practice from tissue in memory, which it turns upright. `top`: point that is moved to the shipped

@@ -20,7 +20,7 @@ namespace typodont {
 namespace {
 
 constexpr int kPollInterval = 50;  // ms, time between two checks for a cancellation
-// Time from the request to end until the kill, ms.
+// Time from the request to end until the process is killed, ms.
 constexpr int kPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
@@ -55,7 +55,7 @@ std::string last_line(std::string messages) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  std::array<std::array<int, 2>, 2> ends{};  // pipes for output and messages
+  std::array<std::array<int, 2>, 2> ends{};  // pipes for the process's output and messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
     close(ends[0][0]), close(ends[0][1]);
@@ -70,7 +70,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // ends the process, however the function is left
+  struct Ended {  // its destructor ends the process, however the function is left
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
@@ -81,7 +81,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
         if (waitpid(child, nullptr, WNOHANG) == child) return;
         poll(nullptr, 0, kPollInterval);
       }
-      kill(child, SIGKILL);  // the process did not end in time: kill it
+      kill(child, SIGKILL);  // the process did not end in time
       waitpid(child, nullptr, 0);
     }
   } ended{child, {ends[0][0], ends[1][0]}};
@@ -104,7 +104,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // a short wait, because the process has closed its output
+  waitpid(child, &status, 0);  // waits only shortly, because the process has closed its output
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));
@@ -112,7 +112,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // Messages are written to memory. A pipe would break when the window closes, which would end the process.
+  // The process writes its messages to memory. A pipe would break when the window closes, which would end the process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -147,7 +147,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // no error; the next call checks the other processes
+    return std::nullopt;  // this process ended without error; the next call checks the others
   }
   return std::nullopt;
 }

@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// Nice value for work that gets the processor only while no other work needs it.
+/// Scheduling priority (nice) of work that gets the processor only while no other work needs it.
 inline constexpr int kLowestPriority = 19;
 
 /// Runs `typodont ARGUMENTS` to its end and returns its output. A cancellation asks it to end, then kills it. `nice`: 0

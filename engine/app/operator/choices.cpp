@@ -11,7 +11,7 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-// Time between searches for devices, ns; a search takes milliseconds.
+// Time between two searches for devices, ns; one search takes milliseconds.
 constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;
 }  // namespace
 
@@ -32,7 +32,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   s_.models = haptics::contact_method_names();
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
-  // mesh_lod works in every exercise, so it is the default for the second model.
+  // By default, the experiment compares with the contact model mesh_lod, because it works in every exercise.
   for (std::size_t i = 0; i < s_.models.size(); ++i)
     if (s_.models[i] == "mesh_lod") s_.experiment.models[1] = static_cast<int>(i);
 }

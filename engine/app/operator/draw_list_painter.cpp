@@ -23,7 +23,7 @@ struct Place {
   std::int32_t layer;
 };
 
-// Number of images whose content is remembered; larger than the number of images in a swapchain.
+// Largest number of target images whose content is remembered; larger than the number of images in a swapchain.
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
@@ -118,7 +118,7 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // Images may have been destroyed while their entries remain, so all entries are removed.
+  // Entries of destroyed images may remain, so all entries are removed if there are too many.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

@@ -18,7 +18,7 @@ namespace typodont {
 
 class DrawListPainter {
  public:
-  /// Takes the current ImGui context's font atlas. Throws RunFailure.
+  /// Uploads the font atlas of the current ImGui context. Throws RunFailure.
   explicit DrawListPainter(gpu::Device& device);
   ~DrawListPainter();
   DrawListPainter(const DrawListPainter&) = delete;
@@ -45,7 +45,7 @@ class DrawListPainter {
 
   struct Texture {
     VkImageView view;
-    int layer;  // array image's layer; negative: the font, which has only coverage
+    int layer;  // layer of the array image; negative: the font, which stores only coverage
     std::uint64_t shows;
   };
 

@@ -11,8 +11,8 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of a tile
-// Largest number of changed rectangles. An element is drawn once in each rectangle that it overlaps, so more would take
-// longer.
+// Largest number of changed rectangles. An interface element is drawn once for each rectangle that it overlaps, so more
+// rectangles would take longer.
 constexpr std::size_t kMaxParts = 12;
 
 int tiles_in(int pixels) {

@@ -1,5 +1,5 @@
-// Finds what differs between two frames of the interface, by a hash for each tile of all elements in it. So a running
-// clock redraws only its own tiles.
+// Finds the tiles that differ between two frames of the interface, by a hash of all drawn elements in each tile. For
+// example, a running clock redraws only its own tiles.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// Hashes of all tiles, row by row. `textures`: for each texture, a number that changes with its content.
+/// Returns the hashes of all tiles, row by row. `textures`: for each texture, a number that changes with its content.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 

@@ -104,7 +104,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // The rules move to the task. A scene without a task has them in "score".
+  // The rules move to "task". A scene without a task has them in "score".
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
@@ -132,7 +132,7 @@ namespace {
 /// Finds errors that would make a session fail: an invalid mesh, a rule without target. Throws Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // called for one rule at a time, to find the faulty one
+  const auto try_rules = [&](const auto& read) {  // applies `read` to one rule at a time, to find the faulty rule
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;

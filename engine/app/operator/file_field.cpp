@@ -57,7 +57,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// A line of the list. True if it is selected by mouse, Space or Enter.
+/// Draws a line of the list. True if the user selects it by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));

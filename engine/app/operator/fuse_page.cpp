@@ -88,7 +88,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
     row(s.text("op.fuse_median"), mm(found->fine.median));
     row(s.text("op.fuse_most"), mm(found->fine.most_of));
-    // A larger uncertainty is shown as a warning, m.
+    // An uncertainty larger than this is shown as a warning, m.
     constexpr double kFair = 0.1e-3;
     row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
         found->fine.predicted_error < kFair ? &kGood : &kWarn);

@@ -19,10 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// After input, every frame is drawn for this time, because of hover effects and the text cursor, s.
+// For this time after an input, every frame is drawn, because of hover effects and the text cursor, s.
 constexpr double kSettle = 0.25;
 
-/// The first file that exists: Debian, Fedora and Arch keep fonts in different folders.
+/// Returns the first file that exists, because Debian, Fedora and Arch keep fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -207,8 +207,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Characters of the fonts: Latin, Greek (µ), punctuation, arrows and mathematics; for Chinese, the characters of the
-  // text catalogue.
+  // Characters that the fonts contain: Latin, Greek (µ), punctuation, arrows and mathematics; for Chinese, the
+  // characters of the text catalogue.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};

@@ -42,7 +42,7 @@ std::string title_of(std::string name) {
   return name;
 }
 
-/// A scene that assets/curriculum.json lists.
+/// A scene in the list assets/curriculum.json.
 struct Listed {
   std::string scene;  // name of its file without ".json"
   std::string group;  // heading over the scene
@@ -117,7 +117,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    // Skips pedals, which have no address, and the mouse, which has its own entry.
+    // Skips pedals, which have no address, and the mouse, for which a separate entry is added.
     if (d.address.empty() || d.address.starts_with("mouse:")) continue;
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);

@@ -43,9 +43,9 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
-// Interval of checks for changes the desktop does not report, ns.
+// Interval between checks for changes that the desktop does not report, ns.
 constexpr Nanos kIdleWait = 25'000'000;
-// If input arrives sooner than this after the last, the loop pauses, ns.
+// If the wait for input ends earlier than this, the loop pauses, ns.
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, interval between this window's frames during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
@@ -128,8 +128,8 @@ class Operator {
     return true;
   }
 
-  /// Creates the GPU device again while the session continues. If it is lost again within kReviveInterval, the GPU is
-  /// assumed to be broken.
+  /// Creates the GPU device again while the session continues. If the device is lost again within kReviveInterval, the
+  /// GPU is assumed to be broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
@@ -457,7 +457,8 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// The scene of a session or preparation: a recording contains it; the file name of a preparation states it.
+  /// The scene of a session or preparation. A recording contains its scene; the file name of a preparation states its
+  /// scene.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -535,7 +536,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-    // After the window was opened, an error is a failure of the run.
+    // Once the window is open, an error is a failure of the run.
   } catch (const Error& e) {
     throw RunFailure(e.what());
   }

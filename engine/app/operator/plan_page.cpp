@@ -69,7 +69,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
                  [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
-/// Number fields for three coordinates, mm.
+/// Draws number fields for three coordinates, mm.
 bool edit_point(const char* id, dvec3& p_W) {
   std::array<double, 3> mm{p_W.x / kMillimetre, p_W.y / kMillimetre, p_W.z / kMillimetre};
   ImGui::SetNextItemWidth(-1);

@@ -65,7 +65,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Fields of a rule: whether it counts, target, tolerance, weight.
+/// Draws the fields of a rule: whether it counts, target, tolerance, weight.
 void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::TableNextRow();
   ImGui::PushID(rule.name.c_str());
@@ -96,7 +96,7 @@ void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::PopID();
 }
 
-/// The form that saves the work as an exercise.
+/// Draws the form that saves the author's work as an exercise.
 void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   ExerciseForm& f = s.exercise;

@@ -80,7 +80,7 @@ void ScanDesk::begin_full(const LabelRequest& request) {
         options.progress = [&](double done) { progress.at(done); };
         try {
           result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // tells the review that these labels will not come
+        } catch (const Cancelled&) {  // there are no labels; the code below tells the review so
         } catch (const Error& e) {
           result->failure = e.what();
         }

@@ -27,7 +27,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Colour of the labels that a tool makes.
+/// Colour in which the page shows labels of this kind.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:
@@ -44,7 +44,7 @@ glm::dvec3 kind_color(haptics::LabelKind kind) {
   return {235, 235, 235};
 }
 
-/// One section on the screen.
+/// One section as it lies on the screen.
 struct View {
   const SectionPlane& plane;
   ImVec2 at;
@@ -251,7 +251,7 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   begin_panel("scan", s.text("op.scan"), size, w);
-  // The preset "arch" is missing, because it is for an intraoral scan, which is a mesh with a form of its own.
+  // The preset "arch" is missing, because it is for intraoral scans, which are meshes; meshes have their own form.
   constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};

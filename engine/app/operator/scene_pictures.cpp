@@ -19,7 +19,7 @@ fs::path folder() {
   return cache::folder("pictures");
 }
 
-/// Key of a cached picture. It changes with the scene's file and with the program.
+/// Key of a picture in the cache. It changes if the scene's file or the program changes.
 std::uint64_t key_of(const fs::path& scene) {
   Sha256 key;
   cache::add_build(key);
@@ -87,7 +87,7 @@ void ScenePictures::begin(const fs::path& scene) {
   drawn_ = scene;
   job_ = std::make_unique<Job>([scene](Progress& progress) {
     const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMaxKept, [&](const fs::path& file) {
-      struct Drawn {  // removes the folder, even after an exception
+      struct Drawn {  // its destructor removes the folder, even after an exception
         fs::path folder;
         ~Drawn() {
           std::error_code ignored;

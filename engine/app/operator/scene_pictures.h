@@ -36,7 +36,7 @@ class ScenePictures {
   InterfaceWindow& window_;
   std::unique_ptr<Job> job_;
   std::filesystem::path drawn_;             // the scene whose picture is being drawn
-  std::filesystem::path sought_;            // the scene whose picture was sought last
+  std::filesystem::path sought_;            // the scene whose picture was last searched for
   std::set<std::filesystem::path> failed_;  // scenes whose picture could not be drawn
 };
 

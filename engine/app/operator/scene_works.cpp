@@ -199,7 +199,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // Without the mesh and the rules of the form, because an invalid entry must not prevent saving.
+  // Leaves out the form's mesh and rules, because an invalid entry must not prevent saving.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

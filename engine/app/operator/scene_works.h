@@ -16,7 +16,7 @@ namespace typodont {
 /// The file names as one text, separated by semicolons.
 std::string joined_files(const std::vector<std::string>& files);
 /// Enters a dropped file, folder or set of meshes in the import form, and proposes a name. True: it is a scan that can
-/// be shown first.
+/// be shown before its import.
 bool take_dropped(OperatorState& s);
 /// Takes a mesh dropped on the scan page to the fusion page. True: it was a mesh.
 bool take_dropped_mesh(OperatorState& s);
@@ -31,9 +31,10 @@ void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
 /// Saves an exercise by OperatorState::exercise, and selects the new scene. `authored` must outlive the work.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
-/// Saves OperatorState::plan as an exercise. Selects it on the start page.
+/// Saves OperatorState::plan as an exercise, and selects this exercise on the start page.
 void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
-/// Saves the author's work at the program's end, under a name with the date, so that it replaces no file. Throws Error.
+/// Saves the author's work when the program ends, under a name that contains the date, so that no file is replaced.
+/// Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);
 
 }  // namespace typodont

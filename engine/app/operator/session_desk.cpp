@@ -155,7 +155,7 @@ bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
 }
 
-/// Finds out which views are available in this session.
+/// Finds out which pictures and views are available in this session.
 void SessionDesk::begin_views(const Scene& scene) {
   const LiveViews& views = *bench_->views();
   s_.look = {};
@@ -242,8 +242,7 @@ void SessionDesk::show_own_view(bool own) {
   ++s_.look_changes;
 }
 
-/// Paints with the tool's head. A stroke begins with a ball, and continues with the volume through which the head
-/// moves.
+/// Paints with the tool's head. A stroke begins with a ball, and then paints the volume through which the head moves.
 void SessionDesk::paint() {
   if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // a broken device may give a non-finite pose
     brush_down_ = false;
@@ -312,7 +311,7 @@ void SessionDesk::keep_recording() {
   }
   if (written_ != recording_) {
     fs::rename(written_, recording_, code);
-    // The trainee's folder is on another disk, so the file cannot be renamed and is copied.
+    // If the file cannot be renamed because the trainee's folder is on another disk, it is copied.
     if (code) fs::copy_file(written_, recording_, code);
   }
   s_.outcome.recording = code ? written_ : recording_;

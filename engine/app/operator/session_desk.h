@@ -20,7 +20,7 @@ struct Authored {
   Scene scene;  // the scene that the author edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // true: painted or drilled since it was last saved
+  bool unsaved = false;  // true: the author has painted or drilled since the last save
 };
 
 /// A finished session without a recording, still to be scored.
@@ -35,13 +35,13 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Starts a session. If it throws, no session runs.
+  /// Starts a session. If this function throws, no session runs.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
   /// Runs one step. kChanged: the trainee's picture has changed, or a second has passed. kOver: the session must be
   /// ended.
   Turn step();
-  /// After step(): nothing on the page moves except the clock.
+  /// True after step() if nothing on the page moves except the clock.
   bool at_rest() const { return at_rest_; }
   /// Moves the recording to its folder. `why`: reason of an abnormal end. Returns the data that a score needs if there
   /// is no recording; otherwise null, also after authoring and failures.

@@ -21,7 +21,7 @@ constexpr const char* kSuffix = ".json";
 // Maximum score cache size, bytes: about ten thousand scores.
 constexpr std::uintmax_t kMaxKept = 4 << 20;
 
-/// Key of a cached score. It changes with the session's file and with the program.
+/// Key of a score in the cache. It changes if the session's file or the program changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   Sha256 key;
   cache::add_build(key);

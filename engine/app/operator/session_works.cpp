@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 struct Made {
   session::Score score;
   render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference to the ideal result
+  bool compared = false;  // true: the picture shows the difference from the target shape
 };
 void show(OperatorState& s, Made& made) {
   s.outcome.score = made.score;

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Lists recordings and saved preparations, titles in the window's language.
+/// Lists recordings and saved preparations, with titles in the window's language.
 void list_sessions(OperatorState& s);
 
 /// Writes the report beside the recording, and the result to OperatorState::outcome. Then calls `then`.

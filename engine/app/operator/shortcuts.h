@@ -14,7 +14,7 @@ struct Shortcut {
   bool control = false;
   std::string_view name;      // key's name, on buttons and in the list of keys
   std::string_view help;      // key of the explanation in the text catalogue
-  std::array<Ask, 2> does{};  // requests that the key makes; to the user, one action
+  std::array<Ask, 2> does{};  // requests that the key makes; the user sees them as one action
 };
 
 inline constexpr std::array kShortcuts = {

@@ -107,7 +107,7 @@ struct HandEntry {
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // empty: the exercise's usual rig for a window
+  std::filesystem::path file;  // empty: the exercise's usual rig for a window is used
   std::string title;
   bool embedded = false;  // true: drawn in the operator's window
 };
@@ -118,15 +118,15 @@ struct RuleChoice {
   bool from_ideal = true;  // true: the target is the ideal's value, if there is one
   float target = 0, tolerance = 1, weight = 10;
 };
-/// Source of the ideal for a new exercise.
+/// Source of the ideal (target shape) for a new exercise.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
   bool fresh = true;  // true: not yet filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
-  std::array<char, 1024> steps{};  // one step per line
+  std::array<char, 1024> steps{};  // the steps of the exercise, one per line
   IdealFrom ideal = IdealFrom::kDrilled;
-  bool base_aims = false;  // true: the base scene has an ideal result
+  bool base_aims = false;  // true: the base scene has a target shape
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
   std::array<char, 512> mesh{};  // file with the ideal's mesh
   FileChooser chooser;
@@ -142,7 +142,7 @@ struct ImportForm {
   /// Number of the series in a DICOM folder with several, from 1; 0: there is only one.
   int series = 0;
   int crown = 0;  // index in Crown
-  // mm: voxel size (0: that of the file), thickness of the enamel (0: default).
+  // Voxel size (0: that of the file) and thickness of the enamel (0: default), mm.
   float voxel_mm = 0, shell_mm = 0;
   float unit_mm = 1;     // mm per unit of the mesh file
   float spacing_mm = 0;  // mm, distance between a scan's samples; 0: that of the file
@@ -157,7 +157,7 @@ struct ScanForm {
   int kind = 0;  // a haptics::LabelKind: what the tool paints
   float radius_mm = 1;
   bool only_tissue = true;
-  // How far labels spread from a seed: distance in mm, and difference of grey values.
+  // Limits within which labels spread from a seed: distance in mm, and difference of grey values.
   float reach_mm = 5, tolerance = 0.3f;
   glm::ivec3 walls{0};  // dragged face per axis: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};     // m, in the scan's frame F: the painted stroke's end
@@ -171,7 +171,7 @@ struct FuseForm {
   FileChooser chooser;
   float unit_mm = 1;
   ScanFusion* fusion = nullptr;                 // owned by FuseDesk; null until the mesh is read
-  glm::vec2 pressed{0};                         // pixels, where the mouse button was pressed
+  glm::vec2 pressed{0};                         // pixels, position at which the mouse button was pressed
   bool turning = false;                         // true while the mouse turns a surface
   bool changed = false;                         // true: the pictures must be drawn again
   std::array<const gpu::Image*, 2> pictures{};  // null until drawn
@@ -202,11 +202,11 @@ constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
   int question = 0;                 // index of the question in kExperimentQuestions
   std::array<int, 2> models{0, 1};  // indices in OperatorState::models
-  // Largest number of trials per question; for models: exact number.
+  // Largest number of trials for each question; for models, the exact number.
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus
 };
-/// A value with its 95 % interval; NaN if the answers do not determine it.
+/// A value with its 95 % confidence interval; NaN if the answers do not determine it.
 struct FoundValue {
   double value = 0, low = 0, high = 0;
 };
@@ -235,7 +235,7 @@ struct Outcome {
   bool scored = false;  // true: the score is final; before, no score is shown
   // Picture of the final surface; with an ideal, it shows the difference. Empty if the surface is unknown.
   render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference from the ideal
+  bool compared = false;  // true: the picture shows the difference from the target shape
   std::string failure;
 };
 
@@ -305,7 +305,7 @@ struct OperatorState {
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // picture of the left eye; null: none
   glm::dmat2 live_upright{1.0};
-  bool live_is_own = false;        // true: this window draws the picture, not another one
+  bool live_is_own = false;        // true: this window draws the trainee's picture; false: another window does
   glm::ivec2 live_size{640, 360};  // pixels, size of the picture; set by the session page
   display::UserInput live_input;   // input over the picture; set by the session page
   bool live_hovered = false;
@@ -350,7 +350,7 @@ struct OperatorState {
     log::error("{}", message);
   }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
-  /// A text of the catalogue, with its placeholders replaced.
+  /// Returns a text of the catalogue, with its placeholders replaced.
   template <class... Args>
   std::string words(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);

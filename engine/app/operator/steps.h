@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// State of the session from which the actions are recognised.
+/// State of the session, from which StepWatcher recognises the user's actions.
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
@@ -30,7 +30,7 @@ class StepWatcher {
   /// True if an action, not a click, completes the step.
   bool waits() const;
 
-  /// Takes the state of the session. True: the actions since the step began complete it.
+  /// Takes the state of the session. True: the actions since the current step began complete this step.
   bool follow(const StepActions& now);
   /// next() completes the current step after a click; back() opens the last completed step again.
   void next();

@@ -112,7 +112,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  // Number of bytes that fit, and number that fit if the text is cut only between words.
+  // Number of bytes that fit, and number of bytes that fit if the text is cut only between words.
   std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;

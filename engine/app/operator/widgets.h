@@ -40,7 +40,7 @@ void dim_wrapped(const std::string& text);
 /// Shortens a text with an ellipsis if it is wider than `room` (pixels). Cuts between words if possible, and never
 /// inside a character. `width` measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// Shortens a text as fitted() above, measured in the current font.
+/// Shortens a text as fitted() above, with the widths of the current font.
 std::string fitted(const std::string& text, float room);
 /// Draws a text in at most `room` pixels; if it is shortened, a tooltip shows all of it.
 void one_line(const std::string& text, float room);
@@ -48,7 +48,7 @@ void one_line(const std::string& text, float room);
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
 /// Draws a square picture as a button for the mouse. `name`: key of its title; `picture`: null draws an empty square;
-/// `drawn`: number of times that it was drawn. `add(at)` handles the mouse and draws marks; `at`: the picture's corner.
+/// `drawn`: number of times that it was drawn. `add(at)` handles the mouse and draws marks; `at`: upper left corner.
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
                     std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
 
@@ -82,8 +82,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
-/// A right of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report. There
-/// are none before the first tick.
+/// A right of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report. Before
+/// the first tick there are no such lines.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

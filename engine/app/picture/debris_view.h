@@ -48,8 +48,8 @@ struct DebrisBalance {
 };
 
 /// Creates, moves and draws chips and water. With nozzles, the CPU moves the chips, because they become part of the
-/// film of water, which the CPU computes. Without nozzles, the GPU moves them; with software rendering the CPU, whose
-/// own code is several times faster than compute shaders.
+/// film of water, which the CPU computes. Without nozzles, the GPU moves them, or the CPU if rendering is done by
+/// software.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
@@ -68,7 +68,7 @@ class DebrisView {
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
   /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
-  /// film that it touches.
+  /// film of water that it touches.
   void hold(const ServoTick& tick, const haptics::Tool& tool);
   /// Switches the water on or off. No effect without nozzles.
   void spray(bool on) { spraying_ = on && water_; }

@@ -88,8 +88,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a grid point: the values of its cell if the film contains the cell, otherwise the mean of the
-/// neighbours in such cells. Without this mean, the interpolated film would fade near the surface.
+/// Writes the texel of a grid point: the values of its film cell. A grid point without a cell gets the mean of its
+/// neighbours' cells; otherwise the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -16,7 +16,7 @@ namespace typodont {
 /// Texts over a world's picture. No side effects.
 display::Hud hud(const World& world, session::Language language);
 
-/// Separates parts of text between which lines may break.
+/// Separator between parts of a text. Lines may break at it.
 inline constexpr std::string_view kHudGap = "   ";
 
 /// The catalogue's text for the key "hud.KEY", with its placeholders replaced by the arguments.

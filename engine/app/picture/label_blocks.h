@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks of voxels. For each block, the set of its tissues is known. Labels are
-// stored only for blocks that are read. Only the thread that owns the tissue.
+// Tissue labels near the surface, in blocks of voxels. Each block stores the set of its tissues; it stores the label of
+// each voxel only after one was read. Only for the thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ class LabelBlocks {
   void forget();
   /// Selects the blocks around the voxels from `low` to `high` as the current blocks.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Voxel at the origin of the coordinates of at(), which are positive in the current blocks.
+  /// Origin voxel of the coordinates that at() takes. In the current blocks, these coordinates are positive.
   const glm::ivec3& origin() const { return origin_; }
   /// Label of a voxel in the current blocks. `volume` must be the one passed to look_at().
   Tissue at(const haptics::TissueVolume& volume, const glm::ivec3& i) {

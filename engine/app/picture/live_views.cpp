@@ -23,7 +23,8 @@ constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;
 // Maximum distance of computed differences from the ideal, m.
 constexpr double kDifferenceReach = 3e-3;
-// Largest number of ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are lost.
+// Largest number of servo ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are
+// lost.
 constexpr std::size_t kMaxUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,

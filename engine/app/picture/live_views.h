@@ -1,7 +1,7 @@
-// Everything in a session's pictures except the tooth's surface: section, inner tissues, difference from the ideal;
-// also the score so far. A separate thread computes it from copies of the tissue, so that the hand never waits. All
-// drawn mesh bricks are stored, so that a picture can be added or changed at any time. The thread starts at once if the
-// score is shown, otherwise when a picture needs it.
+// Everything in a session's pictures except the tooth's surface: section, inner tissues, difference from the target
+// shape; also the score so far. A separate thread computes it from copies of the tissue, so that the servo never waits.
+// All drawn mesh bricks are stored, so that a picture can be added or changed at any time. The thread starts at once if
+// the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -45,8 +45,8 @@ class LiveViews {
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Passes new data to the pictures, for at most a few milliseconds. Call once per pass of the drawing loop. True if a
-  /// picture received data.
+  /// Passes new data to the pictures, for at most a few milliseconds. Call once per pass of the drawing loop. Returns
+  /// true if a picture received data.
   bool advance();
   /// Returns true while the computing thread works for this picture.
   bool making(Eyes eyes) const;
@@ -66,7 +66,7 @@ class LiveViews {
   bool score_known() const { return judged_ || !judging_; }
   /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
-  /// Adds a tick to the evaluation of an exploration task.
+  /// Adds a servo tick to the evaluation of an exploration task.
   void explore(const ServoTick& tick);
   /// The result of the exploration, and the ticks that are not yet evaluated. Call after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();

@@ -44,8 +44,8 @@ Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 /// A vertical section plane through a point that faces the viewer at p_WE. The tissue behind it is kept.
 glm::dvec4 section_facing(const dvec3& through_W, const dvec3& p_WE);
 
-/// The section plane of these settings (xyz: unit normal, w: offset in m). The viewer is at p_WE; the tissue behind the
-/// plane is kept.
+/// Returns the section plane that `look` states (xyz: unit normal, w: offset in m). The viewer is at p_WE; the tissue
+/// behind the plane is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

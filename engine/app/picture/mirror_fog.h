@@ -48,7 +48,8 @@ class MirrorFog {
   double cold_ = 1;  // temperature of the glass: 1 room, 0 mouth
 };
 
-/// The fog of a scene's mirror. Empty if there is neither a mouth nor spray: the fog then does not change.
+/// Returns the fog of a scene's mirror; empty if there is neither a mouth nor spray, because the fog then never
+/// changes.
 std::optional<MirrorFog> mirror_fog_of(const Scene& scene);
 
 }  // namespace typodont

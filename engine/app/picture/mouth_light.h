@@ -22,8 +22,8 @@ namespace typodont {
 
 class MouthLight {
  public:
-  /// When the light is computed. kInBackground: until it is finished, pictures are drawn without it or with the last
-  /// one.
+  /// When the light is computed. kInBackground: until it is finished, pictures are drawn without this light or with the
+  /// last computed one.
   enum class When : std::uint8_t { kAtOnce, kInBackground };
   /// `around`: surroundings with a box `lit`; must not change while this object exists.
   MouthLight(const Surroundings& around, const render::Quality& quality,

@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::string_view kDiamond =
     "80";                            // first digits of the ISO 6360 codes 801 to 807: galvanically bonded diamond
-constexpr double kPrecision = 1e-6;  // m, largest distance of a drawn outline from the meridian
+constexpr double kPrecision = 1e-6;  // m, largest distance of a tool's drawn outline from its exact outline
 
-/// Returns points (radius, z) of a part's outline from the free end to the shank end, m. It is the meridian that has
-/// contact; straight lines between the points are at most `error` (m) from it.
+/// Returns points (radius, z) of a part's outline from the free end to the shank end, m. The contact model uses the
+/// same outline. Straight lines between the points are at most `error` (m) from it.
 std::vector<glm::dvec2> outline(const haptics::Tool& part, double error) {
   const haptics::HeadField meridian(part, 1);
   std::vector<glm::dvec2> points{{meridian.pieces[0].ax, meridian.pieces[0].az}};
@@ -55,7 +55,7 @@ void end_at_neck(std::vector<glm::dvec2>& outline, double neck) {
 /// The outline of neck and shank from `begin` (m, end of the head) to the height `end` (m). A shank that has contact is
 /// drawn with the outline of its contact.
 std::vector<glm::dvec2> shaft_outline(const haptics::Tool& tool, glm::dvec2 begin, double end) {
-  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;              // m: largest length of the neck; of the rounded end
+  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;  // m, largest length of the neck, and of the rounded end
   constexpr double kFrictionGrip = 0.8e-3, kLatch = 2.35e-3 / 2;  // m, radii (ISO 1797 types 3 and 1)
   std::vector<glm::dvec2> shaft;
   if (const auto shank = haptics::shank_of(tool)) {
@@ -148,7 +148,7 @@ DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle,
   // Drawn length of the shank between head and handpiece, m: for tools that turn, and for tools that do not. Used if
   // the tool's file does not state it.
   constexpr double kTurningShank = 8e-3, kStillShank = 5e-3;
-  constexpr double kHeld = 0.6e-3;      // m, length of the shank drawn inside the handpiece
+  constexpr double kHeld = 0.6e-3;      // m, length of the shank that is inside the handpiece
   constexpr double kBareShank = 20e-3;  // m, shank length of a tool without a handpiece
   render::ToolShape shape;
   if (!tool.turns()) shape.flutes = 0;

@@ -35,9 +35,9 @@ struct DrawnTool {
   bool open = false;
 };
 /// Makes the drawn form of a tool. `placed`: the tool's head (an implant) stays in the tissue, so only its driver is
-/// drawn. Throws Error.
-/// The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, its rotation is the
-/// shortest one from z of W to this axis (rotation_between), so the handpiece turns continuously with the axis.
+/// drawn. Throws Error. The handpiece rotates with the hand about the tool's axis. If the input device measures only
+/// the direction of the axis, the rotation is the shortest one from z of W to this axis (rotation_between), which
+/// changes continuously.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
 /// True if the tool is an implant or screw that has been placed in the bone at this tick.
@@ -69,14 +69,14 @@ class ShownWorld {
   FilmPicture::Shown film_;
 };
 
-/// Box outside of which no tissue can appear during the session. Empty: none: a tool of the tool set adds tissue, or
+/// Box outside of which no tissue can appear during the session. Empty if a tool of the tool set adds tissue, or if
 /// undo can restore tissue that was removed before the session was resumed.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
 void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
-/// True if the picture looks the same for both poses of the tool: it moves by at most a hundredth of a pixel.
+/// True if the tool moves by at most a hundredth of a pixel between the two poses, so that the picture looks the same.
 bool looks_same(const Pose& a, const Pose& b);
 
 class PictureStage {

@@ -11,9 +11,8 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// Limits for the running mean of the frame time, s: the quality falls above `slow` (default: 30 frames per second)
-  /// and rises below `quick`. If a higher level was too slow, the next attempt waits longer. `first`: level at the
-  /// start.
+  /// `slow`, `quick`: limits of the mean frame time, s. Above `slow` the quality falls; below `quick` it rises. If a
+  /// higher level was too slow, the next attempt waits longer. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   /// Limits for software rendering. The next better level takes up to twice as long, so the mean must be below 1/75 s.
@@ -37,7 +36,7 @@ class QualityLadder {
     if (fixed_) return false;
     // Ignores a level's first frames, because they create pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // The time is limited, so that one late frame does not lower the quality.
+    // A frame's time is limited, so that one late frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -66,7 +65,7 @@ class QualityLadder {
     return true;
   }
 
-  /// Limits of the mean frame time, s: for a lower and for a higher quality.
+  /// Limits of the mean frame time, s. Above `slow_` the quality falls; below `quick_` it rises.
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;

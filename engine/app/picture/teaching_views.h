@@ -31,8 +31,9 @@ struct ViewBody {
 std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
                                   const haptics::TissueVolume& volume);
 
-/// Sets `difference` of every vertex to its distance (m) from the ideal's surface: positive outside (tissue must still
-/// be removed), negative inside (too much was removed). `origin`: origin of the positions in `updates`, m, frame W.
+/// Sets `difference` of every vertex to its distance (m) from the target shape `ideal`: positive outside (tissue must
+/// still be removed), negative inside (too much was removed). `origin`: origin of the positions in `updates`, m, frame
+/// W.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 /// As above, with the ideal's distance field, which must contain distances up to the largest shown difference.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);

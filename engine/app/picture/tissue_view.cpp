@@ -134,7 +134,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
                           count);
     };
-    // The line can leave a thick body through its side, so at a gap the four points around it must be empty too.
+    // The line can leave a thick body through its side, so where it meets a gap, the four points around it must be
+    // empty too.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // Four test points around `place`, in an oblique square.
@@ -286,7 +287,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) put(volume, key);
   if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
   started_ = true;
-  for (const glm::ivec3& key : changed)  // painted, or restored
+  for (const glm::ivec3& key : changed)  // bricks where tissue was painted or restored
     for (int block = 0; has_caries_ == false && block < 8; ++block)
       has_caries_ = volume.tissues_in_block(2 * key + glm::ivec3(block >> 2, block >> 1 & 1, block & 1)) >>
                         static_cast<int>(Tissue::kCaries) &

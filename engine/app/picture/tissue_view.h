@@ -44,7 +44,7 @@ class TissueView {
 
   /// The first call returns all bricks, each later call the changed ones. Positions in m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Changed bricks of the carver's tissue. If the contact model has its own mesh, they show its triangles.
+  /// Changed bricks of the carver's tissue. If the contact model has its own mesh, the bricks contain its triangles.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
   /// Changes the tolerance. Later updates mesh the existing bricks again, some at a time.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kReadoutSteps =
     6;                            // steps between two changes of the displayed numbers, so that they can be read
-constexpr double kBeside = 9e-3;  // m, distance of the usual suction nozzle from the tooth, behind it for the trainee
+constexpr double kBeside = 9e-3;  // m, distance of the usual suction nozzle behind the tooth, as the trainee sees it
 
 }  // namespace
 
@@ -147,7 +147,7 @@ void WorldReader::Next<Event>::fetch(int rank) {
     if constexpr (requires { e.t; }) return e.t;
     return order.first;  // an event without time directly follows the event before it
   };
-  constexpr int kTickRank = 4;  // the tick comes after everything that belongs to it
+  constexpr int kTickRank = 4;  // a tick comes after all other events of the same time
   if constexpr (requires { std::variant_size<Event>::value; }) {
     order = {std::visit(time, event), rank};
     if constexpr (std::is_same_v<Event, ServoEvent>)

@@ -25,7 +25,8 @@ namespace typodont {
 
 class World {
  public:
-  /// Step of session time (ns) in which chips, water, blood and fog move. The numbers of the text follow every sixth.
+  /// Step of session time (ns) in which chips, water, blood and fog move. The displayed numbers change at every sixth
+  /// step.
   static constexpr Nanos kStep = kNanosPerSecond / 60;
 
   /// The scene at its start, without debris. The scene must outlive this object.

@@ -19,11 +19,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kNearTooth = 10e-3;    // m, distance from the implant where teeth are searched
+constexpr double kNearTooth = 10e-3;    // m, teeth farther from the implant than this are ignored
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
 // Distance between searched points, m.
 constexpr double kToothStep = 0.25e-3;
-// Distance from the implant up to which the canal is part of a plan, m.
+// Points of a canal farther from the implant than this are ignored, m.
 constexpr double kCanalReach = 25e-3;
 // Distance between tried positions of the implant, m.
 constexpr double kGrid = 1e-3;
@@ -186,7 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // More surface in bone is better. Positions with equal surface are compared by canal and teeth.
+      // More surface in bone is better. Between positions with equal surface, distances to canal and teeth decide.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =
@@ -210,7 +210,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  // Angle from u to the bone section's main axis, rad.
+  // Angle from u to the bone section's longest axis, rad.
   const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;
@@ -219,7 +219,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
 PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
   const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  // The third section is half a millimetre below the platform, so that it contains bone.
+  // The third section lies half a millimetre below the implant's upper end, where bone surrounds the implant.
   const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
   return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
           SectionPlane{level, along, across, width, width}};

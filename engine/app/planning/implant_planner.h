@@ -31,7 +31,7 @@ std::vector<ImplantProcedure> implant_procedures();
 /// Reads a procedure. Its files are searched like those of a scene at `place`. Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
-/// The scene's procedure; empty: it has none. Throws Error.
+/// The scene's procedure; empty if it has none. Throws Error.
 std::optional<ImplantProcedure> procedure_of(const Scene& scene);
 
 /// Class of the scene's bone, "I" to "IV"; empty if it has no tissue "bone".
@@ -86,8 +86,8 @@ class ImplantPlanner {
 
   /// Two sections through the implant's middle, and one near its upper end. `width`: m.
   PlanPlanes planes(const session::ImplantPlan& plan, double width) const;
-  /// Picture of a section: grey values, outlines, and a red line where the implant leaves the bone. `pixels`: side of
-  /// the picture.
+  /// Picture of a section: grey values, outlines, and a red line where the implant leaves the bone. `pixels`: width and
+  /// height of the picture.
   render::Picture picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const;
 
  private:

@@ -23,7 +23,7 @@ dvec3 top_of(const haptics::DenseTissue& tissue) {
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
 }
 
-/// A task in which cuts inside the boxes are damage.
+/// Makes a task: cuts inside the boxes are damage.
 nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegion>& boxes) {
   nlohmann::ordered_json task = {
       {"goal",
@@ -35,7 +35,7 @@ nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegio
     return nlohmann::ordered_json{mm.x, mm.y, mm.z};
   };
   for (const haptics::ImportRegion& box : boxes) {
-    // Margin by which a box is larger, so that it contains the voxels of the surface, m.
+    // Each box is enlarged by this margin, m, so that it contains the voxels of the surface.
     constexpr double kWider = 0.05e-3;
     task["protect"].push_back(
         {{"box", {{"center_mm", in_mm(0.5 * (box.lo + box.hi))}, {"size_mm", in_mm(box.hi - box.lo + 2 * kWider)}}}});

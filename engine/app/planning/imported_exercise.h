@@ -25,7 +25,7 @@ Crown crown_along(const dvec3& up);
 struct ImportedExercise {
   std::string name, description;
   Crown crown = Crown::kUp;
-  // Point that is moved to kCrownTop, m, before the rotation; empty: the middle of the top.
+  // Point that is moved to kCrownTop, m, before the rotation; empty: the middle of the tissue's top.
   std::optional<dvec3> top;
 };
 

@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-/// One scan. `field` is computed only with a bite scan.
+/// One scan. Its distance field is computed only with a bite scan.
 struct Jaw {
   std::string name;
   haptics::IntraoralScan scan;

@@ -35,14 +35,13 @@ struct MouthScan {
 struct ImportedMouth {
   haptics::Imported imported;
   std::vector<MouthScan> scans;
-  // Unit vector from the border of the first scan to its teeth, frame W; zero: unknown.
+  // Unit vector from the border of the first scan towards its teeth, frame W; zero if unknown.
   dvec3 up{0};
   dvec3 top{0};  // m, frame W, highest point along `up`
 };
 
-/// Makes one volume of the files. Without a bite scan, all files must have the same frame. With one, their frames must
-/// agree within about 2 mm, and the bite scan is registered to each scan; doubtful registrations are refused. A bite
-/// scan or an opening needs the preset kArch.
+/// Makes one volume of the files. Without a bite scan, all files must have the same frame. With one, frames must agree
+/// within about 2 mm, and doubtful registrations are refused. A bite scan or an opened mouth needs the preset kArch.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 
 /// Sorts mesh files: a file whose name contains "bite" is the bite scan. Throws Error if there are several.

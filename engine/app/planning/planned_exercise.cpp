@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-// Position of the platform in shipped scenes, m, frame W.
+// Implant's upper end (platform) in shipped scenes, m, frame W.
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
 constexpr double kSite = 15e-3;  // m, distance from the implant within which tissue is copied
 // Largest voxel of the copy, m, as in shipped scenes.
@@ -38,8 +38,8 @@ Text load_text(const fs::path& file) {
   return Text::parse(Json::load(file).text());
 }
 
-/// Copies the tissue around the plan and moves it by `move`. The voxels are at most kMaxVoxel: at 0.3 mm, a
-/// widening drill would stop at the wall. Distances are interpolated; labels and hardness come from the nearest voxel.
+/// Copies the tissue around the planned implant and moves it by `move` (m). Voxels are at most kMaxVoxel; with larger
+/// ones, a widening drill would get stuck at the wall. Labels and hardness come from the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
   glm::ivec3 lo, hi;
@@ -81,7 +81,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   return haptics::TissueVolume(site);
 }
 
-/// Sets the targets of exercise.json for this implant.
+/// Replaces the target values of exercise.json by this implant's.
 Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   Text made = Text::array();
   for (Text& rule : rules) {

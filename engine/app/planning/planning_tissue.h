@@ -23,7 +23,7 @@ class PlanningTissue {
 
   /// Tissue of the nearest sample; kAir outside of the volume.
   Tissue at(const dvec3& p_W) const;
-  /// Grey value, Hounsfield units: that of the tissue, multiplied by the hardness; −1000 in air.
+  /// Grey value, Hounsfield units: the tissue's grey value multiplied by the hardness; −1000 in air.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;

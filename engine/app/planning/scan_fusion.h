@@ -22,8 +22,8 @@ struct ScanRegistration {
   calibration::SurfaceRegistration fine;
 };
 
-/// Registers the scan: first by pairs of points (m), then by the surfaces. `place`, `file`: for messages. Throws Error
-/// if no reliable pose is found.
+/// Registers the scan first by pairs of points (m), then by the surfaces. `place`, `file`: names for error messages.
+/// Throws Error if no reliable pose is found.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);

@@ -11,7 +11,7 @@ namespace typodont {
 namespace {
 
 constexpr double kMinRegion = 3e-3;  // m, smallest width of the imported region per axis
-// Width of the widest view, divided by the width of the scan; leaves a margin.
+// The widest view is this factor wider than the scan, so that a margin remains.
 constexpr double kMargin = 1.06;
 constexpr double kMinWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples for a preview in about a second.
@@ -181,7 +181,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // Replacements of the tissue cannot be repeated on new labels.
+  // Replacing the whole tissue cannot be repeated on new labels.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }

@@ -20,7 +20,7 @@ namespace typodont {
 inline constexpr std::size_t kScanSections = 3;
 using ScanPlanes = std::array<SectionPlane, kScanSections>;
 
-/// The labels' detail: none, from fewer samples, for all voxels.
+/// Detail of the computed labels: none, fewer samples, all voxels.
 enum class LabelDetail { kNone, kCoarse, kFull };
 
 /// A request for tissue labels, computed with ScanVolume::import().
@@ -63,14 +63,14 @@ class ScanReview {
   // Functions for the tissue labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// Requests labels for all voxels. Automatic after dragging.
+  /// Requests labels for all voxels. Automatic when dragging ends.
   void want_full() { full_wanted_ = true; }
   /// Next request: coarse before full labels. Empty: nothing is missing.
   std::optional<LabelRequest> request() const;
-  /// Takes computed labels. Labels of an earlier region are used only if they are coarse and there are no current full
-  /// ones. Corrections are repeated on full labels.
+  /// Takes computed labels. Labels of an earlier region are used only if they are coarse and no full labels fit the
+  /// region. Corrections are repeated on full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
-  /// States that a request failed. Coarse labels are not requested again for this region, full ones only after
+  /// Reports that a request failed. Coarse labels are then not requested again for this region, full labels only after
   /// want_full().
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
@@ -84,7 +84,8 @@ class ScanReview {
 
   // Corrections need full labels of the current region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
-  /// Corrects the labels. `joins`: the correction is undone together with the last one, as parts of one stroke.
+  /// Corrects the labels. `joins`: this correction belongs to the same stroke as the previous one, so both are undone
+  /// together.
   void correct(const haptics::Correction& correction, bool joins = false);
   bool can_undo() const { return can_correct() && done_ > 0; }
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
@@ -99,7 +100,7 @@ class ScanReview {
   /// Picture of a section: grey values with the labels' colours, darker outside of the region. `pixels`: side of the
   /// picture.
   render::Picture picture(const SectionPlane& plane, int pixels) const;
-  /// Increases whenever picture() or planes() would change.
+  /// Increases whenever picture() or planes() would give another result.
   std::uint64_t changes() const { return changes_; }
 
  private:

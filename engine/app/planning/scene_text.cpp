@@ -21,7 +21,7 @@ void make_absolute(Text& json, const char* key, const fs::path& folder) {
   if (fs::exists(beside, code)) json[key] = fs::absolute(beside).string();
 }
 
-/// Makes the path in a JSON value absolute. It is the path of a volume, a session or a mesh.
+/// Makes the paths of a volume, a session or a mesh in this JSON object absolute.
 void make_absolute(Text& source, const fs::path& folder) {
   for (const char* key : {"volume", "session"}) make_absolute(source, key, folder);
   for (const char* key : {"mesh", "bone"}) {

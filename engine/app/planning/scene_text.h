@@ -7,8 +7,8 @@
 
 namespace typodont {
 
-/// The scene's text for a file in another folder. Paths that are relative to the scene's folder become absolute. Paths
-/// to shipped files do not change.
+/// The scene's JSON text for a file in another folder: paths that are relative to the scene's folder become absolute.
+/// Paths to shipped files do not change.
 nlohmann::ordered_json scene_for_other_folder(const Scene& scene);
 
 /// Converts a point to text for a scene: [x, y, z] in millimetres, rounded to micrometres. `p`: m.

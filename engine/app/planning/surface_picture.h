@@ -1,4 +1,4 @@
-// Draws a surface on the CPU; the user turns it and picks points on it. Main thread.
+// Draws a surface on the CPU. The user rotates it and picks points on it. Main thread.
 #pragma once
 
 #include <cstdint>
@@ -24,15 +24,15 @@ class SurfacePicture {
 
   /// Looks along `look` (unit); `up` points up in the picture.
   void look_along(const dvec3& look, const dvec3& up);
-  /// Uses the direction of view of `other`.
+  /// Takes over the direction of view of `other`.
   void look_like(const SurfacePicture& other);
   /// Turns the surface. `by`: drag, in fractions of the picture.
   void turn(const dvec2& by);
   void zoom(double factor);  // zooms; with a factor above 1, the surface appears larger
 
-  /// Draws a square picture, used by at() from now on.
+  /// Draws a square picture, to which at() then refers.
   render::Picture draw(int pixels);
-  /// Point of the surface at `place` in the last picture; empty: no surface there.
+  /// Point of the surface at `place` in the latest picture, if any.
   std::optional<dvec3> at(const dvec2& place) const;
   /// Place of point p in the current view.
   dvec2 place_of(const dvec3& p) const;

@@ -59,7 +59,7 @@ const ServoTick* FileSource::next_tick() {
   return &block_[tick_ - block_first_];
 }
 
-/// Writes all other events up to the time t.
+/// Writes events other than ticks up to the time t.
 void FileSource::write_before(Nanos t) {
   const auto& cuts = session_.cuts();
   for (; cut_ < cuts.size() && cuts[cut_].t <= t; ++cut_) tapes_->servo.write(cuts[cut_]);

@@ -19,8 +19,8 @@ class FileSource {
   /// Session and scene must outlive this object.
   FileSource(const session::SessionReader& session, const Scene& scene);
 
-  /// Writes the next events up to the time t, at most those of one second, so that no reader is overtaken. False if
-  /// there are none. Use: while (source.advance(t)) reader.read();
+  /// Writes the next events up to the time t, at most those of one second, so that no reader is overtaken. Returns
+  /// false if there are none. Use: while (source.advance(t)) reader.read();
   bool advance(Nanos t);
   /// Starts again: the next advance() begins with the first tick.
   void rewind();

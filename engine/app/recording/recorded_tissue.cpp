@@ -67,7 +67,7 @@ void RecordedTissue::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // The carver drops a stroke that changed nothing; then there is nothing to undo.
+      // The carver discards a stroke that changed nothing; then there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();
@@ -83,7 +83,8 @@ std::vector<const Cut*> RecordedTissue::cuts() const {
   std::size_t earlier = 0;  // strokes before this session
   for (std::size_t i = 0; i < done_.size(); ++i) {
     const Done& done = done_[i];
-    const std::size_t count = done.kind == Done::Kind::kUndo ? done.strokes + 1 : done.strokes - 1;  // before
+    // number of strokes before this change
+    const std::size_t count = done.kind == Done::Kind::kUndo ? done.strokes + 1 : done.strokes - 1;
     if (kept.empty()) earlier = count;
     while (kept.size() + earlier > count && !kept.empty()) kept.pop_back();
     if (done.kind == Done::Kind::kStroke) {

@@ -24,14 +24,14 @@ class RecordedTissue {
   const haptics::Carver& carver() const { return *carver_; }
   /// The cuts that the current tissue contains, in order, without undone strokes.
   std::vector<const Cut*> cuts() const;
-  /// How often seek() has begun again with the initial tissue.
+  /// Number of restarts with the initial tissue by seek().
   int restarts() const { return restarts_; }
 
  private:
   /// A change of tissue: a cut, an undo or a redo.
   struct Deed {
     Nanos t = 0;
-    const Cut* cut = nullptr;  // null: an edit
+    const Cut* cut = nullptr;  // the cut; null for an undo or redo
     bool redo = false;
   };
   /// An applied change, with what is needed to revert it.
@@ -39,7 +39,7 @@ class RecordedTissue {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
     std::size_t strokes;  // number of strokes after the change
-    bool forgets;         // true: discarded undone strokes, so the carver cannot revert it
+    bool forgets;         // true: undone strokes were discarded; the carver cannot revert it
   };
   void restart();
   void go_back(Nanos t);

@@ -31,7 +31,7 @@ namespace typodont {
 
 namespace {
 
-/// Private copies of the files that a recording lists.
+/// Private copies of the files that a recording depends on.
 struct CheckedFiles {
   TemporaryFolder folder;
   std::map<std::string, std::filesystem::path> copies;  // the copies, by the recorded name

@@ -1,5 +1,5 @@
-// Replays a session from the recorded motion of its hand. The result has the same bits, because the servo begins to use
-// each tissue patch at the same tick. A session of another force law is run again with today's law.
+// Replays a session from its recorded hand motion. The result has the same bits, because the servo begins to use each
+// new copy of the tissue at the recorded tick. A session of another force law is run with today's law.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace typodont {
 
-/// Difference between a session and a new run of its recorded hand, with another scene or another force law.
+/// Compares a session with a new run of its recorded hand motion, with another scene or another force law.
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
@@ -27,8 +27,8 @@ struct RerunResult {
 };
 
 struct ReplayResult {
-  // True if the replay equals the recording in all data that the score depends on, from the first tick to the last
-  // (stream_check.h).
+  // True if the replay equals the recording from the first to the last tick, in all data that the score depends on
+  // (listed in stream_check.h).
   bool identical = false;
   bool truncated = false;  // true: the recording was cut off, so it is compared only up to its end
   double seconds = 0;
@@ -37,8 +37,8 @@ struct ReplayResult {
   std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
   std::string what_differs;  // describes the first difference; empty: none
-  // Result of a session with another force law: its hand was run again with today's law. The members
-  // `first_difference`, `field_hash` and `force_hash` are then not set.
+  // Set for a session with another force law, whose hand motion was run again with today's law. Then
+  // `first_difference`, `field_hash` and `force_hash` are not set.
   std::optional<RerunResult> with_todays_law;
 };
 
@@ -53,7 +53,7 @@ ReplayResult replay_session(const session::SessionReader& session, const std::fu
 /// removes a key. Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
 /// Runs the servo of `scene` with the recorded motion of the hand, tick by tick, and repeats undos and redos. `out`:
-/// file in which the new session is stored (.h5); empty: it is not stored.
+/// file for the new session (.h5); empty: it is not stored.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 

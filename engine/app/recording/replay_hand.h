@@ -8,11 +8,11 @@
 
 namespace typodont {
 
-/// A device that gives pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores forces. Throws
-/// Error if the session contains no ticks.
+/// Makes a device that reports the pose and pedal of the recorded ticks, interpolated to `rate` (Hz). It ignores
+/// forces. Throws Error if the session contains no ticks.
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const session::SessionReader& session, double rate, bool paced);
 
-/// Adds addresses "replay:…" to haptics::open_hand. Call once, at set-up.
+/// Makes haptics::open_hand accept the addresses "replay:…". Call once, at set-up.
 void add_replay_driver();
 
 }  // namespace typodont

@@ -1,7 +1,6 @@
-// Compares a replay with all recorded data that the score depends on: all columns of the ticks, all cuts, the tissues'
-// volumes at start and end, the final tissue, and the servo's rate. The replay takes these data from the recording, so
-// they are not compared: pose, pedal and times of the hand, the scene with its rules, the ticks at which the servo
-// began to use a tissue patch, and the undone strokes.
+// Compares a replay with the recorded ticks, cuts, volumes at start and end, final tissue and servo rate. Input of the
+// replay is not compared: hand motion, scene, undone strokes, ticks at which the servo switched to a new copy of the
+// tissue.
 #pragma once
 
 #include <cstdint>
@@ -25,10 +24,9 @@ class StreamCheck {
     std::uint64_t tick;  // index of the first tick that differs from the recording
     std::string what;    // description of the difference, for example "force at tick 12"
   };
-  /// First difference between replay and recording; empty: none so far.
+  /// First difference between replay and recording; empty: none until now.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// True if this tick can be compared. After the first gap, the recording lacks input of the servo, so ticks cannot be
-  /// compared.
+  /// True if this tick can be compared. After the first gap of the recording, some input of the servo is missing.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);
@@ -40,7 +38,8 @@ class StreamCheck {
 
  private:
   void differs(std::uint64_t tick, std::string what);
-  /// Compares the rate with the times of the ticks in contact, whose forces depend on the time since the last tick.
+  /// Compares the servo's rate with the times of the ticks in contact. Their forces depend on the time since the
+  /// previous tick.
   void rate();
   void volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when);
 

@@ -84,7 +84,7 @@ class Side {
   }
   const std::string& view() const { return view_; }
 
-  /// Goes to the state at the playback's time.
+  /// Moves the session to the current time of the playback.
   void go(const PlayClock& clock) {
     player_.seek(player_.begin() + clock.at, clock.speed < 0);
     world().say(line(clock));
@@ -97,7 +97,7 @@ class Side {
     stage_->show(surface, origin);
     if (view_ == "section" || view_ == "xray") look_inside();
   }
-  /// Chooses the level of detail of the next picture from the statistics of the last picture.
+  /// Chooses the level of detail of the next picture from the measured data of the previous picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
@@ -116,8 +116,8 @@ class Side {
     return fmt::format("{}", fmt::join(parts, kHudGap));
   }
 
-  /// Computes the cut face of the section view, or the pulp, caries and dentin that the X-ray view shows inside the
-  /// tooth. Computes them again only after the tissue was cut.
+  /// Computes what the section view and the X-ray view show inside the tooth: the cut face, or pulp, caries and dentin.
+  /// It is computed again only after the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = world().tick().cuts;
@@ -150,7 +150,7 @@ class Side {
   glm::dvec4 plane_{0, 0, 1, 0};
 };
 
-/// The playback with its sessions, the screen and its state.
+/// The playback: its sessions, the screen and its state.
 class Playback {
  public:
   Playback(const session::OpenedSession& session, const PlaybackOptions& options) {
@@ -173,8 +173,8 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // Lowers the quality if drawing takes too long. Only in a window, where motion must be smooth; a film may take any
-    // time.
+    // Lowers the quality if drawing takes too long, but only in a window, where motion must be smooth. A film may take
+    // any time.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

@@ -15,12 +15,12 @@ namespace typodont {
 class Progress;
 
 struct PlaybackOptions {
-  std::filesystem::path beside;  // a second session, which is shown at the right; empty: there is only one session
+  std::filesystem::path beside;  // a second session, shown to the right of the first; empty: there is only one session
   std::string rig;  // file or name of a rig; empty: the scene's rig file, otherwise "window" or, for a film, "closeup"
   std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig file's value
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig file's value
   double magnify = 0;           // magnification of the picture; 0: the rig file's value
-  double from = -1, to = 1e18;  // s, range of the recording that is played
+  double from = -1, to = 1e18;  // s, only the part between these times is played
   double speed = 1;             // multiple of the recorded speed; negative: backwards
   /// In a film: number of times that the range is played. In a window: 0 plays the range once, any other value repeats
   /// it without end.

@@ -38,7 +38,7 @@ std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   const bool anew = std::exchange(meshed_, tissue_.restarts()) != tissue_.restarts();
   if (!view_ || anew) view_.emplace(tolerance_, scene_.drawn_as);
   std::vector<render::MeshUpdate> surface = view_->update(tissue_.carver());
-  // If playback restarts with the initial tissue, all mesh bricks are sent again, and those that no longer exist are
+  // After a restart with the initial tissue, all bricks of the mesh are sent again, and bricks that no longer exist are
   // removed.
   std::set<std::uint64_t> gone;
   if (anew) gone.swap(shown_);

@@ -1,4 +1,4 @@
-// Plays a recorded session: its tissue and its World at any time, forward and backward. Render thread only.
+// Plays a recorded session: restores its tissue and its World at any time, forward and backward. Render thread only.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class SessionPlayer {
   const haptics::TissueVolume& tissue() const { return tissue_.carver().volume(); }
   /// Sets the tolerance of the mesh, voxels. All mesh bricks are then meshed again.
   void smooth_to(float tolerance);
-  /// The mesh bricks that have changed since the last call.
+  /// Bricks of the mesh that changed since the previous call.
   std::vector<render::MeshUpdate> take_surface();
 
  private:

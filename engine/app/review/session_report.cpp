@@ -38,12 +38,12 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Largest number of triangles that are copied from a tissue mesh into the report; a page then has some ten megabytes.
-/// For larger meshes, the surface of the distance field is shown.
+/// A tissue mesh with more triangles than this is not copied into the report. The surface of the distance field is
+/// shown instead. A page with so many triangles has some ten megabytes.
 constexpr std::size_t kMaxOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false the surface of the distance
-/// field. `ideal`: the ideal from which differences are computed; null: no differences.
+/// field. `ideal`: target shape from which differences are computed; null: no differences.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const haptics::TissueVolume* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMaxOwnTriangles
@@ -100,7 +100,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   try {
     EvaluatedSession judged = evaluate_session(session);
     // An open mesh encloses no volume. Its distance field comes from a mesh that was closed with a cap or thickened to
-    // a shell.
+    // a shell, so its volume means nothing.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.defects = find_defects(session, judged);

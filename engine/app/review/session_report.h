@@ -17,17 +17,17 @@ class Progress;
 /// tissue is not available, the report contains only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// Replays a session, compares it with its recording. Throws Error.
+/// Replays a session, and compares with its recording. Throws Error.
 session::Verification verify(const session::SessionReader& session);
 
-/// Computes the final surface and its distance from the ideal, for a session without a recording. Throws Error if the
-/// scene's tissue or its ideal cannot be built.
+/// Computes the final surface and its distance from the target shape, for a session without a recording. Throws Error
+/// if the scene's tissue or the target shape cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// Does the same as summary_of() above, but with the score rules of `scene` (see evaluate_session). Throws Error if the
-/// scene's tissue or its ideal cannot be built.
+/// Computes the same summary, but with the score rules of `scene` (see evaluate_session). Throws Error if the scene's
+/// tissue or its target shape cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
 /// The summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message. Throws

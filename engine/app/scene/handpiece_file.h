@@ -25,7 +25,7 @@ class Keys;
 ///   9. "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
-/// The keys of a handpiece file. Throws Error.
+/// Declares the keys of a handpiece file. Throws Error.
 void describe_handpiece(Keys& keys, Handpiece& handpiece);
 Handpiece read_handpiece(const Json& json);
 /// Loads the file of assets/handpieces/ with this name. Throws Error that lists the available names.

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Depth behind the bed's wall, m. If there is no bone at this depth, the wall has an opening.
+// The bed's wall has an opening where no bone lies at this depth behind the wall, m.
 constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
 
@@ -57,7 +57,7 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // Frame of the whole volume, so that the nearest voxel is the same as in the volume.
+  // Frame of the whole volume, so that nearest voxels are the same as in the volume.
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
@@ -211,7 +211,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Area and second moments of the bed's slices across the axis.
+  // Computes area and second moments of the bed in slices across the axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

@@ -20,17 +20,17 @@ class Keys;
 /// Loads FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Path of assets/implants/exercise.json, the common part of all implant exercises.
+/// Path of assets/implants/exercise.json, the part that all implant exercises share.
 std::filesystem::path implant_exercise_file();
 
 /// The keys of the block "implant". `bones`: canal of a tissue of the kind "bone". `tools`: the session's tools. Throws
 /// Error, also if a phase's tool is missing.
 void describe_implant(Keys& keys, session::ImplantTask& task, const NerveCanal& bones,
                       std::span<const haptics::Tool> tools, const ScenePlace& place);
-/// The keys of a procedure file.
+/// Declares the keys of a procedure file.
 void describe_procedure(Keys& keys, session::ImplantTask& task, std::span<const haptics::Tool> tools);
 
-/// Depth below the implant's upper end, m. Bone need not surround the implant above it.
+/// Above this depth below the implant's upper end, m, the implant need not be surrounded by bone.
 inline constexpr double kCrest = 1.5e-3;
 
 /// Calls visit(p_W, depth) for points on the thread's surface, from kCrest to the apex, until it returns false.
@@ -48,7 +48,7 @@ void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   }
 }
 
-/// Throws Error if the tissue has no grey values. `file`: the scene, for the message.
+/// Throws Error if the tissue has no grey values. `file`: the scene file, named in the message.
 void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
 /// Throws Error if the tissue has no grey values, or if the planned implant is not in bone.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,

@@ -15,7 +15,7 @@ inline double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// Smooth transition from 0 for x <= a to 1 for x >= b.
+/// Rises smoothly from 0 for x <= a to 1 for x >= b.
 inline double smooth_step(double a, double b, double x) {
   const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
   return t * t * (3 - 2 * t);

@@ -9,7 +9,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the gum's edge
+constexpr double kOverGum = 0.25e-3;  // m, height of the dam's sheet above the gum's edge
 constexpr double kSheet = 0.7e-3;     // m, thickness of the rubber dam's sheet over the teeth
 constexpr double kTension = 6e-3;     // m; the sheet does not follow narrower hollows
 // Distance from the teeth's curve to the edge of the sheet, inside the cheek, m.

@@ -14,7 +14,7 @@ constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla, the gum betw
 // Distances along the arch from the working tooth, m: the gum's edge is tilted up to the first, and level from the
 // second.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// Distances beside the row, m: the gum's edge follows the teeth up to the first, and is level from the second.
+// Distances beside the row, m. The gum's edge follows the teeth up to kEdgeTo and is level from kEvenFrom on.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without teeth

@@ -11,14 +11,14 @@ class Jaw {
  public:
   /// A point in the coordinates of the arch, m.
   struct Place {
-    /// Position along and beside the arch, m; `beside` is positive towards the cheek.
+    /// Positions along the arch, and beside it (positive towards the cheek), m.
     double along, beside;
     double depth;       // m, depth below the gum's edge, without papillae
     double half_width;  // m, half the width of the teeth at the gum
     double x, z;        // m, frame of the row: x to the front, z out of the crown
   };
-  /// Lengths in m. `middle`: middle of the working tooth, frame W; `half_width`: half its width at the gum; `occlusal`:
-  /// height of its highest point; `roots`: depth of its roots below the gum's edge.
+  /// Lengths in m. `middle`: middle of the working tooth, frame W. `half_width`: half its width at the gum. `occlusal`:
+  /// height of its highest point. `roots`: depth of its roots below the gum's edge.
   Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
 
   Place place(const dvec3& p_W) const;
@@ -27,14 +27,14 @@ class Jaw {
   /// Fraction of movable mucosa, 0 to 1: 1 below the mucogingival line, small at the gum's edge.
   double mucosa(const Place& p) const;
 
-  /// Signed distances to the bodies of the mouth, m, negative inside. ridge(): without the collar of gum around the
-  /// teeth.
+  /// Signed distances to the bodies of the mouth, m, negative inside. ridge() does not include the gum directly around
+  /// the teeth.
   double ridge(const Place& p) const;
   double tongue(const Place& p) const;
   double cheek(const Place& p) const;
   double lip(const Place& p) const;
   double face(const Place& p) const;
-  double rim(const Place& p) const;  // m, row's frame: height of the cheek's and lip's edge
+  double rim(const Place& p) const;  // m, height of cheek's and lip's upper edge, row's frame
 
   dvec3 to_row(const dvec3& p_W) const {
     return {glm::dot(p_W, plan_.arch), glm::dot(p_W, across_), glm::dot(p_W, plan_.crown)};
@@ -56,7 +56,7 @@ class Jaw {
   ArchCurve curve_;
   std::vector<Knot> knots_;
   std::vector<double> contacts_;  // m, positions along the arch at which two teeth touch
-  /// Position of the working tooth along and beside the arch, and height of its gum edge, m.
+  /// The working tooth, m: position along the arch and beside it, and height of the gum's edge around it.
   double own_ = 0, beside_ = 0, own_edge_ = 0;
   double tilt_along_ = 0, tilt_beside_ = 0;
   double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;

@@ -17,8 +17,8 @@ class Keys;
 
 /// A neighbour: mirror image of the working tooth. m, frame W.
 struct NeighbourTooth {
-  dvec3 contact{0, 0, 0};  // contact point, in the mirror plane across the arch
-  dvec3 scale{1, 1, 1};    // scale factors along the axes of W, about the contact
+  dvec3 contact{0, 0, 0};  // point where both teeth touch, in the mirror plane
+  dvec3 scale{1, 1, 1};    // scale factors along the axes of W, from the contact point
   double turn = 0;         // rad, rotation about the crown's axis, through the contact
 };
 
@@ -49,7 +49,8 @@ struct SurroundingsPlan {
   std::optional<haptics::SoftLaw> soft;
 };
 
-/// The keys of the block "surroundings". `volume`: the scene's volume, used if the block names none. Throws Error.
+/// Declares the keys of the block "surroundings". `volume`: the scene's volume, used if the block names none. Throws
+/// Error.
 void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesystem::path& volume,
                            const ScenePlace& place);
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);

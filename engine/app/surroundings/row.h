@@ -11,7 +11,8 @@ namespace typodont {
 
 class Keys;
 
-/// A tooth of the row. Frame of the row: x along the arch (mesial), y to the cheek, z out of the crown, origin as W. m.
+/// A tooth of the row, in m. Frame of the row: x along the arch (mesial), y to the cheek, z out of the crown, same
+/// origin as W.
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
@@ -45,7 +46,7 @@ struct ToothRow {
   std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
-/// The keys of a file with a row of teeth. Throws Error.
+/// Declares the keys of a file with a row of teeth. Throws Error.
 void describe_tooth_row(Keys& keys, ToothRow& row);
 /// Loads a row of teeth with their forms, for example assets/jaw/lower_row.json. Throws Error.
 ToothRow load_tooth_row(const std::filesystem::path& file);

@@ -17,21 +17,21 @@ namespace typodont {
 
 namespace {
 
-// Voxel sizes for meshing, m. "Far": for bodies more than kNear from the working tooth.
+// Voxel sizes for meshing, m. Names with "Far": for bodies farther than kNear from the working tooth.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// Tolerances of the fine and of the coarse mesh, voxels.
+// Largest distances of fine and coarse mesh from the surface, voxels.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 // The cheek is fine in both meshes: long triangles with a vertex behind the gum would darken it.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // Depth of the coarse mesh below an overlapping fine one, m.
 constexpr double kCoarseBelow = 0.5e-3;
-// Width of the strip with both meshes, m.
+// Width of the overlap of fine and coarse mesh, m.
 constexpr double kOverlap = 1.2e-3;
 // Surface error from which the coarse mesh is used, m.
 constexpr double kCoarseFrom = 45e-6;
-// Drawn part of a root below the gum's edge, m.
+// Roots are drawn to this depth below the gum's edge, m.
 constexpr double kRootShown = 2.5e-3;
 // Height above the plane of the gum's edge from which on there is no root, m.
 constexpr double kCrownFrom = 4e-3;
@@ -39,7 +39,7 @@ constexpr double kCrownFrom = 4e-3;
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
 // Longer edges are split in this box, m, because light is computed per vertex.
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
-constexpr double kReach = 3e-3;  // m, largest distance at which a tooth's distances are exact
+constexpr double kReach = 3e-3;  // m, up to here, a tooth's distance is exact
 // Depth to which the gum extends into the tooth, so that there is no gap, m.
 constexpr double kGumInside = 0.4e-3;
 // Depth below the gum's edge that hides roots, m.
@@ -54,7 +54,7 @@ constexpr double kFaceOverlap = 0.05e-3;
 // Depth of the gum's face behind the teeth's faces, m.
 constexpr double kFaceUnder = 10e-6;
 
-/// Keeps only triangles that have a corner p with wanted(p). `lo`: origin of the vertices, m, frame W.
+/// Keeps only triangles for which wanted(p) is true at a corner p. `lo`: origin of the vertices, m, frame W.
 template <class Wanted>
 void keep_triangles(std::vector<render::MeshUpdate>& mesh, const dvec3& lo, const Wanted& wanted) {
   for (render::MeshUpdate& brick : mesh) {
@@ -93,7 +93,7 @@ struct Box {
   }
 };
 
-/// Mapping between a neighbour and the working tooth of which it is a mirror image.
+/// Maps points between a neighbour and the working tooth, whose mirror image it is.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -324,7 +324,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // Makes the numbers of the bricks of two bodies different.
+      // Includes the body's number, so that brick numbers differ between bodies.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }
@@ -365,7 +365,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Gives all vertices the look `matter`; the tissue `under` is visible through it by the fraction beneath(p).
+/// Gives all vertices the material `matter`. Through it, the tissue `under` is visible by the fraction beneath(p).
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -453,8 +453,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere, [](auto&, const dvec3&) {});
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse surface is lowered below the fine one and removed except for a strip, because it would block light
-    // from the gum.
+    // The coarse surface is lowered below the fine one and removed except for a strip. Otherwise it would block light
+    // that the gum reflects.
     const auto inside_near = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return std::min({inside.x, inside.y, inside.z});

@@ -14,7 +14,7 @@ namespace typodont {
 
 struct Surroundings;
 
-/// Signed distances to the bodies, m, negative inside. Exact only near a body; elsewhere any positive number.
+/// Signed distances to the bodies, m, negative inside. Exact only near a body; farther away, some positive number.
 /// Thread-safe.
 class SurroundingsShape {
  public:
@@ -53,7 +53,7 @@ struct SurroundingMesh {
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The gum hides the uncut tooth where dot(covered, (p_W, 1)) < 0; zero: nothing is hidden.
+  /// The uncut tooth is hidden by the gum where dot(covered, (p_W, 1)) < 0. Zero: nothing is hidden.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m, surface error from which the coarse mesh is used
   /// Box in which light between bodies is computed (render::LightScene); empty: there is no mouth.
@@ -64,7 +64,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// Loads the meshes from the cache or makes them. Empty if there is no plan.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The shape for measuring damage, and for hands that avoid it. Empty: no surroundings, or damage is not measured.
+/// The shape with which damage is measured, and which simulated hands avoid. Empty without surroundings, or if damage
+/// is not measured.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

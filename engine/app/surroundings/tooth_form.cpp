@@ -22,7 +22,7 @@ constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kThinnest = 0.1e-3;   // m, smallest width above a thin edge
+constexpr double kThinnest = 0.1e-3;   // m; a thin edge is never narrower than this
 constexpr double kRootEnd = 0.35;      // root end's width, as a fraction of the neck's
 
 /// Half the width of the tooth at height z, m.
@@ -36,8 +36,8 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * std::max(widest - (widest - table) * t * t, kThinnest);
 }
 
-/// Height of the fine ridges on a hill, m. `from_tip`: position relative to the tip, m; `over`: height above the second
-/// highest hill, m. Zero at tips and in grooves.
+/// Height of the fine ridges on a hill, m; zero at its tip and in grooves. `from_tip`: position relative to the tip, m.
+/// `over`: height above the second highest hill, m.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
   // cos(4 φ), with c = cos² φ.
@@ -52,7 +52,7 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // The superellipse is slow to compute, so it is used only near the ellipse with the same axes.
+  // The superellipse is slow to compute, so it is evaluated only near the ellipse with the same axes.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
@@ -63,7 +63,7 @@ double ToothForm::distance(const dvec3& p) const {
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // Highest hill at (x, y); grooves are where hills meet.
+  // Highest hill at (x, y). Grooves are where two hills meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

@@ -32,7 +32,7 @@ struct ToothForm {
   double proximal = 0, buccal = 0, lingual = 0;
   // Exponent of the outline's superellipse; 2: an ellipse.
   double square = 2.5;
-  double rounding = 0;  // m, rounding between sides and chewing surface
+  double rounding = 0;  // m, edge radius between sides and chewing surface
   double lean = 0;      // m per m, inclination of the crown towards the tongue
   double root = 0;      // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
@@ -47,7 +47,7 @@ struct ToothForm {
   dvec3 high() const;
 };
 
-/// The keys of a file with the shape of a tooth. Throws Error.
+/// Declares the keys of a file with the shape of a tooth. Throws Error.
 void describe_tooth_form(Keys& keys, ToothForm& form);
 ToothForm read_tooth_form(const Json& json);
 

@@ -16,9 +16,10 @@ namespace {
 constexpr double kOcclusal = 0.5;
 // Cell size of the grid for the margin's outline, m.
 constexpr double kCell = 0.1e-3;
-// Half the distance over which normals are computed, voxels. With less, they would follow the noise of the CT.
+// Half the distance over which normals are computed, voxels. Over a shorter distance, noise of the CT would change
+// them.
 constexpr double kNormalReach = 2;
-// Largest distance from the surface that is exact, voxels.
+// Distances are exact up to this value, voxels.
 constexpr double kExactBand = 3;
 
 /// Outline of the tooth at the height of the margin, with a signed distance.
@@ -68,8 +69,8 @@ glm::dmat3 basis(const dvec3& axis) {
   return {glm::cross(v, axis), v, axis};
 }
 
-/// Distance from the region where the centre of the bur's round end may be: outside of the wall, above the chamfer; m.
-/// `aside`: distance from the outline at the margin, m; `height`: along the axis, m.
+/// Distance from the region in which the centre of the bur's round end may be (outside of the wall, above the chamfer),
+/// m. `aside`: distance from the outline at the margin, m. `height`: height along the axis, m.
 double from_centers(const CrownReduction& crown, double aside, double height) {
   const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
   // Distance from the wall, m.
@@ -113,7 +114,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
     gone[i] = std::max(gone[i], static_cast<float>(depth - h * std::sqrt(nearest[i])));
 }
 
-/// Moves the surface outwards by `by` voxels, so that the tissue grows; inwards if `by` is negative.
+/// Moves the surface outwards by `by` voxels; a negative value moves it inwards.
 session::DenseField moved(session::DenseField field, double by) {
   for (float& d : field.distance) d -= static_cast<float>(by);
   return session::redistanced(field);

@@ -19,8 +19,8 @@ struct CrownReduction {
 /// Reads the object `crown` of an ideal. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
-/// Reduces the tooth in `copy`. The chewing surface is lowered by the same depth everywhere; walls follow the outline
-/// at the margin and lean inwards. `axis_W`: unit vector out of the tooth, along which the crown is placed.
+/// Removes tissue from the tooth in `copy`. The chewing surface is lowered by the same depth everywhere; walls follow
+/// the outline at the margin and lean inwards. `axis_W`: unit vector out of the tooth, along which the crown is placed.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont

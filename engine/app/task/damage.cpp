@@ -14,7 +14,7 @@ constexpr double kCell = 0.1e-3;  // m, size of the cells that measure the damag
 constexpr double kVolume = kCell * kCell * kCell;
 // Motion of the head between two evaluations, m.
 constexpr double kMoved = 0.01e-3;
-// Depth that does not count as damage, m.
+// Less deep cuts do not count as damage, m.
 constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {

@@ -1,5 +1,5 @@
-// Measures damage to neighbouring teeth and gum, which are not in the haptic field: moves the rotating head through
-// their distance fields. A replay gives the same result. Far from them, it costs two queries per tick.
+// Measures damage to neighbouring teeth and gum: moves the rotating head through their distance fields. They are not in
+// the haptic field. A replay gives the same result. Far from them, a tick costs two distance queries.
 #pragma once
 
 #include <memory>

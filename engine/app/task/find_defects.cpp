@@ -23,7 +23,7 @@ constexpr double kMinFraction = 0.1;     // of a volume, by one stroke
 constexpr double kClosest = 1e-3;        // m from a place that no stroke reached
 constexpr double kMaxLoss = 1.0 / 3;     // of an item's points, below which its place is no defect
 constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
-constexpr double kBefore = 1.0, kAfter = 0.5;  // s of the path before and after a stroke
+constexpr double kBefore = 1.0, kAfter = 0.5;  // s, stored path before and after a stroke
 constexpr std::size_t kPathMoments = 60;
 
 enum class Kind : std::uint8_t { kNone, kOver, kUnder, kPulp, kProtected, kCaries };
@@ -123,10 +123,10 @@ class Makers {
   glm::ivec3 size_;                               // blocks
   std::vector<std::vector<std::size_t>> blocks_;  // points in each
   std::vector<Point> points_;
-  std::map<std::size_t, std::size_t> index_;  // by voxel
+  std::map<std::size_t, std::size_t> index_;  // index of the point at a voxel
 };
 
-/// Connected voxels of one kind.
+/// Connected voxels with the same kind of deviation.
 struct Region {
   Kind kind = Kind::kNone;
   std::vector<std::size_t> voxels;
@@ -134,7 +134,7 @@ struct Region {
   double depth = 0;         // m off the ideal
 };
 
-/// Where and how far the result is off.
+/// How far each voxel's result deviates from the target shape.
 class Deviations {
  public:
   Deviations(const Preparation& in, double max_over, double max_under) : in_(in), limit_{0, max_over, max_under} {
@@ -209,7 +209,7 @@ class Deviations {
   const Preparation& in_;
   double limit_[3];  // m, of kOver and kUnder
   std::vector<Kind> kind_;
-  std::vector<float> depth_;  // m
+  std::vector<float> depth_;  // m, each voxel's distance from the target surface
 };
 
 const session::ScoreItem* item_of(const session::Score& score, std::string_view name) {
@@ -224,7 +224,8 @@ DefectStroke stroke_of(const Cut& cut) {
   return stroke;
 }
 
-/// Runs of the cuts that made a region's voxels. The amount of a stroke is its largest depth, m, or its volume, m³.
+/// The strokes (successive cuts) that made a region's voxels. The amount of a stroke is its largest depth, m, or its
+/// volume, m³.
 std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& deviations, const Makers& makers,
                                      const Cutters& cutters) {
   std::map<const Cut*, std::vector<std::size_t>,
@@ -268,7 +269,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
   return strokes;
 }
 
-/// The stroke that made the surface at a place which costs an item's points.
+/// Finds the stroke that made the surface at the place of this item of the score.
 std::optional<Defect> at_surface(const session::ScoreItem& item, const Preparation& in, const Deviations& deviations,
                                  const Makers& makers) {
   const dvec3 p = glm::clamp(glm::round(in.frame.to_voxels(*item.place_W)), dvec3(0), dvec3(in.after.size - 1));
@@ -338,7 +339,7 @@ std::vector<Defect> of_damage(const session::DamageMeasures& damage) {
   return defects;
 }
 
-/// Times above the force that costs no points.
+/// Finds times with more force than the score tolerates.
 class ForceMeter {
  public:
   explicit ForceMeter(const session::ScoreItem* item) : max_(item && item->full > 0 ? item->target : 1e300) {}
@@ -363,7 +364,7 @@ class ForceMeter {
   std::vector<Defect> take() { return std::move(defects_); }
 
  private:
-  double max_;  // N
+  double max_;  // N, largest force that costs no points
   Nanos last_ = 0;
   std::vector<Defect> defects_;
 };

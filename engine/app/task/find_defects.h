@@ -1,5 +1,5 @@
-// Names the strokes of a recording that made the defects of its result: applies the recorded cuts again to the voxels
-// that differ from the ideal.
+// Finds the strokes of a recording that caused the defects of its result: applies the recorded cuts again to the voxels
+// that differ from the target shape ("ideal").
 #pragma once
 
 #include <vector>

@@ -13,10 +13,11 @@ namespace {
 
 using namespace literals;
 
-constexpr double kStep = 0.02;        // s, time step of the heat conduction
-constexpr double kCell = 0.4_mm;      // approximate edge of a cell
-constexpr double kFromWall = 0.5_mm;  // distance from the cut at which bone is measured
-constexpr double kLongestTick = 0.1;  // s, limit of the time between two ticks
+constexpr double kStep = 0.02;    // s, time step of the heat conduction
+constexpr double kCell = 0.4_mm;  // approximate edge of a cell
+// Distance from the cut at which bone's temperature is measured.
+constexpr double kFromWall = 0.5_mm;
+constexpr double kLongestTick = 0.1;  // s, longer times between two ticks count as this
 
 /// Makes the grid of cells from every n-th sample of the tissue.
 session::HeatGrid grid_of(const haptics::TissueVolume& start, const session::ThermalTable& materials) {

@@ -27,7 +27,8 @@ class HeatMeter {
   /// Adds ticks. `sprays`: the water is on; it flows only while the tool turns.
   void add(std::span<const ServoTick> ticks, bool sprays);
   session::HeatMeasures result() const { return measures_; }
-  /// Current temperature, °C: of the pulp where it differs most from kBody; of the hottest bone 0.5 mm from the wall.
+  /// Current temperatures, °C. pulp(): where the pulp differs most from kBody. bone(): the hottest bone 0.5 mm from the
+  /// surface of the cut.
   double pulp() const { return pulp_; }
   double bone() const { return bone_; }
 
@@ -51,11 +52,11 @@ class HeatMeter {
   double energy_ = 0;  // J, energy of cutting since the last step
   double pulp_ = kBody, bone_ = kBody, above_ = 0;
   std::optional<Nanos> last_t_;
-  double since_ = 0, time_ = 0;  // s: time since the last step; time of the session
+  double since_ = 0, time_ = 0;  // s: time since the last step, and session time
 };
 
 struct Scene;
-/// The meter of a scene; empty if the scene has no key "heat". Throws Error.
+/// The heat meter of a scene; empty if the scene has no key "heat". Throws Error.
 std::optional<HeatMeter> heat_meter(const Scene& scene, const haptics::TissueVolume& start);
 
 }  // namespace typodont

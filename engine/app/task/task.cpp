@@ -60,8 +60,8 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // The fraction changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels to enclose the corners.
-  // Fractions of 0 and 1 become ± kFar, which redistanced() replaces.
+  // The fraction changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels to enclose the corners. At
+  // fractions of 0 and 1, ± kFar is set, which redistanced() replaces.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
@@ -86,7 +86,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// The ideal is the inside of a closed mesh. Tissue more than a voxel outside of it must be removed.
+/// Takes the inside of a closed mesh as the target shape. Tissue more than a voxel outside of it must be removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -273,7 +273,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
-  // Box around initial, final and ideal tissue.
+  // Finds the box around initial, final and target tissue.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -368,7 +368,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session) {
 
 namespace {
 
-/// State of a recording's spray over time. Call sprays() with increasing times.
+/// State of a recording's water spray over time. Call sprays() with increasing times.
 class Water {
  public:
   Water(const session::SessionReader& session, bool on) : stream_(session.stream("water")), on_(on) {}
@@ -395,7 +395,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   haptics::TissueVolume after = recorded.carver().take_tissue();
   const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // the volumes in the file could be wrong
+  input.before = start.volumes();  // computed again; the volumes in the file could be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);

@@ -15,7 +15,7 @@
 
 namespace typodont {
 
-/// The ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
+/// The target shape of the task; empty if the task has none. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 /// The ideal tissue; without an ideal, the tissue with the planned implant's bed; without a plan, `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
@@ -29,8 +29,8 @@ class TaskEvaluator {
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Measures the tissue; stores the measures in `input`, and returns the compared tissues (empty for an exploration).
-  /// Takes about a second for a tooth, less if the region has not changed.
+  /// Measures the tissue and stores the measures in `input`. Returns the compared tissues; empty for an exploration
+  /// task. Takes about a second for a tooth, less if the region has not changed.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
   /// Initial, final and ideal tissue on a common grid, around everything that changed or should have changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
@@ -42,7 +42,7 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
-  /// Data that is reused for results in the same box.
+  /// Data reused while the compared box stays the same.
   struct Reference {
     dvec3 origin;  // m, frame W, origin of the box
     glm::ivec3 size;
@@ -51,7 +51,7 @@ class TaskEvaluator {
   mutable std::optional<Reference> reference_;
 };
 
-/// Data of the hand that, together with the tissue, gives the score of a session without a recording.
+/// What the score of a session without a recording needs in addition to the tissue.
 struct FinishedHand {
   session::ScoreInput input;  // measured values of the hand, and the damage
   std::optional<session::ExploreMeter> explore;
@@ -69,7 +69,7 @@ struct EvaluatedSession {
   std::optional<session::Preparation> preparation;  // the compared tissues; empty for an exploration task
   session::ScoreInput input;
   session::Score score;
-  // Of the session, in order, whose strokes were not undone; while the session lives.
+  // The session's cuts in order, without undone strokes. Valid while the session's reader exists.
   std::vector<const Cut*> cuts;
 };
 /// Evaluates a recorded session. Throws Error if its tissue is missing or has changed.

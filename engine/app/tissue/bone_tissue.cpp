@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-// Depth below the cortical shell in which the grey value changes from cortical to cancellous, m.
+// Below the dense outer shell, the grey value changes from cortical to cancellous over this depth, m.
 constexpr double kEndosteum = 0.5e-3;
 // Distance between random grey values, m: several trabecula distances.
 constexpr double kGrain = 1.2e-3;
@@ -210,7 +210,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
-    // The mesh may be larger than the box, so the bone ends inside the box's faces.
+    // The mesh may extend beyond the box. So the bone is cut off just inside the box's faces.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));

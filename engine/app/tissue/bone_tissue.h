@@ -1,5 +1,5 @@
-// The bone of a jaw: a closed mesh filled with a dense shell, cancellous bone of a class, and the nerve canal. No
-// openly licensed scan has grey values, so they are synthetic: the mean of the class and a variation.
+// The bone of a jaw: a closed mesh filled with a dense shell, cancellous bone of a bone class, and the nerve canal.
+// Grey values are synthetic (mean of the class and variation), because no openly licensed scan has them.
 #pragma once
 
 #include <filesystem>
@@ -29,8 +29,8 @@ struct BoneClass {
   double cortical_thickness = 0;  // m, thickness of the cortical shell
   double cortical_grey = 0, cancellous_grey = 0;
 };
-/// Grey value of each tissue at hardness 1, Hounsfield units. The hardness is grey value / this, and stiffness and
-/// specific energy are proportional to it (haptics/dense_tissue.h; Zhao 2020, eq. 6).
+/// Grey value of each tissue at hardness 1, Hounsfield units. Hardness = grey value / this value. Stiffness and
+/// specific energy are proportional to the hardness (haptics/dense_tissue.h; Zhao 2020, eq. 6).
 struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };

@@ -11,8 +11,8 @@
 
 namespace typodont {
 
-/// Replaces normals by the gradient of the distance function, because the mesher takes bends of a coarse mesh for
-/// creases. Normals at real creases remain. `lo`: origin of the vertices, m, frame W; `step`: step of the central
+/// Replaces normals by the gradient of the distance function, because the mesher mistakes bends of a coarse mesh for
+/// creases. Normals at real creases remain. `lo`: origin of the vertices, m, frame W. `step`: step of the central
 /// differences, m.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
@@ -38,8 +38,8 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
 constexpr double kSteepest = 1.5;  // m per m, largest slope of a body's distance function
 
 /// Meshes a body in the box from `lo` to `hi` (m, frame W), once for each entry of `tolerances` (voxels). Vertices are
-/// relative to `lo`. `distance(p)`: m, negative inside, slope up to kSteepest. `label(p)`: tissue near the surface.
-/// `wanted(lo, hi)`: false for boxes that are skipped.
+/// relative to `lo`. `distance(p)`: m, negative inside, slope at most kSteepest. `label(p)`: tissue. `wanted(lo, hi)`:
+/// false for boxes to skip.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
@@ -50,7 +50,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// One sample before the first cell, two after the last.
+  /// Samples per axis: one before the first cell, two after the last.
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);

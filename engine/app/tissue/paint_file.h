@@ -24,15 +24,15 @@ struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // factor on the tissue's own stiffness; below 1: softer
+  double stiffness_factor = 1;  // factor on the stiffness of this tissue; below 1: softer
   double hardness = 1;          // 0 to 1; 1: the full hardness of the tissue
 };
 
-/// The keys of a file with strokes. Throws Error.
+/// Declares the keys of a file with strokes. Throws Error.
 void describe_paint_file(Keys& keys, std::vector<PaintStroke>& strokes);
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// Paints the strokes in order, so that later strokes cover earlier ones. False: no stroke touched tissue.
+/// Paints the strokes in order, so that later strokes cover earlier ones. Returns false if no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
 /// Stiffness factor of a tissue in the whole volume: mean over its strokes, weighted by their volumes; 1 without

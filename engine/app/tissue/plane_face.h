@@ -16,8 +16,8 @@ namespace typodont {
 struct CutPlane {
   dvec3 normal;
   double offset;  // m, the plane's distance from the origin along its normal
-  // The face is this far inside the kept part, m, because clipping would remove it exactly on the plane. A strip of an
-  // inner surface of this width remains visible.
+  // The face lies this far inside the kept part, m. Exactly on the plane, clipping would remove it. A strip of this
+  // width of the body's inner surface remains visible beside it.
   double within = 0.2e-6;
 };
 
@@ -34,7 +34,7 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
 template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Fractions&& fractions) {
-  /// Number of cells along each side of a mesh: small enough for its indices, and so that hidden meshes can be skipped.
+  /// Number of cells along each side of a mesh. Small, so that its indices suffice and hidden meshes can be skipped.
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Sampling that is faster than this is not cached, ns.
+// Results of faster sampling are not stored in a file, ns.
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMaxKept = 1u << 30;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
@@ -34,7 +34,7 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // true: the labels are followed by the hardness
+  bool graded = false;  // true: each voxel's hardness follows the labels in the file
 };
 
 /// Processes the data in pieces, because zlib states sizes as int. False: a step failed.
@@ -74,7 +74,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// Reads the tissue. False: the file contains no complete tissue.
+/// Reads the tissue. Returns false if the file is not complete.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;

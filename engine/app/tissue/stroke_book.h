@@ -1,5 +1,5 @@
-// Records what each stroke removed or painted, so that the sums are right after an undo. Only the thread that owns the
-// tissue.
+// Records what each stroke removed or painted, so that the sums are right after an undo. Used only by the thread that
+// owns the tissue.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ struct TissueState {
   haptics::TissueVolume::Strokes strokes;
   std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
   PerTissue removed{};                   // m³, removed volume, without undone strokes
-  std::size_t painted = 0;               // number of brush strokes, without undone ones
+  std::size_t painted = 0;               // number of brush strokes that are not undone
   std::uint64_t version = 0;             // number that increases whenever the tissue changes
 };
 

@@ -23,7 +23,7 @@ struct DenseCopy {
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// Copies all tissue, with distances in m. Throws Error with the name `file` if there is none.
+/// Copies all tissue, with distances in m. `file`: name for messages. Throws Error if the volume contains no tissue.
 haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file);
 
 /// Makes a volume. `band`: largest stored distance, m. Distances outside of the tissue count as inexact.

@@ -34,7 +34,8 @@ constexpr std::size_t kMaxGroups = 1024;
 constexpr std::size_t kMaxBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kMinResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// Rounding error of a position, as a fraction of the tissue's extent: about a dozen roundings in single precision.
+// Largest rounding error of a position, as a fraction of the tissue's extent: about a dozen roundings in single
+// precision.
 constexpr double kRounding = 2e-6;
 
 // A sphere in the layout of shaders/spheres.glsl.
@@ -54,7 +55,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of a list that the shaders write: number of entries, and 32 unused bits.
+/// Header of a list that a shader writes: `count` entries follow.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -178,7 +179,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// Runs `work`. False if Vulkan fails; the failure is logged.
+  /// Runs `work`. Returns false, and logs, if Vulkan fails.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -207,7 +208,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Uploads the tool's spheres. Bounds its motion by a sphere.
+  /// Uploads the tool's spheres, and a sphere around their whole motion.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
     if (!loaded_ || from.empty() || from.size() > kMaxBalls) return false;
@@ -275,7 +276,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      // The list was too short, so results were lost: the tissue must be loaded again.
+      // The list was too short, so some results were not stored. The tissue must be loaded again.
       loaded_ = false;
       return false;
     }

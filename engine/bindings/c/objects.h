@@ -1,4 +1,4 @@
-// The objects behind the handles of scenes, hands and cores.
+// The objects to which the handles of scenes, hands and cores refer.
 #pragma once
 
 #include <memory>

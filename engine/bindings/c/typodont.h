@@ -66,7 +66,7 @@ enum { TYPODONT_TISSUES = 16 }; /* length of every array indexed by tissue; entr
 
 /* The pose of frame B relative to frame A. */
 typedef struct typodont_pose {
-  double p[3]; /* m */
+  double p[3]; /* m, origin of B in A */
   double q[4]; /* unit quaternion w x y z; rotates vectors from B into A */
 } typodont_pose;
 
@@ -76,7 +76,7 @@ typedef struct typodont_sample {
   uint32_t tool;      /* index of the selected tool in the scene's tool list */
   int64_t t_ns;       /* time of the sample; increases from tick to tick */
   typodont_pose X_WT; /* pose of the tool that the hand commands; it may lie inside tissue */
-  double pedal;       /* 0..1 */
+  double pedal;       /* position of the pedal, 0 (released) to 1 */
 } typodont_sample;
 
 /* Bits of typodont_tick.faults; docs/safety.md lists the cause of each. */
@@ -103,24 +103,24 @@ typedef struct typodont_tick {
   int64_t t_ns;
   typodont_pose X_WT;               /* pose of the tool that the hand commands */
   typodont_pose X_WG;               /* pose of the proxy, which stays outside the tissue: draw this one */
-  double force[3];                  /* N, on the hand, W */
-  double torque[3];                 /* N*m, on the hand about the head's centre, W */
-  double pedal;                     /* 0..1 */
-  double depth;                     /* m, distance between the two poses */
+  double force[3];                  /* N, force on the hand, frame W */
+  double torque[3];                 /* N*m, torque on the hand about the head's centre, frame W */
+  double pedal;                     /* position of the pedal, 0 (released) to 1 */
+  double depth;                     /* m, distance between the origins of X_WT and X_WG */
   double normal[3];                 /* unit vector out of the tissue; 0 without contact */
-  double contact_area;              /* m2 */
+  double contact_area;              /* m2, area of the head in contact with tissue */
   double removed[TYPODONT_TISSUES]; /* m3, removed since the start, by tissue */
-  double spindle;                   /* rad/s */
-  double cutting_power;             /* W */
+  double spindle;                   /* rad/s, rotation speed of the spindle */
+  double cutting_power;             /* W, power that cutting takes */
   double energy;                    /* J, total energy received from the hand: the passivity observer */
   double spindle_energy;            /* J, total energy that the bur's blades gave to the hand */
   double model_force[3]; /* N, force of the contact model, before the limits and the energy ledger reduce it */
   uint64_t cuts;         /* number of cuts until now */
   int64_t cpu_ns;        /* thread CPU time of the tick; 0 if not measured */
   uint32_t tissue;       /* tissue with the largest contact area */
-  uint32_t tool;         /* index of the tool in the hand */
-  uint32_t level;        /* level of detail; 0: the finest */
-  uint32_t patch;        /* number of the surface patch that was used */
+  uint32_t tool;         /* index of the tool in the hand, in the scene's tool list */
+  uint32_t level;        /* level of detail of the contact model; 0: the finest */
+  uint32_t patch;        /* number of the tissue copy (patch) with which this tick was computed */
 } typodont_tick;
 
 /* One cut: the head's motion from pose A to pose B removed tissue (fill_radius 0) or added filling. */
@@ -131,10 +131,10 @@ typedef struct typodont_cut {
   uint64_t tick;  /* index of the tick that made the cut */
   int64_t t_ns;
   typodont_pose X_WA, X_WB;
-  double removed[TYPODONT_TISSUES]; /* m3; negative for added filling */
+  double removed[TYPODONT_TISSUES]; /* m3, removed volume by tissue; negative for added filling */
   double normal[3];
-  double spindle;     /* rad/s */
-  double fill_radius; /* m */
+  double spindle;     /* rad/s, rotation speed of the spindle */
+  double fill_radius; /* m, radius of the added ball of filling; 0: tissue was removed */
 } typodont_cut;
 
 typedef struct typodont_scene typodont_scene;
@@ -163,7 +163,8 @@ TYPODONT_API typodont_result typodont_scene_free(typodont_scene* scene);
 
 /* --- Hands that move without a device -------------------------------------------------------------------------- */
 
-/* One row of a path. The path is interpolated between rows, and constant before the first and after the last row. */
+/* One row of a path: a pose at a time. Between rows, the pose is interpolated; before the first and after the last row
+ * it is constant. */
 typedef struct typodont_hand_row {
   uint32_t struct_size;
   uint32_t tool;
@@ -177,10 +178,10 @@ typedef struct typodont_hand_row {
 typedef struct typodont_hand_model {
   uint32_t struct_size;
   uint32_t reserved;
-  double mass;         /* kg */
-  double damping;      /* N*s/m */
-  double stiffness[3]; /* N/m */
-  double push[3];      /* N */
+  double mass;         /* kg, mass m */
+  double damping;      /* N*s/m, damping b */
+  double stiffness[3]; /* N/m, stiffness K along each axis */
+  double push[3];      /* N, push in addition to the spring */
 } typodont_hand_model;
 
 /* Opens HAND.csv, HAND.json or "replay:SESSION.h5" as a hand with `rate` Hz. The scene supplies the tools' names. */
@@ -202,7 +203,7 @@ TYPODONT_API typodont_result typodont_hand_free(typodont_hand* hand);
 typedef struct typodont_core_options {
   uint32_t struct_size;
   uint32_t no_torque;    /* 1: the device cannot render a torque; the energy ledger then ignores the torque */
-  double rate;           /* Hz, nominal; 0: 1000 */
+  double rate;           /* Hz, nominal rate of the ticks; 0: 1000 */
   double position_step;  /* m, position resolution of the device's encoders; 0: continuous */
   double vibration_band; /* Hz, largest vibration frequency that the device renders; 0: none */
 } typodont_core_options;
@@ -230,8 +231,9 @@ TYPODONT_API typodont_result typodont_core_run(typodont_core* core, typodont_han
 TYPODONT_API typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out);
 TYPODONT_REALTIME TYPODONT_API typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample* sample,
                                                                    typodont_tick* out, typodont_cut* cut);
-/* Repeats the servo's cuts on the tissue and sends new patches of the surface to the servo. `worked` (may be NULL) is 1
- * if the call had work to do; if it is 0, the thread may sleep for a third of a millisecond. */
+/* Repeats the servo's cuts on the tissue and sends new patches (copies of the tissue around the tool) to the servo.
+ * `worked` (may be NULL) is 1 if the call had work to do; if it is 0, the thread may sleep for a third of a
+ * millisecond. */
 TYPODONT_API typodont_result typodont_core_carve(typodont_core* core, int32_t* worked);
 TYPODONT_API typodont_result typodont_servo_free(typodont_servo* servo);
 
@@ -241,15 +243,15 @@ TYPODONT_API typodont_result typodont_core_redo(typodont_core* core, int32_t* do
 
 /* One vertex of the surface: 28 bytes, suitable for a vertex buffer. */
 typedef struct typodont_vertex {
-  float position[3]; /* m, W */
-  float normal[3];   /* unit, out of the tissue */
+  float position[3]; /* m, frame W */
+  float normal[3];   /* unit normal, pointing out of the tissue */
   uint8_t tissue[2]; /* the two tissues of this triangle, equal at its three vertices */
   uint8_t second;    /* 0..255: fraction of tissue[1] at this vertex */
   uint8_t reserved;
 } typodont_vertex;
 
-/* The triangles of one brick of the tissue's surface. A part without indices means that the brick has no surface now.
- */
+/* The triangles of one brick (block of 16^3 cells) of the tissue's surface. If a part has no indices, the brick has no
+ * surface now. */
 typedef struct typodont_mesh_part {
   int32_t brick[3];
   uint32_t vertex_count;
@@ -267,8 +269,8 @@ TYPODONT_API typodont_result typodont_core_mesh(typodont_core* core, const typod
 typedef struct typodont_field {
   uint32_t struct_size;
   uint32_t reserved;
-  double origin[3];  /* m, W, of voxel (0, 0, 0) */
-  double voxel;      /* m */
+  double origin[3];  /* m, frame W, position of voxel (0, 0, 0) */
+  double voxel;      /* m, edge of a voxel */
   double band;       /* m, distance from the surface up to which distances are stored */
   int32_t low[3];    /* lowest voxel near the surface; low > high: there is no surface */
   int32_t high[3];   /* highest voxel near the surface, inclusive */
@@ -301,9 +303,9 @@ typedef struct typodont_session_info {
   uint32_t struct_size;
   uint32_t truncated; /* 1: the recording ended early; the file contains its first part */
   uint64_t ticks, cuts, events;
-  double rate;                             /* Hz */
-  double volumes_before[TYPODONT_TISSUES]; /* m3 */
-  double volumes_after[TYPODONT_TISSUES];  /* m3; NaN if not known */
+  double rate;                             /* Hz, rate of the ticks */
+  double volumes_before[TYPODONT_TISSUES]; /* m3 of each tissue at the start */
+  double volumes_after[TYPODONT_TISSUES];  /* m3 of each tissue at the end; NaN if not known */
 } typodont_session_info;
 
 TYPODONT_API typodont_result typodont_session_open(const char* file, typodont_session** out);

@@ -15,7 +15,7 @@ typedef struct typodont_registration {
   uint32_t trusted; /* 0: the points do not determine the whole pose; typodont_error() names the reason */
   typodont_pose X_DH;
   double fre_rms;        /* m, fiducial error of the inliers */
-  double sigma;          /* m, noise per axis; NaN if the pairs do not determine it */
+  double sigma;          /* m, standard deviation of the points per axis; NaN if the pairs do not determine it */
   double covariance[36]; /* 6 x 6, of (rotation vector in rad, translation in m) in D, row-major */
   double predicted_tre;  /* m rms, expected target error in the box around the inliers */
   uint64_t outliers;
@@ -29,8 +29,8 @@ TYPODONT_API typodont_result typodont_register(const double* p_H, const double* 
 typedef struct typodont_delay {
   uint32_t struct_size;
   uint32_t ambiguous;
-  double delay; /* s; positive: B lags A */
-  double sigma; /* s */
+  double delay; /* s; positive: recording B is later than A */
+  double sigma; /* s, standard deviation of the delay */
 } typodont_delay;
 
 /* Estimates the delay between two recordings of one motion: increasing times in s, and 3 numbers per point in m.

@@ -15,12 +15,12 @@ typedef struct typodont_synth typodont_synth;
 typedef struct typodont_sound_state {
   uint32_t struct_size;
   uint32_t tissue;
-  int64_t t_ns;        /* time; the state applies from the nearest sample on */
-  double spindle;      /* rad/s */
-  double pedal;        /* 0..1 */
-  double contact_area; /* m2 */
+  int64_t t_ns;        /* ns, time of the state; it applies from the nearest audio sample on */
+  double spindle;      /* rad/s, rotation speed of the spindle */
+  double pedal;        /* position of the pedal, 0 (released) to 1 */
+  double contact_area; /* m2, area of the head in contact with tissue */
   double force;        /* N */
-  double removal_rate; /* m3/s */
+  double removal_rate; /* m3/s, volume of tissue removed per second */
   double slip_speed;   /* m/s, speed of a hand instrument along the surface */
   double suction;      /* 0..1 */
   uint32_t turns;      /* 1: a rotating instrument; 0: a hand instrument, which scrapes and taps */

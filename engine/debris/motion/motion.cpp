@@ -38,7 +38,7 @@ inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// Same as move_block(), with suction.
+/// Moves particles as move_block() does, but with suction.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,

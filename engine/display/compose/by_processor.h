@@ -17,7 +17,7 @@ struct EyePixels {
   ivec2 size{0};
 };
 
-/// Does the same as shaders/compose.frag; stretched pictures differ from it by at most two of 255 levels.
+/// Does the same as shaders/compose.frag. If the picture is stretched, the bytes differ by at most two of 255.
 class ProcessorComposer {
  public:
   /// Composes `part` of an eye's region `place`. `eye`: the eye whose rows are used; for alternating rows, that of the
@@ -41,7 +41,7 @@ class ProcessorComposer {
   /// Returns a row of the eye's picture, stretched to the target's columns.
   const std::uint32_t* stretched(const EyePixels& eyes, int eye, int row, int first, int count);
   std::array<std::array<Row, 2>, 2> rows_;  // the last two requested rows for each eye
-  std::vector<std::uint32_t> other_;        // row of the second eye, if both are mixed in one row
+  std::vector<std::uint32_t> other_;        // row of the second eye's picture, if both eyes are mixed in one row
 };
 
 }  // namespace typodont::display

@@ -231,7 +231,7 @@ class OpenXrHmd final : public Hmd {
   }
 
   void vibrate(int hand, const Vibration& vibration) override {
-    // Duration slightly longer than a frame, so the vibration ends by itself if it is not renewed.
+    // The duration is slightly longer than a frame, so the vibration ends by itself if it is not renewed.
     input_->vibrate(hand, vibration, 50'000'000);
   }
 
@@ -502,9 +502,9 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// Compares predicted heads with measured ones, which runtimes keep for 50 ms.
+  /// Compares predicted head poses with measured ones, which runtimes keep for 50 ms.
   void judge(XrDuration period) {
-    // A time that has certainly passed, in case the clock cannot be read.
+    // A time that has certainly passed; it is used if the clock cannot be read.
     XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();

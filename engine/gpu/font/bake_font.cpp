@@ -52,7 +52,7 @@ void add_chinese(std::string_view text, std::set<int>& characters) {
   }
 }
 
-/// Adds the Chinese characters of a file. A catalogue has one entry per line; of it, only texts that are drawn over a
+/// Adds the Chinese characters of a file. A catalogue of texts has one entry per line; only those that are drawn over a
 /// picture count.
 void read_text(const std::string& file, std::set<int>& characters) {
   constexpr std::array<std::string_view, 4> kShown{"\"hud.", "\"tool.", "\"implant.note.", "\"op.quality."};

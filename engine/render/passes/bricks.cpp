@@ -112,8 +112,8 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Returns true if the brick lies completely beyond the plane, so that another body covers it. A zero plane covers
-/// nothing.
+/// Returns true if the whole brick is beyond the plane, where another body covers it. With a zero plane, no brick is
+/// covered.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -281,7 +281,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // Parts that meet are joined, because they affect mostly the same pixels.
+    // Parts that touch each other are joined, because they affect mostly the same pixels.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else

@@ -38,9 +38,9 @@ struct Brick {
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, in the mesh's frame
   glm::vec3 cone_axis{0, 0, 1};
-  // Sine of the largest angle between a normal and the axis; 1: normals in all directions.
+  // Sine of the largest angle between a triangle's normal and the cone's axis; 1: normals in all directions.
   float cone_cutoff = 1;
-  bool first = false;            // original brick, not changed since the start
+  bool first = false;            // true: the brick has not changed since the start
   std::array<PixelBox, 2> seen;  // pixels that the brick covers, for each eye
   std::uint64_t seen_by = 0;     // version of the eyes for which `seen` is valid
 };

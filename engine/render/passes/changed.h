@@ -29,7 +29,7 @@ class Tiles {
   void mark_all();
   bool touch(const PixelBox& box) const;
   bool touch(const Tiles& other) const;
-  double fraction() const;  // marked fraction of the picture
+  double fraction() const;  // fraction of the picture's tiles that are marked
   bool operator==(const Tiles&) const = default;
   /// Marked (or unmarked) tiles inside `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;

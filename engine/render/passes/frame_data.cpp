@@ -45,7 +45,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Half width and height of a box seen from the lamp, around the middle of the spot.
+    // Half width and half height that a box has, seen from the lamp, around the middle of the spot.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -58,7 +58,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
-    // Needed only if a body reaches the soft border of the spot; otherwise the lamp lights all bodies fully.
+    // Set only if a body reaches the soft border of the spot. Otherwise the lamp lights all bodies fully.
     if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
       data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
       data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));

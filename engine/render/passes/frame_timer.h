@@ -11,7 +11,7 @@
 namespace typodont::render {
 
 struct FrameTimer {
-  static constexpr std::uint32_t kMaxQueries = 64;  // per frame in flight
+  static constexpr std::uint32_t kMaxQueries = 64;  // largest number of queries per frame in flight
   struct Mark {
     std::uint32_t query = 0;
     FramePart part{};  // the part that ends here

@@ -36,7 +36,7 @@ struct SurfacePass {
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   std::array<VkPipeline, 2> depth{};  // front faces; both faces
   View made_for = View::kLook;        // view for which the pipelines were created
-  bool with_cursor = false;           // pipelines with the cursor's ring
+  bool with_cursor = false;           // true: the pipelines draw the cursor's ring
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
@@ -88,7 +88,7 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  bool with_light_grid = false;  // SurfaceEffects::light_grid of the first pipeline
+  bool with_light_grid = false;  // true: the first pipeline was created with SurfaceEffects::light_grid
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -126,7 +126,7 @@ struct ParticlePass {
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  /// Marks the tiles with particles.
+  /// Marks the tiles in which particles are drawn.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
                    Tiles& tiles);
   void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);

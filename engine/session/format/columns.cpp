@@ -55,7 +55,7 @@ Column<Message> exact(std::string name, std::string unit, std::string text, Fiel
   return column;
 }
 
-/// A column of doubles in the unit `Unit`, e.g. mm.
+/// Makes a column that stores doubles in the unit `Unit`, e.g. mm.
 template <class Unit, class Message, class Field>
 Column<Message> scaled(std::string name, std::string text, Field) {
   Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
@@ -210,7 +210,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // Values that contact models compute. Only CSV tables have the following columns; session files do not, because a
+  // The following columns are computed by contact models. Only CSV tables have them. Session files do not, because a
   // replay computes the values again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
@@ -225,7 +225,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
-  // The replay needs the next columns with their exact bits.
+  // A replay needs the following columns with their exact bits.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));

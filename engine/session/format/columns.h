@@ -40,7 +40,7 @@ struct Column {
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
-  // Copies a value from the file to the message. Null: the column is computed from others.
+  // Copies a value from the file to the message. Null: the column is computed from other columns.
   void (*set)(Message&, const std::byte*) = nullptr;
   bool in_csv = true;
   bool in_file = true;

@@ -15,7 +15,7 @@ struct EdgePoint {
   double t = 0;
   glm::dvec3 p{0};  // voxels, position of the point
 
-  /// Interpolates another field here. `values`: one float per sample.
+  /// Interpolates another field at this point. `values`: one float per sample.
   template <class Values>
   double of(const Values& values) const {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));

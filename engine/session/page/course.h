@@ -1,4 +1,4 @@
-// Data of the report from one reading of all ticks.
+// Data for the report, collected by reading all ticks once.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@ class FrameStream {
   FrameStream(const StreamSpec& spec, const StreamData& data) : spec_(&spec), data_(&data) {}
 
   std::size_t count() const { return data_->t.size(); }
-  /// Known values of a column, multiplied by `scale` and sorted.
+  /// Values of a column, except NaN, multiplied by `scale` and sorted.
   std::vector<double> column(std::string_view name, double scale = 1) const {
     std::vector<double> values;
     for (std::size_t c = 0; c < spec_->columns.size() && c < data_->columns.size(); ++c) {

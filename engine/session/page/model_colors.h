@@ -22,8 +22,8 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {98, 92, 110},
                                                                                 {156, 200, 206}}};
 
-/// Colours for the deviation from the ideal: blue: too much left; grey: none; red: too deep. Colour-blind readers can
-/// distinguish them.
+/// Colours for deviations from the target shape. Blue: too much tissue left; grey: no deviation; red: too deep.
+/// Colour-blind readers can distinguish them.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 

@@ -1,5 +1,5 @@
-// The report of one session; functions in the order of the page. result_parts.cpp writes the result, defect_parts.cpp
-// the strokes that made defects, course_parts.cpp the course of the session, page.cpp the rest.
+// The report of one session. result_parts.cpp writes the result, defect_parts.cpp the strokes that made defects,
+// course_parts.cpp what happened over time, page.cpp the rest. Functions are in the order of the page.
 #pragma once
 
 #include <fmt/format.h>
@@ -70,7 +70,8 @@ class Page : private Words {
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// The model as data for the script: positions as 16-bit fractions of the bounds, normals and deviations as 8 bits.
+  /// The rotatable model as data for the script. Positions are 16-bit fractions of the model's bounds; normals and
+  /// deviations have 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 

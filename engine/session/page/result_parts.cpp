@@ -282,7 +282,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The source of a default rule is a key of the text catalogue: its English text.
+      // The source of a default rule is English text, which is also its key in the text catalogue.
       put("</td><td class=\"text source\">{}<br>", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\">", say("not_counted"));

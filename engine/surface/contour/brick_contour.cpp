@@ -189,7 +189,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Returns the intersection of the planes of the crease's sides if it lies in or near the cell.
+// Returns the point where the planes of a crease's sides meet, if it lies in or near the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);

@@ -1,4 +1,4 @@
-// The criteria for entering a bed (Zhao 2020). Pure function.
+// Criteria for entering a bed, the hole for an implant (Zhao 2020).
 #pragma once
 
 namespace typodont::haptics::implant {
@@ -13,8 +13,8 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// `can_begin`: the tool can drill this bone, and touches it with its tip. If it is pushed (4) without the other
-/// criteria, it begins a new bed.
+/// `can_begin`: the tool can drill this bone, and touches it with its tip. If then only criterion 4 (pushed) is met,
+/// the tool begins a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

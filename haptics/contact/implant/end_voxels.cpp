@@ -125,7 +125,7 @@ struct alignas(64) Block {
   Flag touches[kBlock];       // 1: in contact
   Flag stops[kBlock];         // 1: touches bone that it cannot cut
   float ahead[kBlock];        // voxels, distance from bone at Task::beyond
-  std::int32_t at[kBlock];    // array index of the sample
+  std::int32_t at[kBlock];    // index of the patch's sample to read
   Flag label[kBlock];         // tissue label at Task::beyond
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];

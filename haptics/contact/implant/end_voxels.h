@@ -31,7 +31,7 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // cutting ability 0..1, and its reciprocal (0 for 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // whole end's area / stored area: 1 / ToolVoxels::ahead_fraction
+  // area of the whole end / area of the stored voxels
   double fraction = 1;
 };
 

@@ -25,7 +25,7 @@ bool is_bone(const TissueVolume& volume, const dvec3& p_W) {
 /// Throws Error unless there is bone around the bed's wall at half its depth.
 void check(const TissueVolume& volume, const Bed& bed, std::size_t index) {
   constexpr int kAround = 8;
-  constexpr double kBehindWall = 0.5e-3;  // m outside the wall at which tissue is examined
+  constexpr double kBehindWall = 0.5e-3;  // m; tissue is examined at this distance outside the bed's wall
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   const dvec3 middle = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
   for (int i = 0; i < kAround; ++i) {

@@ -38,9 +38,9 @@ struct Parameters {
   double loose = 0.75e-3;
   // rad (10 degrees); criterion 3: largest angle between the axes
   double axis_tolerance = 0.175;
-  // N along the axis; criterion 4: smallest push
+  // N; criterion 4: smallest push along the axis
   double enter_force = 0.3;
-  // m outside the entry, where the tool leaves the bed
+  // m outside the entry where the tip leaves the bed
   double leave = 0.3e-3;
   double min_depth = 0.5e-3;  // m; a shallower hole is not a bed
   // Parameters of the motion in a bed.
@@ -61,7 +61,7 @@ struct Parameters {
   double torque = 0.489;
   // Hounsfield units of the reference bone, 0.64 g/cm³
   double torque_grey = 1050;
-  // fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
+  // fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
   // torque in a cut thread / torque without thread

@@ -11,14 +11,14 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
-// m of the tip from the axis; farther away, the tool does not cut
+// m; if the tip is farther from the bed's axis, the tool does not cut
 constexpr double kAtPlace = 2e-6;
-// Cosine of force and axis above which the tip touches.
+// The tip touches if the cosine between force and axis is larger.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth at which a thread engages
 // m from the final depth or the bottom at which an implant is seated
 constexpr double kSeated = 0.05e-3;
-// Torque in fractions of the stall torque: full speed up to (1 - this), then linearly down to zero.
+// The motor keeps its full speed up to (1 - this) × stall torque; above, the speed decreases linearly to zero.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the filter for the axial torque
 // m between samples along the axis when the depth of a bed is measured
@@ -183,7 +183,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
   last_ = {out.p_WG, out.holds_turn ? out.R_WG : in.X_WT.R};
 }
 
-/// True if tissue below a contact of the last tick is too dense for the tool.
+/// Returns true if the tissue below a contact of the last tick is too dense for the tool.
 bool ImplantModel::touches_too_dense() const noexcept {
   for (int i = 0; i < contacts_.own(); ++i) {
     const dvec3 p_V = contacts_.below(i);
@@ -273,7 +273,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// Ends the motion in a bed. The tool is then free, and the difference of the pose decreases to zero.
+/// Ends the motion in a bed. The tool is then free, and its pose changes gradually to the free pose.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;

@@ -14,7 +14,7 @@
 
 namespace typodont::haptics::implant {
 
-/// Kind of motion; the value of ServoTick::level. `kFree`: outside a bed, all degrees of freedom. 1 to 4: in a bed,
+/// Kind of motion, reported in ServoTick::level. `kFree`: outside a bed, free in all directions. 1 to 4: in a bed,
 /// along and about its axis. `kPlaced`: the implant stays in bone, and the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
@@ -80,7 +80,7 @@ class ImplantModel final : public offset::OffsetModel {
   std::vector<EndVoxels> ends_;     // voxels at the end of each tool
   // Cutting law with the properties of the tissues; look_ahead() adds those of the tool and the tick.
   EndLaw law_;
-  // Torque of a thread / torque in reference bone, for each tissue and hardness byte.
+  // For each tissue and hardness byte: torque of a thread in it / torque in reference bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   // directions around the tool's axis, frame T
   std::array<dvec3, 12> around_thread_;
@@ -105,7 +105,7 @@ class ImplantModel final : public offset::OffsetModel {
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
-  bool blended_ = false;   // true: the difference was not zero in the last tick
+  bool blended_ = false;   // true: offset_ or turn_ was not zero in the last tick
   bool switched_ = false;  // true: the tool left a bed in the last tick
 };
 

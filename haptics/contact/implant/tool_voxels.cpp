@@ -12,16 +12,16 @@ namespace {
 
 // A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger.
 constexpr double kFacingEnd = 0.5;
-// voxels from the axis up to which 1/r is averaged over the voxel
+// voxels; up to this distance from the axis, 1/r is averaged over the voxel
 constexpr int kNear = 4;
 constexpr int kParts = 8;           // parts of an edge for this average
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// voxels below the surface where the normal is computed again
+// voxels, depth below the surface of the second normal
 constexpr double kWithin = 0.05;
 // a rim is sharp if the cosine between these two normals is smaller
 constexpr double kSmooth = 0.97;
 
-/// Mean of 1/r over the voxel's square across the axis.
+/// Mean of 1/r (r: distance from the axis) over the voxel's cross-section.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;

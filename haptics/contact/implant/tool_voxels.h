@@ -24,7 +24,7 @@ struct ToolVoxel {
 /// All voxels of a tool. The inner voxels of Zhao 2020 are not needed, because haptics/sweep.h removes tissue.
 struct ToolVoxels {
   std::vector<ToolVoxel> outer;  // the voxels of the end come first
-  // Number of voxels in front of the end and outside the head; they touch first.
+  // Number of voxels at the end whose centres are outside the head; these touch bone first.
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
   // fraction of the end's area that the first `ahead` voxels represent; the rest belongs to voxels inside
@@ -35,7 +35,7 @@ struct ToolVoxels {
 /// because the thread moves in its groove. Cutting ability: from "implant" in the tool's file, otherwise 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
-/// Force and torque on the tool per feed speed, in frame T about its origin.
+/// Force and torque on the tool, divided by the feed speed, in frame T about its origin.
 struct CuttingWrench {
   dvec3 force{0};   // N·s/m, force per feed speed
   dvec3 torque{0};  // N·s, torque per feed speed

@@ -14,9 +14,9 @@ constexpr double kOverlap = 1e-9;
 constexpr double kSlack = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list is begun
 constexpr double kAhead = 0.4;
-// largest effort per tick for the next list (faces, points)
+// largest effort per tick for the next list, in faces + points
 constexpr int kMaxListed = 600;
-constexpr double kLiftReach = 2e-3;  // m, distance within which the surface is searched from inside
+constexpr double kLiftReach = 2e-3;  // m, distance within which a head inside tissue searches the surface
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Continues the next list by one part, so that it is complete before it is needed.
+/// Makes one part of the next list per tick, so that it is complete before it is needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!listed_ || list_.points.empty()) return;
   if (!lister_.open()) {

@@ -53,8 +53,8 @@ class HeadContact final : public SurfaceContact {
   HeadPoints list_;  // the list in use
   HeadPoints next_;  // the next list, which lister_ makes while list_ is valid
   bool listed_ = false;
-  HeadPoints* prepared_ = nullptr;  // contact points in the current mesh, listed by the carver thread; null: there are
-                                    // none
+  // contact points in the current mesh that the carver thread has listed; null: none
+  HeadPoints* prepared_ = nullptr;
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -119,7 +119,7 @@ void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_a
 void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept {
   const glm::vec3 axis(R_WT_[2]);
   const dvec3 c = list.points.listed_at().p;
-  // A small triangle's area is divided equally among its corners.
+  // Each small triangle's area is divided equally among its corners.
   const auto each_point = [&](const Face& face, int n, auto&& use) {
     vertex::each_face_point(face.a, face.b, face.c, n, use);
   };

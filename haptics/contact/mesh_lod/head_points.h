@@ -79,7 +79,8 @@ class HeadLister {
   glm::dmat3 R_WT_{1};
   std::vector<std::uint32_t> found_;  // faces near the head
   std::size_t at_ = 0;                // index in found_ of the next face to examine
-  std::vector<NearFace> near_;        // near faces among those of found_ that work() examines
+  // faces of found_ that are near the head
+  std::vector<NearFace> near_;
   vertex::HeadDistances distances_{HeadPoints::kMost};
   // hash table: corner position → index of its contact point
   std::vector<std::uint32_t> slots_;

@@ -22,10 +22,10 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Vertices of levels 2 and 3 divided by level 1 (33,140, 13,306 and 7,443: Wang et al. 2009, Table 2).
+// Number of vertices of levels 2 and 3 / number of vertices of level 1 (Wang et al. 2009, Table 2).
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level by default
-// largest number of attempts with different numbers of triangles
+// largest number of attempts to get the requested number of vertices
 constexpr int kTries = 8;
 constexpr double kNear = 0.005;  // allowed difference in the number of vertices / requested number
 
@@ -239,7 +239,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  // m, search distance for the other level's surface
+  // m, distance within which the other mesh's surface is searched
   constexpr double kFar = 20e-3;
   constexpr std::size_t kSamples = 20'000;
   double most = 0;

@@ -14,8 +14,8 @@ namespace typodont::haptics::mesh_lod {
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Divides each triangle into four. The surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies in one pass to about the fraction `part` of the triangles, or more if the border forbids it. Carver
-/// thread.
+/// Simplifies in one pass to about the fraction `part` of the triangles; more remain if borders must be preserved.
+/// Carver thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
 /// Simplifies to `vertices` vertices, within 1 % if possible. Vertices do not move; open borders and borders of tissues
 /// remain.
@@ -39,8 +39,8 @@ struct Levels {
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Mesh from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
-/// Removes pairs of opposite triangles with the same corners, which simplification leaves on flat surfaces. With them,
-/// an edge would have four faces, and count as a border.
+/// Removes pairs of opposite triangles with the same corners, which simplification leaves on flat surfaces. With such
+/// pairs, an edge would have four faces and count as a border.
 TissueMesh without_double_faces(const TissueMesh& mesh);
 
 /// Larger of the two one-sided Hausdorff distances, m, measured at corners and midpoints.

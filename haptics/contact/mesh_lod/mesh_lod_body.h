@@ -56,7 +56,7 @@ class MeshLodBody final : public TissueBody {
   // for each tool: its head if contact is computed for the whole head, otherwise empty
   std::vector<std::optional<vertex::VertexHead>> heads_;
   std::unique_ptr<HeadLister> lister_;          // null: no tool needs contact points of its whole head
-  std::uint32_t tool_ = MeshSnapshot::kNoTool;  // the tool that made the last cut
+  std::uint32_t tool_ = MeshSnapshot::kNoTool;  // index of the tool that made the last cut
   Pose X_W_;                                    // pose of the tool after the last cut
 };
 

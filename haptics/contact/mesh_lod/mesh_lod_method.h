@@ -1,4 +1,4 @@
-// The contact method "mesh_lod": contact with a mesh in levels of detail (S3 in docs/papers.md).
+// The contact method "mesh_lod": contact with a mesh in levels of detail (paper S3 in docs/papers.md).
 #pragma once
 
 #include "haptics/contact_method.h"

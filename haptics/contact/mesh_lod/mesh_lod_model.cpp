@@ -16,25 +16,25 @@ namespace {
 
 constexpr double kSpeedTime = 20e-3;               // s, time constant of the filter for the hand's speed
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a tool without contact
-// m; the nearest face up to here gives a point's tissue
+// m; tissue_at() uses the nearest face up to this distance
 constexpr double kNearby = 0.2e-3;
-constexpr double kMinStep = 1e-9;  // m, smaller steps of a cut are skipped
-// weight of each new measurement of measured / estimated volume
+constexpr double kMinStep = 1e-9;  // m; a cut with a shorter step is not made
+// weight of each new value in the running mean measured_
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur: overlap of
-// head and faces; distance that the bur may cut without a new snapshot.
+// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur. kMaxSunk:
+// overlap of head and faces. kMaxSunkAlong: distance that the bur may cut without a new snapshot.
 constexpr double kMaxSunk = 0.5, kMaxSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
 // smallest and largest ratio of measured to estimated removed volume
 constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
 // m, a shorter offset_ counts as zero
 constexpr double kNoOffset = 1e-12;
-// smallest stiffness of a tissue / stiffness in ServoSettings
+// lower limit of: stiffness of a tissue / ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
 constexpr double kClear = 0.3e-3;  // m from the mesh; beyond, a bur has left its cut
 // 1 - |cos(half the turn since the cut)|; a head that is not a ball may turn so far in its own path
 constexpr double kSameTurn = 1e-4;
-constexpr double kEase = 15;  // N/s, largest rate of a bur's force with resting hand
+constexpr double kEase = 15;  // N/s, largest change of a bur's force while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -297,7 +297,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const double left = glm::length(way);
   if (!(left > 0)) return false;
   // The head moves towards the hand as far as the energy allows. A step of length s removes A s + π r s² (A: contact
-  // area; r: head's radius); the second term is below newly touched surface.
+  // area; r: head's radius). The second term lies below newly touched surface.
   PerTissue area = point().engaged_area(grid(), way / left);
   double all = 0, work = 0;  // all: m², contact area; work: J/m, energy per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {

@@ -71,7 +71,8 @@ class MeshLodModel final : public ContactModel {
   /// Returns true if the head may move to `to`: faces of the snapshot, which may lack the last cuts, can still stop it
   /// there.
   bool may_sink_to(const dvec3& to) noexcept;
-  /// Returns true if the snapshot lacks some of the servo's cuts. Faces that overlap the head then count as removed.
+  /// Returns true if the snapshot lacks some of the servo's cuts. While it does, faces that overlap the head count as
+  /// removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
@@ -96,8 +97,8 @@ class MeshLodModel final : public ContactModel {
   // true: the servo moved the tool without contact since the last tick; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick (HIP)
-  // m, displacement of the contact point towards its position before a change of level or wall. It shrinks to zero, so
-  // that the force does not jump.
+  // m, vector that is added to the contact point after a change of level or wall, so that the force does not jump. It
+  // shrinks to zero.
   dvec3 offset_{0};
   // true: the bur has cut since it last lost contact; ease() limits the change of its force
   bool eases_ = false;

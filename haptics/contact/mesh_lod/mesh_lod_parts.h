@@ -45,7 +45,7 @@ struct LocalParameters {
   static constexpr double margin = 0.5e-3;
   // radii that the head may move while the carver's contact points are valid
   static constexpr double listed = 0.45;
-  // ns, smallest time between snapshots (30 Hz, S3)
+  // ns, smallest time between snapshots (30 Hz, paper S3)
   static constexpr Nanos interval = 33'000'000;
 };
 

@@ -56,7 +56,7 @@ class SurfaceContact {
   /// Moves the centre of the contact shape (ball or other head) to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;
   /// Transfers the contact to another mesh: moves to the point outside that mesh nearest to the old position (SCP
-  /// mapping, S3, section 3.2).
+  /// mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
   /// Follows the hand's position `hip` (haptic interface point). `give`: overlapping tissue counts as removed down to
   /// the depth of the overlap, so it does not push the head out.

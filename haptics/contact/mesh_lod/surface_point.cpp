@@ -17,24 +17,25 @@ constexpr double kStays = 1e-11;    // m, shorter steps end the iteration
 constexpr double kMinReach = 5e-6;  // m from the ball, smallest search distance for faces
 // m, largest search distance; longer motions are divided
 constexpr double kMaxReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // search distance / expected motion
-// m, largest motion for which the collected faces are valid; also limited by the width of a cell
+constexpr double kAhead = 1.1;  // search distance for faces / expected motion
+// m, largest motion for which collected faces are used; also limited by the width of a grid cell
 constexpr double kMaxKept = 0.3e-3;
-// Search distance in radii, while cutting or while cut faces remain.
+// Search distance for faces / radius, while cutting or in the cut.
 constexpr double kReachInCut = 0.5;
-// Motion in radii for which collected faces are valid, while cutting or while cut faces remain.
+// Motion / radius for which collected faces are used, while cutting or in the cut.
 constexpr double kKeptInCut = 0.15;
 constexpr double kMinInCut = 50e-6;  // m, lower limit of kReachInCut × radius
-// next search distance / last step; below 1, because steps become shorter
+// search distance of the next iteration / last step
 constexpr double kNextReach = 0.25;
-// collected faces with the same effort as one tested face
+// number of collected faces that take as long as one tested face
 constexpr int kCollectedPerTest = 4;
 // m; a face no higher than this above the plane of another face needs no plane
 constexpr double kBelow = 1e-11;
-// m, equivalent of kBelow for single precision
+// m, as kBelow, for a test in single precision
 constexpr float kClear = 2e-9f;
-constexpr double kWallSkin = 1e-7;  // m that the point keeps from a wall between tissues
-constexpr double kMapReach = 2e-3;  // m, search distance after a change of the mesh
+constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wall between tissues
+// m, search distance for the surface of a new mesh
+constexpr double kMapReach = 2e-3;
 constexpr int kMaxLifts = 16;
 // round_edge() extends a step only if the cosine between the normal and the direction to the hand is larger
 constexpr double kMinAlong = 0.3;
@@ -98,12 +99,12 @@ struct EightFaces {
   double p[3][kLanes];                      // m, nearest point of each face
   double n[3][kLanes];                      // unit vector from the nearest point to the given point
   double square[kLanes], distance[kLanes];  // m² and m, squared distance and distance
-  // edge of the nearest point; -1: in the interior
+  // index of the edge with the nearest point; -1: interior
   double edge[kLanes];
-  unsigned corner = 0;  // bit mask: nearest point is an end of the edge
+  unsigned corner = 0;  // bit mask: the nearest point is a corner
 };
 
-/// Computes nearest_on() for eight faces, with the same operations.
+/// Computes nearest_on() for eight faces at once, with the same operations.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void find_nearest(EightFaces& faces, const double* point) {
   const D8 zero = {};
@@ -353,7 +354,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
-  std::uint32_t found = kNoPlane;  // last plane above a face
+  std::uint32_t found = kNoPlane;  // the plane that last covered a face
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
@@ -377,7 +378,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     };
     if (covered()) continue;
     // If the surface is flat or concave at this edge, the face's own plane is valid. The plane at the edge would be
-    // valid too, but would only halve the distance per iteration.
+    // valid too, but the search would converge slowly with it.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -397,8 +398,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// At an edge or corner, a single plane leads only part of the way. Extends the step along the plane to the line from
-/// the hand to its nearest point, so that the ball comes from the right side.
+/// At an edge or corner of a face, the step to a single plane is too short. Extends it along the plane, to the line
+/// between the hand and the face's point nearest to the hand.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -416,8 +417,8 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   step = other;
 }
 
-/// Returns true if the plane's face touches the ball with its interior: the search is then finished. Moves the plane's
-/// point to the contact.
+/// Returns true if the interior of the plane's face touches the ball; the search is then finished. Sets the plane's
+/// point to the contact point.
 bool SurfacePoint::rests_on(const TriangleGrid& grid, Plane& plane) const noexcept {
   if (plane.wall >= 0) return false;
   const OnFace at = nearest_on(grid.face(plane.face), c_);

@@ -29,7 +29,7 @@ class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, upper limit of the argument `most` of clearance()
-  // Number of tested faces after which follow() starts no further iteration in contact; the next call continues.
+  // In contact, follow() starts no further iteration after this number of tested faces; the next call continues.
   static constexpr int kMaxTested = 800;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
@@ -81,7 +81,7 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMaxNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
-  // A face that is nearest at an edge or corner.
+  // A face whose nearest point is on an edge or corner.
   struct Edge {
     std::uint32_t face = 0, near = 0;  // near: index of the face in near_
     OnFace at;
@@ -93,8 +93,8 @@ class SurfacePoint final : public SurfaceContact {
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMaxNear> edges_;
   PlaneSet planes_;
-  // Planes of faces that touch the ball with their interior; the first ones in planes_. Components of the normal, and
-  // the distance from the ball's centre.
+  // Planes of the faces whose nearest point is in their interior; they come first in planes_. Components of the normal,
+  // and distance from the ball's centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

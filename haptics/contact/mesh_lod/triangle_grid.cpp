@@ -8,16 +8,16 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // edge of a cell / mean edge of the mesh
+constexpr double kCellEdges = 1.5;  // edge of a grid cell / mean edge of the mesh
 constexpr double kMaxCells = 4e6;
 // Largest number of entries of all cells per face, plus kFewEntries; otherwise cells become larger.
 constexpr double kEntriesPerFace = 16;
 // entries allowed beyond kEntriesPerFace × faces
 constexpr double kFewEntries = 1e6;
-constexpr float kBoxMargin = 1e-7f;  // m, above the error of rounding a box to floats
+constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding error of a box
 
-/// Returns 1 if the origin is left of a–b, -1 if right. On the line, as if moved slightly along the first axis, and
-/// even less along the second: so the origin is in exactly one of two adjacent faces.
+/// Returns 1 if the origin is left of the line a–b, -1 if right. An origin on the line counts as moved slightly along
+/// the first axis, and less along the second, so exactly one of two adjacent faces contains it.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -157,7 +157,7 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   std::partial_sum(start.begin(), start.end(), start.begin());
   rank_.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
-  // start[k] is now the end of block k.
+  // start[k] now contains the end of block k.
   for (std::size_t k = 0; k + 1 < start.size(); ++k) {
     const std::uint32_t first = k == 0 ? 0 : start[k - 1];
     if (start[k] > first) blocks_.push_back({{}, first, start[k]});

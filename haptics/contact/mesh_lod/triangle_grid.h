@@ -129,7 +129,7 @@ class TriangleGrid {
   std::vector<std::uint32_t> entries_;  // face indices of all cells, cell by cell
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m, edge length of a cell
-  float inverse_ = 1e3f;  // 1/m
+  float inverse_ = 1e3f;  // 1/m, reciprocal of cell_
   glm::ivec3 cells_{0};
 };
 

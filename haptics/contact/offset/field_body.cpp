@@ -112,8 +112,8 @@ bool FieldBody::redo() {
 
 namespace {
 
-// Largest number of leaves in a step: the servo copies them in one tick, 50 to 100 ns each, no longer than a cut of a
-// bur of Ø1.2 mm. Patches of larger heads are exchanged as a whole.
+// Largest number of leaves (8³ samples) in a PatchStep. The servo copies them in one tick, 50 to 100 ns each, no longer
+// than a cut of a bur of Ø1.2 mm. Larger patches are exchanged as a whole.
 constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace
@@ -162,8 +162,8 @@ glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-/// Moves a patch to `lo` and updates it. If all changes since the last copy are known, copies only those, the servo's
-/// changes and the new slabs. copy_part(box) copies a box, copy_written(written, inside) the changes in `inside`.
+/// Moves a patch to `lo` and updates it. If all changes since its last copy are known, copies only these, the servo's
+/// changes and the new parts. copy_part(box) copies a box, copy_written(written, inside) the changes in `inside`.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
@@ -224,7 +224,7 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
       std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
       return volume_.copy_leaves(whole(patch), written.leaves);
     }
-    // Labels beside changed samples may also change.
+    // Labels next to changed samples may also have changed.
     const VoxelBox changed = common({written.box.lo - 1, written.box.hi + 1}, inside);
     if (!changed.empty()) copy_part(changed);
   });
@@ -253,7 +253,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot, 0);
 }
 
-/// Sets the boxes of samples that were cut or filled.
+/// Sets the patch's boxes around cut and around filled samples.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

@@ -30,7 +30,7 @@ class FieldBody : public TissueBody {
   double travel() const override { return travel_; }
   bool leads() const override { return true; }
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
-  void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
+  void remember_writes(bool) override {}  // nothing to start or stop: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -62,7 +62,7 @@ class FieldBody : public TissueBody {
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  double travel_ = 0;  // m, distance that a head may move in one patch
+  double travel_ = 0;  // m that a head may move before it needs a new patch
   int edge_ = 0;       // samples of a patch along each axis
   // First voxel of a patch that contains all tissue. nullopt: patches follow the tool.
   std::optional<glm::ivec3> whole_;

@@ -48,8 +48,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::max_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Only the free part of the dome grows, by the waiting volume. The free fraction is that of the last tick, so less
-  // may be added.
+  // Only the part of the dome's surface in air can grow. Its fraction is taken from the last tick, so less than the
+  // delivered volume may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::max_step);
@@ -105,7 +105,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // The ray does not advance, because there may be more room here later: the next search continues at this sample.
+    // The ray is not advanced, because there may still be room at this sample later, so the next search examines it
+    // again.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

@@ -86,9 +86,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Computes the tissue below each contact, weighted by its force.
+/// Computes the tissue below each contact, weighted by the contact's force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  // voxels below the surface at which the tissue is read
+  // voxels below the surface where a contact's tissue is read
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
   const double h = voxel();

@@ -41,25 +41,25 @@ class OffsetModel : public PatchModel {
 
   /// Intermediate results of the current tick.
   struct Step {
-    dvec3 start{0}, c{0};  // voxels, head's centre: at the tick's start, and now
+    dvec3 start{0}, c{0};  // voxels, head's centre: at the start of the tick; current
     dvec3 target{0};       // voxels, the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
     // voxels, sinking depth that the energy budget allows
     double slack = 0;
-    double slack_at_walls = 0;  // voxels, part of `slack` at a wall of harder tissue
+    double slack_at_walls = 0;  // 0..1, fraction of `slack` at a wall of harder tissue
     double overlap_before = 0;
     // Voxels of lag behind the hand that change the force by 1 N/s for one tick.
     double pace_per_slew = 0;
     bool paced = false;  // true: the proxy's speed is limited in this tick
     // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.
     dvec3 fall_normal{0};
-    // voxels, largest motion against fall_normal in this tick
+    // voxels, largest motion of this tick against fall_normal
     double fall_limit = 0;
     // Voxels; vector from the hand to the proxy without the speed limit, caused by contacts and missing energy. Zero
     // without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
-    // Have the same meaning as in Contact.
+    // These members have the same meaning as in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
@@ -71,9 +71,10 @@ class OffsetModel : public PatchModel {
     int settled = 0;     // number of iterations with contact and without a long step
     dvec3 long_step{0};  // voxels, last step that was too long for one iteration
     int reversals = 0;   // number of long steps opposite to the previous long step
-    // true: the speed limit ends the search; false: a contact does
+    // true: the proxy's speed limit ends the search
     bool at_pace = false;
-    dvec3 held_at{0};  // voxels, the head's centre that contacts alone would give
+    // voxels, head's centre by contacts alone, without speed limit
+    dvec3 held_at{0};
     // voxels, target of the head: the hand's position, corrected for the grip of the cutting edges
     dvec3 led_to{0};
   };
@@ -148,7 +149,7 @@ class OffsetModel : public PatchModel {
   // State of the proxy, kept between ticks.
   HeldBy held_;           // contact planes of the last tick
   bool emptied_ = false;  // true: the last cut removed all tissue inside the head
-  // voxels, tolerated overlap; decays while the head is moved out
+  // voxels, tolerated overlap of head and tissue; decreases over time
   double overlap_ = 0;
   bool sunk_ = false;  // true: the head is deep in tissue and is being moved out
   // 0..1, fraction of power used at a harder wall in the last tick; 0: no wall
@@ -159,13 +160,13 @@ class OffsetModel : public PatchModel {
   // late.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when the patch became late
-  // s, remaining time of the smooth return to the tissue
+  // s, remaining time of the proxy's smooth return to the surface
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, position at which contacts hold the proxy
     double held_for = 0;   // s, time near held_at while the hand is far away
-    bool has_cut = false;  // true: the tool has cut since the path began
+    bool has_cut = false;  // true: the tool has cut since the recorded path began
     bool leading = false;  // true: the proxy is led back along its path
     std::size_t to = 0;    // index of the path point at which leading back ends
     bool wedged = false;   // true: the hand has moved away, but there is no way back
@@ -182,7 +183,7 @@ class OffsetModel : public PatchModel {
   std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut
   // A cut of the coarse patch. It joins several fine cuts, and may wait for a later tick.
   struct CoarseCut {
-    Pose X_WA, X_WB;         // start and end
+    Pose X_WA, X_WB;         // poses of the head at start and end
     std::uint64_t cut = 0;   // number of the last fine cut that it contains
     std::uint32_t tool = 0;  // tool of the cut
     bool goes_on = false;    // true: the last coarse cut ended at X_WA
@@ -194,13 +195,13 @@ class OffsetModel : public PatchModel {
     double radius = -1;  // voxels, radius of the dome; negative: there is no dome
     // fraction of the dome's surface that could grow in the last tick
     double free_fraction = 1;
-    // voxels: centre of the dome, and the instrument's free end when the dome began
+    // voxels: centre of the ball; the instrument's free end when it began
     dvec3 center{0}, end{0};
-    // voxels, centre of the first dome, where the search begins
+    // voxels, centre of the first ball, where the search begins
     dvec3 root{0};
-    bool idle = false;  // true: the dome could hardly grow in the last tick
+    bool idle = false;  // true: hardly any filling could be added in the last tick
   } filling_;
-  // Search for an open place for filling, along rays from the first dome. All rays advance together, so the nearest
+  // Search for a place with room for filling, along rays from the first dome. All rays advance together, so the nearest
   // place is found first.
   struct OpenPlaceSearch {
     struct Ray {

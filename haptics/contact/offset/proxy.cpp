@@ -11,9 +11,8 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Grip of the cutting edges as a friction cone: a pressed, rotating head moves sideways only if its lag behind
-/// `target` exceeds the friction limit. Returns the target with a limited lag, which changes by at most `most`.
-/// `moved`: motion of the hand. Voxels.
+/// Grip of the cutting edges: a pressed, rotating head moves sideways only if its lag behind `target` exceeds a limit.
+/// Returns the target with a limited lag, which changes by at most `most`. `moved`: motion of the hand. Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -28,8 +27,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Limits the proxy's speed relative to the hand. Returns the allowed distance from the end of `shift`, the rigidly
-/// connected displacement: `pace`, or slightly more than the distance of `step`, so that a stuck head can sink.
+/// Limits the proxy's speed relative to the hand. `shift`: the hand's displacement. Returns how far the proxy's
+/// displacement may differ from it: `pace`, or slightly more than `step` requires, so that a stuck head can sink.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -52,8 +51,8 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Prepares the data of the tick. Reduces the overlap of head and tissue, at a rate at which the head can leave the
-/// tissue without a force step.
+/// Prepares the data of the tick. Reduces the tolerated overlap of head and tissue so slowly that the force does not
+/// jump while the head is moved out.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
@@ -77,8 +76,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the speed at the next contact after a fall: the tissue under the bur is gone, so the hand accelerates. A fall
-/// is detected if the push of the tissue decreases while the hand gains speed against it.
+/// Limits the speed of a bur in a fall: the tissue under it is gone, so the hand accelerates until the next contact. A
+/// fall is detected if the tissue's push decreases while the hand gains speed against it.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -95,7 +94,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // The gain must exceed F::gain / stiffness plus the noise of one encoder count.
+  // The gained speed must exceed F::gain / stiffness plus the noise of one encoder count.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -241,8 +240,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   const dvec3 next = p.c + way * ((free - 1) / distance);
   if (!patch_.covers(next, reach() + 1)) {
     p.lost = true;
-    // Moves to the border of the patch, so that the next patch is centred farther ahead; otherwise a fast head would
-    // never advance.
+    // Moves the head to the border of the patch, so that the next patch is centred farther ahead; otherwise a fast head
+    // would never advance.
     p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
     return Advance::kArrived;
   }
@@ -252,7 +251,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
 }
 
 /// Finds the contacts of the head at p.c; reuses the last ones after a short motion. Always searches again for a head
-/// that is neither ball nor cutting, after at most one contact, deep in tissue, and in a groove.
+/// that is neither ball nor cutting, deep in tissue or in a groove, and after at most one contact.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -288,7 +287,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   step_.active = guess_active(contacts_, held_);
 }
 
-/// Position nearest to the target within contacts and speed limit.
+/// Position nearest to the target that contacts and speed limit allow.
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
@@ -334,7 +333,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 }
 
 /// Lengthens the step (secant method). On a smooth curved surface, steps form a geometric series, whose sum replaces
-/// them. With several blocking contacts, the gain is at most 1. The component towards the tissue does not change.
+/// them. With several blocking contacts, the method only shortens the step. The component towards the tissue does not
+/// change.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -363,8 +363,8 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// Fraction 0..1 of its step that a bur may make. A bur in debt, whose cuts needed more energy than the motor
-/// delivered, is slowed down while it is pressed into tissue.
+/// Fraction 0..1 of its step that a bur may make. A bur whose cuts have used more energy than the motor delivered is
+/// slowed down while it is pressed into tissue.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
@@ -384,8 +384,8 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of a bur's force: finds the position nearest to the hand within `most` of `carried` (rigidly
-/// connected to the hand). `next`: in: position by contacts alone; out: new position. Returns the target that was used.
+/// Limits the change of a bur's force: finds the position nearest to the hand within `most` of `carried`, which moves
+/// with the hand. `next`: first the position by contacts alone, then the result. Returns the target that was used.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -536,7 +536,7 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Replaces the tissue by the plane of the last contact until a new patch arrives (Adachi 1995, Mark 1996). If the
-/// patch is late, the plane yields to larger forces, and its force ends beyond bridge_reach. Measurements:
+/// patch is late, the plane yields to larger forces, and its force decreases to zero beyond bridge_reach. Measurements:
 /// docs/safety.md.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;

@@ -25,12 +25,12 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // Undo or redo may have restored tissue at the head, so the next sweep also cuts at its start.
+  // Undo or redo may have restored tissue inside the head, so the next cut also removes tissue at its start pose.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  // voxels³ × hardness; determines the energy of the cut
+  // voxels³ × hardness of removed tissue; gives the cut's energy
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
@@ -47,8 +47,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Cuts the coarse patch from A to B, and joins cuts that are too short for its resolution. `may_wait`: the fine cut
-/// took long, so this cut may wait; only the shank, which follows the head, touches the coarse patch.
+/// Cuts the coarse patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: the fine cut
+/// took long, so this one may be made later, because only the shank, behind the head, touches the coarse patch.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -68,7 +68,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::max_waits) finish_coarse();
 }
 
-/// Makes the waiting coarse cut, if there is one.
+/// Makes the waiting cut of the coarse patch, if any.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -79,7 +79,7 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // After undo or redo, the snapshot contains all valid cuts, so a waiting cut is dropped.
+  // After undo or redo, the snapshot already contains all valid cuts, so a waiting coarse cut is discarded.
   if (strokes_edited) emptied_ = retreat_.has_cut = false, coarse_.waits = 0;
   if (!known) {
     front_.forget();
@@ -103,7 +103,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
-/// Repeats cuts in the coarse patch of a new snapshot.
+/// Adds the cuts that the new snapshot's coarse patch lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.coarse_levels.empty()) return;
   SurfacePatch& coarse = fresh.coarse_levels.front();

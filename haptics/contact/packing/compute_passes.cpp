@@ -31,7 +31,7 @@ namespace packing {
 namespace {
 
 constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
-// Largest number of results per pass; with more, it fails.
+// A pass on the GPU with more results than this fails.
 constexpr std::size_t kExpected = 65536;
 
 /// Sorts results by their ball, and those of one ball by the tree's order.
@@ -43,7 +43,7 @@ void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   });
 }
 
-/// Copies `from` to `to`; returns false if too long.
+/// Copies `from` to `to`; returns false if `to` is too small.
 template <class Result>
 bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   if (from.size() > to.capacity()) return false;

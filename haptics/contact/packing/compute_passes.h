@@ -47,14 +47,14 @@ class ComputePasses {
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
   std::vector<std::uint32_t> number_;  // for each ball in resting_: index of its tool sphere
-  std::vector<SphereShare> shares_;    // overlaps, in the order of the CPU's sums
+  std::vector<SphereShare> shares_;    // overlaps of spheres, in the order of the CPU's sums
   std::vector<SphereChange> changes_;
   std::vector<CutSphere> loaded_;  // all spheres by index, to copy them to the GPU
 };
 
 /// Mean times of the three passes on CPU and GPU.
 struct PassTimes {
-  double processor = 0, gpu = 0;  // s per position of the tool
+  double processor = 0, gpu = 0;  // s, mean time per position of the tool
   bool same = true;               // true: the results had equal bits in all tests
   /// Returns true if the GPU is faster, with equal bits.
   bool gpu_is_better() const { return same && gpu < processor; }

@@ -57,7 +57,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // Skips voxels whose neighbours all have the same label.
+    // Skips a voxel if all its neighbours have its label.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -126,8 +126,8 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans forward and backward until nothing changes. Examines only neighbours that changed in this scan or the last
-  // one. `changed_in`: number of the last scan that changed a voxel; 0: none.
+  // Scans forward and backward until nothing changes. Examines only neighbours that changed in this scan or the
+  // previous one. `changed_in`: for each voxel, number of the scan that last changed it; 0: none.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

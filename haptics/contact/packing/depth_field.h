@@ -16,7 +16,7 @@ class DepthField {
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  /// m³ of each tissue, by each voxel's fraction inside.
+  /// m³ of each tissue: sum of the voxels' fractions inside it.
   const PerTissue& volume() const { return volume_; }
 
   /// Tissue of the nearest of the eight samples around p_V that contains tissue; kAir: none.

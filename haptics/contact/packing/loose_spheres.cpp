@@ -86,7 +86,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // A body can only separate where links broke.
+  // Flood fills start at spheres with broken links (seeds).
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -159,7 +159,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        // this flood has ended without meeting another: a loose piece
+        // this flood fill ended without meeting another: a loose piece
         loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);

@@ -10,7 +10,7 @@
 namespace typodont::haptics::packing {
 
 /// Carver thread only; deterministic. Neighbouring spheres are linked. A link breaks if a sphere disappears, or if the
-/// gap has grown by 0.1 mm and exceeds the sum of radii. Flood fills over the links find loose pieces.
+/// gap has grown by 0.1 mm and exceeds the sum of radii. Flood fills along the links find loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);

@@ -17,10 +17,10 @@ namespace {
 
 using namespace packing;
 
-/// One interval of the recorded force, with the tissue that the tool removes in it.
+/// One time interval of the recorded force, with the tissue that the tool removes during it.
 struct Moment {
   double t = 0, measured = 0;  // s, start of the interval; N, mean measured force
-  // overlapped spheres: index and overlap in m³
+  // overlapped spheres: index, and overlap in m³
   std::vector<std::pair<int, double>> overlap;
   double gain = 0;  // N, force if all densities were 1
 };

@@ -21,9 +21,9 @@ constexpr int kBlock = 8;  // voxels, edge of blocks in which the field is updat
 constexpr double kNoteEvery = 0.03;
 // voxels; a cut changes the field up to this distance beyond the sphere and its gaps, because of interpolation
 constexpr double kAround = 1.8;
-// A gap belongs to a sphere up to this distance from it, in radii of the largest hole in the packing.
+// A cut sphere also empties the gaps around it up to this distance, in radii of the largest hole in the packing.
 constexpr double kGapsAround = 2;
-// largest number of notes; with more, the field is updated
+// largest number of stored notes; with more, the field is updated
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
@@ -75,7 +75,7 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
 }
 
 /// Sets tissue and hardness of each sphere from the voxel at its initial centre, but only if the voxel was painted
-/// after packing: the packer smooths dithered borders, so labels differ from the spheres' tissues there.
+/// after packing: the packer smooths borders, so a voxel's label there may differ from its sphere's tissue.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -100,7 +100,7 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  // Adds the user's brush strokes to the strokes, for undo.
+  // Adds the user's new brush strokes to the list for undo().
   for (std::size_t known = strokes_in_field(); known < volume_.strokes().done; ++known) {
     done_.push_back({{}, true});
     undone_.clear();
@@ -159,8 +159,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // Also removes the gaps around a loose sphere, up to the spheres that stay. If it was cut before, the range of
-    // these gaps is reduced in proportion to its radius.
+    // Also removes the gaps around a loose sphere, up to the spheres that stay. If an earlier cut has reduced the
+    // sphere's radius, the range of these gaps is reduced in proportion.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -213,7 +213,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Reads tissue and hardness of all spheres again after undo or redo, because the stroke may be a brush stroke.
+/// Reads tissue and hardness of all spheres again after undo or redo, because the stroke may contain painting.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();

@@ -40,8 +40,8 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;  // state before the stroke; for an undone stroke: after it
-    // m, cutting ball's centre in the sphere's last note
+    CutSphere state;  // sphere before the stroke; for an undone stroke: after it
+    // m, centre of the cutting ball in the sphere's newest note
     dvec3 last_noted;
   };
   struct Stroke {
@@ -83,7 +83,7 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;  // spheres that changed since remember_writes(true) was called
-  // m, cutting ball's centre in each sphere's last note
+  // m, centre of the cutting ball in each sphere's newest note
   std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // number of paintings in volume_ that the spheres contain

@@ -1,4 +1,4 @@
-// The contact method "packing": tissue and tool consist of spheres (S2 in docs/papers.md).
+// The contact method "packing": tissue and tool consist of spheres (paper S2 in docs/papers.md).
 #pragma once
 
 #include <optional>

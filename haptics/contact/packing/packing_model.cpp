@@ -14,11 +14,11 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
-// m; the nearest sphere up to here gives a point's tissue
+// m; tissue_at() finds spheres up to this distance
 constexpr double kNearby = 0.2e-3;
-// largest number of cost computations per step of a cut
+// largest number of lengths tried per cut, to find the affordable one
 constexpr int kTrials = 8;
-// The search for the length of a step ends if the cost is at least this fraction of the budget.
+// The search for the length of a step ends when the step needs at least this fraction of the energy budget.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
@@ -34,7 +34,7 @@ constexpr double kFastest = 5;
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
 constexpr double kMinStep = 1e-6;         // m; shorter steps are postponed
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
-constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the estimate is reused
+constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the tissue estimate is reused
 
 /// Without spring, damper and friction: the servo adds them. set_friction() sets the friction of each tick.
 ProxyOptions frictionless(double tick) {
@@ -117,7 +117,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo, the near lists remain valid: the spheres are the same, except for removed pieces.
+  // Without undo or redo, the proxies' near lists remain valid, because spheres can only have been removed (loose
+  // pieces).
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -157,7 +158,7 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Records the path. The proxy is blocked if contacts hold it although the tool would be free at the hand.
+/// Records the proxy's path. The proxy is blocked if contacts hold it although the tool would be free at the hand.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -220,7 +221,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (!placed_ && !is_free(proxy().tool(), in.X_WG)) out.faults |= bits(Fault::kDeepPenetration);
-  // Without contact, the servo may have moved the tool.
+  // Without contact, the servo moves the tool without this model.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -280,7 +281,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Friction (S2, eq. 13) of the last tick's tissue. Zero for a rotating bur: the servo computes the force of its edges.
+/// Friction (paper S2, eq. 13) of the last tick's tissue. Zero for a rotating bur: the servo computes the force of its
+/// edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {

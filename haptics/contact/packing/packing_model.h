@@ -16,13 +16,13 @@
 
 namespace typodont::haptics::packing {
 
-/// constrain() makes passes 1 and 2, cut() pass 3. Cutting speed v_d = v_b / ρ (S2, eq. 4), with v_b = P / (A u_dentin)
-/// for motor power P and contact area A. Instead of estimating A, cut() finds the step that costs the budget.
+/// constrain() makes passes 1 and 2, cut() pass 3. Cutting speed: v_b / ρ (paper S2, eq. 4), with v_b = motor power /
+/// (contact area · u_dentin). Instead of estimating the area, cut() finds the step that uses the tick's energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument: spheres only become smaller.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Uses `passes` even if slower than the CPU. For tests.
+  /// For tests: uses `passes` even if slower than the CPU.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -65,8 +65,8 @@ class PackingModel final : public ContactModel {
   bool gpu_must_win_ = false;           // true: use the GPU only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, position that was last returned to the servo
-  /// Leads a proxy back that is far from the hand.
+  dvec3 held_{0};  // m, head's centre that was last returned to the servo
+  /// State for leading a blocked proxy back to the hand.
   struct Retreat {
     RetreatPath path;      // recorded path, in units of kPathUnit
     dvec3 held_at{0};      // m, position at which the proxy is blocked
@@ -77,17 +77,17 @@ class PackingModel final : public ContactModel {
   } retreat_;
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed
-  double postponed_for_ = 0;  // s that the cut has been postponed; 0: not postponed
+  double postponed_for_ = 0;  // s, time since the cut was postponed; 0: not postponed
   CutBuffers buffers_;
   TriedCut tried_;
   // Result of find_near(): the lists of all head spheres.
   std::vector<Place> near_;
-  // fraction of the motion for which tried_ contains the cut; negative: none
+  // fraction of the motion to the hand whose cut tried_ contains; negative: none
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // end of each list in near_
-  // J for the whole motion, extrapolated from the last step; 0: unknown
+  // J, estimated energy of a cut up to the hand; 0: unknown
   double price_ = 0;
-  double last_path_length_ = 0;  // m, length of the whole motion at the last cut
+  double last_path_length_ = 0;  // m, length of the motion to the hand at the last cut
   RecentCuts<MadeCut> made_;
 };
 

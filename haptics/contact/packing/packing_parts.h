@@ -16,17 +16,17 @@ namespace typodont::haptics::packing {
 
 struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
-  std::uint64_t seed = 1;       // for the packing of tissue and of a tool's mesh
+  std::uint64_t seed = 1;       // random seed for packing tissue and a tool's mesh
   std::filesystem::path file;   // file with the packing; empty: it is computed
-  // first tool's head from a closed mesh; empty: from its shape
+  // first tool's head, from a closed mesh; empty: from its shape
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, constant v_b of S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
+  /// m/s, constant v_b of paper S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
   // With base_speed: true: uses ρ of eq. 3, which grows with the contact (for reaming); false: the normalised ρ̂.
   bool by_contact = false;
-  double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
+  double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
   // density of each tissue relative to dentin; negative: computed from its specific energy
   PerTissue density = given();
   std::filesystem::path material;              // file of a material fit (S2, eq. 14)
@@ -70,7 +70,7 @@ struct CutBuffers {
 };
 
 /// Cuts with the head from A to B, with equal bits on servo and carver. keep(index, sphere before) is called for each
-/// change. near(t, places) lists what head sphere t can touch, in the tree's order.
+/// change. near(t, places) lists tissue spheres that head sphere t can touch, in tree order.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {
@@ -83,7 +83,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// As carve() above, but searches the near spheres in the tree.
+/// As carve() above, but searches the near spheres itself.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -1,4 +1,5 @@
-// The functions of sphere_pair.h for eight pairs at once, with the same bits. Only for the .cpp files of the packing.
+// The functions of sphere_pair.h for eight pairs of spheres at once, with the same bits. Only for the .cpp files of the
+// packing.
 #pragma once
 
 #include "engine/base/pose.h"

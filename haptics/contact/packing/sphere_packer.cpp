@@ -21,16 +21,16 @@ using packing::DepthField;
 
 // Lengths are in voxels, unless m is stated.
 
-constexpr int kEdge = 4;  // nodes along a block's edge
+constexpr int kEdge = 4;  // grid nodes along each edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
 // The free radius of a node is that of the largest sphere that fits around it. It is stored up to this multiple of the
 // limit.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / largest allowed radius
-// Smallest free radius in spacings; when no larger sphere fits, a finer grid follows.
+// In grid spacings. When the largest free radius is smaller, a finer grid is made.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // spacing of a grid / of the next finer one
-// Smallest radius in spacings; smaller spheres may be placed in a finer grid.
+constexpr double kFiner = 1.5;  // spacing of a grid / spacing of the next finer grid
+// Smallest radius in grid spacings; smaller spheres wait for a finer grid.
 constexpr double kMinRadius = 0.3;
 // A sphere is postponed if its radius / the stored free radius is below this.
 constexpr double kAsExpected = 0.8;
@@ -78,7 +78,7 @@ float key_of(float free, float limit) {
   return free < limit ? free : tight;
 }
 
-/// Largest key_of() of a block; 0: none is positive.
+/// Largest key_of() of a block's nodes; 0: none is positive.
 TYPODONT_DISPATCH("avx2", "default")
 float max_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -153,7 +153,7 @@ class Packer {
   }
 
  private:
-  /// 4³ nodes with free radii; 0 or less: nothing fits.
+  /// 4³ nodes with free radii; at 0 or less, no sphere fits.
   struct Block {
     alignas(32) float free[kNodes];
     glm::ivec3 at;  // position in the grid of blocks
@@ -258,7 +258,7 @@ class Packer {
     return false;
   }
 
-  /// Makes a grid with all spheres placed so far.
+  /// Makes a grid whose free radii allow for all placed spheres.
   void make_grid(double spacing) {
     const double max_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;

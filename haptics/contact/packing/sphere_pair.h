@@ -12,9 +12,8 @@ namespace typodont::haptics::packing {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// First contact of a sphere that moves by `m`, as a fraction 0..1, or kNever (S2, eq. 1). `D`: vector to the other
-/// centre; `R`: sum of radii. Touching at the start: 0 on approach, else kNever. The discriminant m²R² - |m × D|² is
-/// more accurate than the printed one.
+/// First contact of a sphere that moves by `m`, as a fraction 0..1, or kNever (paper S2, eq. 1). `D`: vector to the
+/// other centre; `R`: sum of radii. Touching at the start gives 0 on approach, else kNever.
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;

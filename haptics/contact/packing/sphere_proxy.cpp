@@ -15,28 +15,28 @@ namespace {
 
 // largest number of tested motions per tick
 constexpr int kSweeps = 24;
-// Largest number of consecutive motions without progress, as in a cavity with many contacts. Then the next tick
+// After this many consecutive motions without progress, as in a cavity with many contacts, the tick ends; the next tick
 // continues.
 constexpr int kStuck = 8;
 // largest number of contacts of non-cutting parts per cut
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations per projection
 constexpr double kSettled = 1e-12;  // m, smaller changes end the iteration of a projection
-// m; nearer to the goal, the proxy has arrived
+// m; a shorter remaining motion counts as arrived
 constexpr double kArrived = 1e-10;
 // rad, largest rotation per step; the error of the chord is then at most 5e-5 of the reach
 constexpr double kMaxTurn = 0.02;
-// m, mean margin of near lists: motion of a tool sphere for which its list is valid
+// m, smallest mean margin of near lists. Margin: motion of a tool sphere for which its list is valid.
 constexpr double kMargin = 60e-6;
 // m, largest mean margin of lists made when needed
 constexpr double kMaxMargin = 300e-6;
-// margin of a list / motion per tick
+// margin of a near list / motion per tick
 constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if a list would be empty
 constexpr double kLook = 2e-3;
-// m, rounding error of a distance, added to all limits
+// m, rounding error of a distance, added to limits
 constexpr double kRounding = 1e-12;
-// Factor for the path, to find contacts at its end.
+// The path is searched slightly beyond its end, to find contacts there.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // largest number of spheres in a near list
 constexpr std::size_t kAllListed = 16384;  // largest number of spheres in all near lists
@@ -47,14 +47,15 @@ constexpr std::size_t kLongList = 1024;
 constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
 // m, rounding error of a gap in single precision. Below -10 mm, every comparison finds the sphere.
 constexpr float kFloatRounding = 1e-9f;
-// m, smallest margin; with less, no list is made
+// m; with a smaller margin, the tree is searched without list
 constexpr double kMinMargin = 1e-6;
-constexpr double kReduced = 0.8;  // factor for the margin of too long lists
+constexpr double kReduced = 0.8;  // factor for the margin of a too long list
 // m, largest mean margin of lists made in advance
 constexpr double kMaxPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;         // margin / motion per tick, for lists made in advance
-constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves searched per tick in advance
-// searches until a list that was too long is remade
+constexpr double kTicksAhead = 10;  // margin / motion per tick, for lists made in advance
+// smallest number of tree leaves searched per tick in advance
+constexpr std::size_t kLeavesATick = 320;
+// number of searches until a too long list is tried again
 constexpr int kNotAgain = 64;
 
 /// Mean margin of long lists, m. `way`: motion (m/tick).
@@ -145,7 +146,7 @@ double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
 }
 
-/// Begins a new list for tool sphere `i` at `center`.
+/// Begins a new near list of tool sphere `i` at `center`.
 void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3& center, double margin) noexcept {
   next_.tool_sphere = i, next_.active = true;
   next_.center = center, next_.margin = margin;
@@ -285,8 +286,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// First contact of the tool spheres `begin` to `end` - 1 before `until`; of simultaneous ones, the lowest index. Tests
-/// the lists first: they usually contain the contact, which shortens the search in the tree.
+/// First contact of the tool spheres `begin` to `end` - 1 before the fraction `until` of the motion; of simultaneous
+/// contacts, the lowest index. Tests the near lists first, because this shortens the search in the tree.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -389,7 +390,7 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m by which the spheres approach over the whole motion
+  // m, approach of the spheres per whole motion
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -409,8 +410,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() before.) If it
-    // is a constraint already, rotation has curved the path, so its gap is reduced.
+    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() before it.) If
+    // the contact is a constraint already, rotation has curved the path, so its gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -469,7 +470,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Index of a contact in contacts_; count_: none.
+/// Index in contacts_ of these spheres' contact; count_: none.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -539,7 +540,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Moves along a part of the motion, limited by the rotation and by the remaining path of this tick.
+    // Reduces the motion, so that neither its rotation exceeds kMaxTurn nor its path the length that remains in this
+    // tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= fraction, turned *= fraction;

@@ -1,4 +1,4 @@
-// The proxy follows the hand as far as the spheres of the tissue allow (S2, pass 1, sections III B and C).
+// The proxy follows the hand as far as the spheres of the tissue allow (paper S2, pass 1, sections III B and C).
 #pragma once
 
 #include <algorithm>
@@ -26,10 +26,10 @@ struct ProxyOptions {
 
 struct ProxyContact {
   dvec3 p_W{0};     // m, point of contact
-  dvec3 n_W{0};     // unit vector from the tissue's to the tool's sphere
+  dvec3 n_W{0};     // unit vector from the tissue's sphere to the tool's sphere
   int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
-  double push = 0;  // m by which this contact holds the proxy along n_W
+  double push = 0;  // m, displacement of the proxy along n_W by this contact
 };
 
 /// Servo thread only; never allocates. SI units. The proxy moves only along tested paths, so it never passes through a
@@ -41,9 +41,9 @@ class SphereProxy {
 
   /// Sets the pose without a test. Spheres that overlap there can be left, but not entered deeper.
   void place(const Pose& X_W) noexcept;
-  /// Sets the pose without a test, after a cut.
+  /// Sets the pose after a cut, without a test.
   void move_to(const Pose& X_W) noexcept;
-  /// Sets the friction coefficients of the tissue (S2, eq. 13).
+  /// Sets the friction coefficients of the tissue (paper S2, eq. 13).
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
@@ -60,13 +60,13 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Call it for each cutting sphere, after its note_cut() calls and before the next search.
+  /// Must be called after the note_cut() calls of each tool sphere, and before the next search.
   void end_notes() noexcept;
 
   /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
-  /// penetration. Returns the fraction before a new contact, searched on the first `longest_path` m; 1: none.
+  /// penetration. Returns its fraction up to the next contact within `longest_path` m; 1: no contact.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// Moves the proxy as near to the hand as possible; once per tick. `gpu`, if ready, finds the first contact.
+  /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, it finds the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
   /// Lists the spheres that one tool sphere can touch on its path to `to`, as SphereTree::near_segment().
@@ -85,9 +85,9 @@ class SphereProxy {
   /// Unit vector: sum of the contact normals, weighted by their pushes; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Force on the hand in N (S2, eq. 7). `v_WH`: velocity of the hand, m/s.
+  /// Force on the hand in N (paper S2, eq. 7). `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Torque in N·m of `force` at the contact point about the centre of mass (S2, eq. 8).
+  /// Torque in N·m of `force` at the contact point about the centre of mass (paper S2, eq. 8).
   dvec3 torque(const dvec3& force) const noexcept;
   /// Mean of the contact points, weighted by their pushes, m.
   dvec3 contact_point() const noexcept;
@@ -121,12 +121,12 @@ class SphereProxy {
     double moved = 0;
     // m, largest protrusion in the current cut
     double protrudes = 0;
-    // m to the nearest sphere when listed; negative: overlap
+    // m, distance of the nearest sphere at listing; negative: overlap
     double free = 0;
     // m, largest `epsilon` of near_here() within the margin; negative: the list is too short, so the tree is searched
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    // searches until a list that was too long is remade
+    // number of searches until a too long list is tried again
     int refused = 0;
   };
   /// A list that is still being made.
@@ -184,18 +184,18 @@ class SphereProxy {
   std::size_t count_ = 0;
   std::vector<double> arm_;      // m, each tool sphere's distance from the origin of T
   std::vector<NearList> lists_;  // for each tool sphere: its near list
-  std::size_t room_;             // number of spheres per list, a multiple of 8
+  std::size_t room_;             // capacity of each near list in spheres, a multiple of 8
   std::vector<Place> listed_;    // spheres of all lists, one list after another
-  // m, gaps of these spheres when listed; infinite: unused
+  // m, gap of each listed sphere at listing; infinite: unused
   std::vector<float> gap_;
   NextList next_;
   std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // moving balls for a search by the GPU
   std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
-  // m, largest protrusion since end_notes(), at most kStickOut
+  // m, largest protrusion up to kStickOut since end_notes()
   double protrudes_ = 0;
   bool noted_ = false;  // true: a cut sphere has protruded since end_notes()
-  double pushed_ = 0;   // m, sum of all pushes
+  double pushed_ = 0;   // m, sum of the pushes of all contacts
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

@@ -47,7 +47,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume of the sphere with its part of gaps, m³.
+/// Volume of a sphere with its share of gaps, m³.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (gone(s)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -62,8 +62,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if it cuts no deeper than
-/// before.
+/// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if this cut is not deeper
+/// than earlier cuts.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -74,7 +74,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut begins: the current state becomes the base.
+    // The cut comes from another side: the current state becomes the base.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -152,8 +152,8 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   volume = radius > SphereTissue::kMin * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
-/// SphereTissue::after_cut() for eight spheres, with the same bits. `others` receives those that are cut from another
-/// side.
+/// SphereTissue::after_cut() for eight spheres, with the same bits. `others` receives spheres that are cut from another
+/// side than before.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -237,8 +237,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the boxes above a sphere that make() changed. It usually only enlarges them, which is faster than making
-/// them exact.
+/// Updates the tree's boxes around a sphere that make() changed. Usually it only enlarges boxes, which is faster than
+/// computing them exactly.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);

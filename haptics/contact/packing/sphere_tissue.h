@@ -49,16 +49,16 @@ class SphereTissue {
   bool graded() const { return graded_; }
   /// Sets a sphere's tissue and hardness, at set-up or painting.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// Volume of sphere i with its part of gaps, m³.
+  /// Volume of sphere i with its share of gaps, m³.
   double volume(int i) const noexcept { return counted(sphere(i)); }
   /// Volume in m³ of a sphere in the state `s`.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Cuts with a ball of radius `r` from a to b (S2, eq. 6); adds to `removed`. Returns the number of changed spheres,
-  /// stored in `changed`, which must have room for all touched ones. `before` (may be empty) receives their former
-  /// states.
+  /// Cuts with a ball of radius `r` from a to b (paper S2, eq. 6); adds to `removed`. Returns the number of changed
+  /// spheres in `changed`, which needs room for all touched spheres. `before` receives their former states, unless
+  /// empty.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// As cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
@@ -68,8 +68,8 @@ class SphereTissue {
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the change to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Applies the last cut of `tried`, with the same bits as carve(). Calls changes(place, protrudes) for each sphere,
-  /// and ends_ball() for each tool sphere.
+  /// Applies the cut that `tried` has computed, with the same bits as carve(). Calls changes(place, protrudes) for each
+  /// sphere, and ends_ball() for each tool sphere.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
@@ -103,7 +103,7 @@ class SphereTissue {
   Removal removal_;
   std::size_t made_ = 0;  // number of cuts that make() has applied
   SphereTree tree_;
-  // Indexed by place.
+  // The following three arrays are indexed by Place.
   std::vector<CutSphere> spheres_;
   std::vector<Tissue> tissue_;
   std::vector<float> hardness_;
@@ -137,11 +137,11 @@ class TriedCut {
     Place place{};
     bool first = false;  // true: first change by this tool sphere
     double taken = 0;    // m³, removed volume
-    // m by which the sphere protrudes beyond its old surface
+    // m, distance by which the sphere protrudes beyond its old surface
     double protrudes = 0;
     CutSphere after;
   };
-  std::vector<Step> steps_;  // in the order of carve(); the first count_ are valid
+  std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
   std::size_t count_ = 0;    // number of changes; above kMaxSteps: not all are stored
   // true: a ball may cut a sphere that an earlier ball cut
   bool several_ = true;

@@ -15,7 +15,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// Rounding error in single precision / size of the packing; allows about twelve operations.
+// Rounding error of about twelve operations in single precision / size of the packing.
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
@@ -54,7 +54,7 @@ TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, d
   return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
-/// Computes a leaf's box relative to `origin`, enlarged by `slack`.
+/// Computes a leaf's box relative to `origin`, enlarged by `slack` (rounding).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
   D8 r;
@@ -80,7 +80,7 @@ TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Squared distance to each child's box; infinite: empty.
+/// Squared distance of `from` from each child's box; infinite: empty.
 TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {

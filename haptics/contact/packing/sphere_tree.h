@@ -32,7 +32,7 @@ class SphereTree {
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
   std::size_t size() const { return place_of_.size(); }
-  /// Leaves × 8 places, of which the last may be empty.
+  /// Number of places: 8 per leaf. The last ones may be empty.
   std::size_t places() const { return sphere_in_.size(); }
   Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
   /// Index of the sphere at a place.
@@ -50,7 +50,7 @@ class SphereTree {
   }
   double radius(int i) const noexcept { return radius(place_of(i)); }
 
-  /// Moves and resizes a sphere; radius 0: it disappears. Updates the boxes above it.
+  /// Moves and resizes a sphere; radius 0 removes it. Updates the boxes around it.
   void set(int i, const dvec3& center, double radius) noexcept {
     put(place_of(i), center, radius);
     mend_above(place_of(i));
@@ -74,14 +74,14 @@ class SphereTree {
   /// index. Same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// As first_hit(), but only among the given spheres (at most kWide). Same bits.
+  /// As first_hit(), with the same bits, but tests only the given spheres (at most kWide).
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Lists the spheres nearer than `reach` to the segment a–b, in the tree's order. Returns their number, also if
   /// `found` is too small.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// A search made in parts, between which spheres may change.
+  /// A search in several calls, between which spheres may change.
   class PartSearch {
    public:
     bool done() const { return depth_ == 0; }
@@ -98,8 +98,8 @@ class SphereTree {
     return search;
   }
   /// Continues a search for spheres with surfaces nearer than `reach` to p. Stores places in `found`, and distances
-  /// minus `offset` (m) in `gap`, in the order of near_segment(). Stops after `leaves` leaves, or when there may be no
-  /// more room.
+  /// minus `offset` (m) in `gap`, in the order of near_segment(). Stops after `leaves` leaves, or when `found` may be
+  /// full.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
@@ -157,7 +157,7 @@ class SphereTree {
   std::vector<int> sphere_in_;   // index of the sphere at each place; -1: empty
   std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;         // the level above the leaves comes first, the root last
+  std::vector<Node> nodes_;         // nodes by level, from above the leaves to the root
   std::vector<std::size_t> level_;  // for each level: its first index in nodes_
 };
 

@@ -62,8 +62,8 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
   write_lanes(overlaps.n[2], apart ? z / d : D8{});
 }
 
-/// near(t, c, r) writes the spheres within r of c, the centre of tool sphere t, to `scratch` in the tree's order, and
-/// returns their number.
+/// near(t, c, r) must write the tissue spheres within r of the centre c of tool sphere t to `scratch`, in the tree's
+/// order, and return their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                           double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {

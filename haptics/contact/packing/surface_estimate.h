@@ -1,4 +1,5 @@
-// Estimates the tissue in contact and its cutting speed (S2, pass 2, eq. 2 to 5). Pure functions; servo thread only.
+// Estimates the tissue in contact and its cutting speed (paper S2, pass 2, eq. 2 to 5). Pure functions; servo thread
+// only.
 #pragma once
 
 #include <span>
@@ -9,16 +10,16 @@
 namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
-  dvec3 n_W{0};       // normal out of tissue (S2, eq. 2); zero: no overlap
+  dvec3 n_W{0};       // normal out of tissue (paper S2, eq. 2); zero: no overlap
   double volume = 0;  // m³, sum of all overlaps
-  // ρ of S2, eq. 3, computed in mm³. It grows with the contact, so a larger contact is cut more slowly.
+  // ρ of paper S2, eq. 3, computed in mm³. It grows with the contact, so a larger contact is cut more slowly.
   double density = 0;
-  double normalised = 0;  // ρ̂ of S2, eq. 3; independent of the contact's size
+  double normalised = 0;  // ρ̂ of paper S2, eq. 3; independent of the contact's size
   PerTissue fraction{};   // fraction of each tissue in `volume`; the sum is 1
   PerTissue hardness{};   // hardness of the spheres in contact (SphereTissue::hardness)
 };
 
-/// Adds the overlaps of pairs of spheres (S2, eq. 2 and 3). The order of the pairs changes the last bits.
+/// Adds the overlaps of pairs of spheres (paper S2, eq. 2 and 3). The order of the pairs changes the last bits.
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
@@ -46,7 +47,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 
-/// Cutting speed in m/s (S2, eq. 4); `free_speed` at density zero.
+/// Cutting speed in m/s (paper S2, eq. 4); `free_speed` at density zero.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }

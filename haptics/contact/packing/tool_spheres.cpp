@@ -20,7 +20,7 @@ constexpr double kChainStep = 0.4;
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 
-/// Adds a chain of inscribed spheres on the axis, for a part that never cuts.
+/// Represents a part that never cuts by a chain of inscribed spheres along the axis.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -124,12 +124,12 @@ class Rings {
     });
   }
 
-  double side_;                        // m, distance between nodes
+  double side_;                        // m, distance between grid nodes
   int levels_;                         // number of levels, whose nodes have the same height
   double bottom_;                      // m along the axis, height of the first level
   std::vector<double> room_;           // for each node: its depth below the surface, m
   std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or in a ring
-  std::vector<double> open_;           // per level: uncovered volume from the axis to each node
+  std::vector<double> open_;           // per level: volume without spheres, from the axis to each node
   double enough_ = 0;
 };
 
@@ -186,7 +186,8 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // spheres may be as large as fits; only tissue needs small ones
+  // spheres of a tool may be as large as fits
+  options.max_radius = field.band;
   const SpherePacking packing = pack_spheres(field, options);
   return {packing.center, packing.radius};
 }

@@ -8,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// The active planes, on which the result lies: at most three. `push`: Lagrange multiplier of each, a length: the
-/// displacement along the plane's normal that the plane causes.
+/// The active planes, on which the result lies: at most three. `push`: for each plane, its Lagrange multiplier: the
+/// length of the displacement along its normal that it causes.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
@@ -94,8 +94,8 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Starts the search with the guessed planes as active planes, if each of them pushes in the solution with these
-  /// planes (its multiplier is positive). Otherwise starts without active planes.
+  /// Starts the search with the guessed planes as active planes, if in the solution with these planes each one has a
+  /// positive multiplier. Otherwise starts without active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};

@@ -20,7 +20,7 @@ using D = DescentParameters;
 using H = HeadSampleParameters;
 using L = CreaseContactParameters;
 
-/// Returns true if the surface near x is one smooth sheet.
+/// Returns true if the tissue has a single smooth surface near x.
 bool is_smooth_at(const SurfacePatch& patch, const dvec3& x) noexcept {
   if (!patch.holds(x, O::depth_below)) return true;
   const FieldSample at = sample_cubic(patch, x);
@@ -55,8 +55,8 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Finds the contact of a ball by one query at its centre c (offset surface: Kim & Park 2006, sec. 3.2). Exact where
-/// the field is smooth; samples on the line through c and its foot point detect an edge or a second wall.
+/// Finds the contact of a ball by one query of the field at its centre c (offset surface: Kim & Park 2006, sec. 3.2).
+/// Exact where the field is smooth. Samples above and below c detect an edge or a second wall.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
@@ -79,7 +79,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
       distance = edge.gap + radius_;
       n = edge.n;
     } else {
-      // Otherwise two walls influence the field there.
+      // If this fails, two walls influence the field there.
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -215,7 +215,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   if (!samples_->cover.empty() && (fine || found.count == 0)) find_between_samples(patch, X_VT, near, set);
 }
 
-/// Searches the contact nearest to x on the surface (descend()), and adds it.
+/// Adds the contact that descend() finds from x: the surface point nearest to the head.
 void ContactFinder::find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
                                ContactSet& set) const noexcept {
   ContactPlane plane;
@@ -236,7 +236,7 @@ void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& 
     float value;
     dvec3 x;
   };
-  Candidate nearest[H::descents] = {};  // sorted by value
+  Candidate nearest[H::descents] = {};  // sorted by `value`, the distance from tissue
   int count = 0;
   const glm::dmat3 axes(X_VT.R);
   constexpr double kHalfDiagonal = 0.87;  // voxels, half the diagonal of a voxel
@@ -396,8 +396,8 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// If a sharp rim of the head is inside smooth tissue, its two sides push in different directions, neither out of the
-/// tissue. Correct is the tissue's normal at the deepest point of the rim.
+/// If a sharp rim of the head is inside smooth tissue, the normals of its two sides both do not point out of the
+/// tissue. Uses the tissue's normal at the deepest point of the rim instead.
 bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);
@@ -485,8 +485,8 @@ bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, C
   return true;
 }
 
-/// Finds the point nearest to the head on the line where two sheets meet. Returns false if the head does not touch the
-/// line there, but one of the sheets beside it.
+/// Finds the point nearest to the head on the line where two sheets (smooth surfaces) meet. Returns false if the head
+/// touches not the line there, but a sheet beside it.
 bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x,
                                ContactPlane& plane) const noexcept {
   dvec3 n[2], m, t(0);

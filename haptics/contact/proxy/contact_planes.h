@@ -33,29 +33,28 @@ class ContactFinder {
             bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall
-  /// or a known crease stops it; otherwise returns false. `alone`: no other tissue is near; `set` contains this
-  /// contact.
+  /// or a known edge stops it; else returns false. `alone`: no other tissue is near; `set` contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
-  // voxels, largest distance of the ball's computed position from `c`
+  // voxels, largest displacement of the ball by seat()
   static constexpr double kMaxSeated = 1.5;
 
   /// Finds contacts for a head that overlaps tissue by more than `kSunk`, for example after a jump: the nearest points
   /// outside the tissue. If there is none within the field's band, `set` gets no contact.
   void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
-  // voxels of overlap above which a head counts as sunk
+  // voxels; a head with a larger overlap counts as sunk
   static constexpr double kSunk = 1.5;
 
-  /// Updates the normals and gaps of the contacts in `set` after a small motion of the head, without a new query of the
-  /// field.
+  /// Updates the normals and gaps of the contacts in `set` after a small motion of the head to X_VT, without reading
+  /// the field again.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Corrects contacts of a head that removed all tissue inside it at `X_VE` and is now at `X_VT`. Surface points
   /// inside it at `X_VE` are interpolation errors; they are moved to its surface.
   void project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Moves contact `i` by cubic queries to the point where head and surface are closest. Returns false if nothing
-  /// changed. `fine`: the normal is accurate to 0.01 degree, for a head that does not cut.
+  /// Moves contact `i` to the point where head and surface are closest, by cubic interpolation. Returns false if
+  /// nothing changed. `fine`: the normal is accurate to 0.01 degree, for a head that does not cut.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
   /// Updates normal and gap of one contact for the head at the pose X_VT, without a query of the field.

@@ -24,7 +24,7 @@ double from_circle(double u, double w, double k, double& du, double& dw) noexcep
   return twice / (1 + root);
 }
 
-/// A point on the surface beside the crease, with the normal by linear interpolation.
+/// A point on the tissue's surface beside the crease, and the normal there by linear interpolation.
 struct Landing {
   dvec3 x{0}, n{0};
 };
@@ -96,7 +96,7 @@ bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept
   return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
-/// Largest distance of the samples of fit() from their centre along the unit vector n.
+/// How far the samples that fit() uses extend from their centre along the unit vector n, voxels.
 double extent(const dvec3& n) noexcept {
   const dvec3 a = glm::abs(n);
   return std::max({2 * a.x, 2 * a.y, 2 * a.z, a.x + a.y, a.y + a.z, a.x + a.z});
@@ -160,7 +160,7 @@ struct Groups {
     for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
     return most;
   }
-  /// Direction away from all sheets except `except`, at the point p of a surface with the normal n.
+  /// Direction along a surface with the normal n, at its point p, away from all sheets other than `except`.
   dvec3 away(const dvec3& p, const dvec3& n, int except) const noexcept {
     dvec3 sum(0), other;
     for (int k = 0; k < count; ++k) {
@@ -233,7 +233,7 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
   return least;
 }
 
-/// Chooses the fit of a sheet that is nearest to the crease, among those that no other sheet influences.
+/// Chooses among the fits of the sheet `own` the one nearest to the crease whose samples no other sheet influences.
 bool choose(const SurfacePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
             int own, Sheet& sheet) noexcept {
   double nearest = 1e300;
@@ -295,7 +295,7 @@ bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
 
 namespace {
 
-/// Compares the sheets with the sample at the voxel `at`.
+/// Returns true if the sample at `at` agrees with the sheets.
 bool agrees(const SurfacePatch& patch, const dvec3& at, const Crease& crease, double tolerance) noexcept {
   return patch.holds(at, 0) && std::abs(sample_linear(patch, at) - crease.above(at)) < tolerance;
 }

@@ -31,7 +31,7 @@ struct Crease {
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
-/// The creases of the last contacts. A head that slides along a crease needs no new search. Servo thread only.
+/// The creases that the head touched last. So a head that slides along a crease needs no new search. Servo thread only.
 class KnownCreases {
  public:
   /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
@@ -40,16 +40,16 @@ class KnownCreases {
   /// The crease of the last contact, near place(); null: none.
   const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
   const dvec3& place() const noexcept { return known_[0].x; }
-  /// Call it when the tissue has changed.
+  /// Must be called when the tissue has changed.
   void forget() noexcept { count_ = 0; }
 
  private:
   static constexpr int kMost = 4;
   struct Known {
-    dvec3 x{0};  // near this place
+    dvec3 x{0};  // point near which the crease was found
     Crease crease;
   };
-  Known known_[kMost];  // last used first
+  Known known_[kMost];  // the crease that was used last comes first
   int count_ = 0;
 };
 

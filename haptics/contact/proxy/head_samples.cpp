@@ -25,7 +25,7 @@ struct FlatHead {
   float cx, cy, cz;  // coordinates of the head's centre
   float R[9];        // rotation matrix from the tool's frame T to the voxel frame V, column by column
   float radius;      // radius of a ball; 0 for any other head
-  float thickness;   // voxels, half the head's width
+  float thickness;   // voxels, largest radius of the head
 };
 
 /// Computes the signed distance of eight points from the head, and the gradient of this distance. Points are relative
@@ -97,16 +97,16 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
   mz = R[2] * ux + R[5] * uy + R[8] * uz;
 }
 
-/// The distance field around the head. Its coordinates are relative to the same voxel as those of FlatHead.
+/// The distance field around the head. Its coordinates are relative to the same voxel as the coordinates in FlatHead.
 struct FlatField {
   const float* samples;  // address of sample (0,0,0), which may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
-  bool whole;          // head samples may lie outside the patch, in air
+  bool whole;          // the patch contains all tissue; outside it is air
 };
 
 TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
-  double pair[8];  // a double holds two floats, so that one load reads both
+  double pair[8];  // two neighbouring floats, which one load reads as a double
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
   const F8 low = (F8)one, high = (F8)two;
@@ -221,8 +221,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // The weight of a sample's area decreases linearly from one at the surface to zero one voxel away. The sum of
-    // normals uses 2 a − b (a over half a voxel, b over one), so areas that would touch only deeper do not contribute.
+    // The weight b of a sample's area decreases linearly from 1 at the surface to 0 one voxel away. The sum of normals
+    // uses 2 a − b (a: 0 at half a voxel), so areas that would touch only deeper do not contribute.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;

@@ -50,7 +50,7 @@ struct HeadSamples {
   FlatPiece pieces[HeadField::kMaxPieces];
   int piece_count;
   float ball_radius;  // voxels, radius of a ball; 0 for any other head
-  float thickness;    // voxels, half the head's width
+  float thickness;    // voxels, largest radius of the head
   float reach;        // voxels, distance from the head's centre to its farthest point
   // Points such that every point of the surface is nearer than cover_radius (voxels) to one of them. Empty if the
   // samples themselves are so dense that no tissue lies between them.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// Index of the plane whose normal is most similar to `n`; the first of several equal ones.
+/// Index of the plane whose normal is most similar to `n`; if several are equal, the first one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int max_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
@@ -34,8 +34,8 @@ int max_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the most violated plane (the first of several equal ones), or -1 if none is violated: n·d +
-/// room ≥ -slip. `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
+/// Returns the index of the most violated plane (the first of several equal ones), or -1 if n·d + room ≥ -slip for all.
+/// `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int max_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                  float slip) {

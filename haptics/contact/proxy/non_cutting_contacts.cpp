@@ -94,7 +94,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Takes contacts in order of their gaps. Each further contact must have another direction or be at another place.
+  // Selects contacts with the smallest gaps. Skips contacts with the same direction at the same place as a selected
+  // one.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -118,8 +119,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
   }
 }
 
-/// Returns the allowed overlap (voxels) between tissue at x and a part with this `radius`. Near cuts, the coarse field
-/// cannot separate a thin neck from the wall, so parts hardly wider than the head get no contact.
+/// Returns the allowed overlap (voxels) of tissue at x and a part with this `radius`. Near cuts, the coarse field
+/// cannot distinguish a thin neck from the cut's wall, so parts hardly wider than the head get no contact.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));

@@ -1,5 +1,5 @@
-// Contacts of the parts of a tool that never cut. The shank uses the coarse patch; at cut tissue it has contact only
-// where it is clearly wider than the head. The safe end (pin at the tip) uses the head's patch.
+// Contacts of the parts of a tool that never cut. The shank searches in the coarse patch; at cut tissue it has contact
+// only where it is clearly wider than the head. The safe end (pin at the tip) searches in the head's patch.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +47,7 @@ class NonCuttingContacts {
   struct Known {
     ContactPlane plane;  // in voxels of the patch that this part searches
     bool shank;
-    double let;  // allowed overlap of tissue and part, in voxels of the patch that this part searches
+    double let;  // allowed overlap of tissue and part, in voxels of the patch in which this part searches
   };
   static constexpr int kMost = 5, kRoom = 8;  // largest numbers of contacts: one part, and all parts
 

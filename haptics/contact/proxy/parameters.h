@@ -28,7 +28,7 @@ struct WallSeatParameters {
   static constexpr double near = 0.05, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is less
   static constexpr double aligned = 1e-8;
-  static constexpr int iterations = 6;  // largest number of steps along a wall to the ball
+  static constexpr int iterations = 6;  // largest number of steps along the wall to the contact point
   // Largest allowed difference between 1 and the length of the field's gradient at the contact point. The length is 1
   // near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
@@ -36,18 +36,20 @@ struct WallSeatParameters {
   static constexpr double gradient_tolerance_alone = 5e-5;
 };
 
-/// Parameters of the refinement of one contact by cubic queries (ContactFinder::refine).
+/// Refinement of one contact by queries (cubic interpolations) of the field (ContactFinder::refine).
 struct RefineParameters {
   static constexpr int iterations = 2;  // largest number of queries in one call of refine() for a head that cuts
   // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
   // of the force's direction.
   static constexpr int iterations_fine = 12;
-  // Voxels that a ball may move after a query before the contact is no longer exact. The error of its gap is then 2e-5.
+  // Voxels. If a ball has moved by less since the last query, the contact counts as exact. The error of its gap is at
+  // most 2e-5.
   static constexpr double stays_exact = 0.02;
-  // Voxels, for a head with edges. Smaller than for a ball, because the error of the gap is as large as the distance
-  // moved.
+  // Voxels; as `stays_exact`, for a head with edges. Smaller than for a ball, because the error of the gap is as large
+  // as the motion.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels, for a head that does not cut. Smaller, because the hand then feels errors of the force's direction.
+  // Voxels; as `stays_exact`, for a head that does not cut. Smaller, because the hand then feels errors of the force's
+  // direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would gain about its
   // square.
@@ -59,20 +61,21 @@ struct RefineParameters {
   static constexpr double still_converges = 0.95;
   static constexpr double max_gain = 10;    // largest factor by which the secant method lengthens a step
   static constexpr double shortened = 0.2;  // factor for the step length after a step that increased the gap
-  // Largest difference between 1 and the gradient's length on a smooth surface.
+  // The surface is smooth if the gradient's length differs from 1 by less.
   static constexpr double smooth = 1e-3;
 };
 
 /// A sharp rim of the head inside the tissue (ContactFinder::touch_with_rim). The head must leave along the tissue's
 /// normal, not along the normal of one side of the rim.
 struct RimParameters {
-  // Cosine between the head's and the tissue's normal above which they count as equal; the rim is then not examined.
+  // If the cosine between the head's and the tissue's normal is larger, they count as equal, and the rim is not
+  // examined.
   static constexpr double askew = 0.99999;
   // Largest difference between 1 and the length of the field's gradient in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
-  // Cosine between the tissue's normals at a contact and at the rim above which both belong to the same wall.
+  // A contact and the rim belong to the same wall if the cosine between the tissue's normals there is above this.
   static constexpr double same_wall = 0.9;
-  // Voxels. A contact belongs to the rim if it is at most this length + twice the rim's depth away from the rim.
+  // Voxels. A contact belongs to the rim if its distance from the rim is at most this length + twice the rim's depth.
   static constexpr double near_rim = 2;
 };
 
@@ -97,15 +100,15 @@ struct CreaseParameters {
   // Distances of the search from the crease; the first one is usually enough.
   static constexpr double aside[] = {4, 6.5, 5};
   static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
-  static constexpr double min_aside = 2;  // smallest distance between a used place and the crease
+  static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
   static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
   // farther: distances beyond the place at which a sheet is fitted. height: distance above the sheet.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // along a narrow sheet, away from the others
   static constexpr double away_step = 3;
-  static constexpr double clear = 0.4;  // smallest distance between the samples of a fit and the samples of other
-                                        // sheets
+  // smallest distance between a fit's samples and other sheets' samples
+  static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel
   // Largest third or fourth difference of the samples. rough_curved × curvature² is added for curved sheets.
@@ -116,19 +119,22 @@ struct CreaseParameters {
       0.7;  // cosine between the normals of a sheet and of the place where it is fitted
   // Two fits belong to one sheet within this distance, and above this cosine between their normals.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
-  static constexpr double convex = 0.2;  // depth of a fit below the other sheets at a convex crease, at least
-  // A place belongs to a third sheet if it is this far below two sheets, or if the cosine between its normal and their
-  // line is larger.
+  // smallest depth of each sheet's fit below the other sheets
+  static constexpr double convex = 0.2;
+  // A surface point belongs to a third sheet if it lies missed_below under the first two, or if the cosine between its
+  // normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  static constexpr double missed_by = 0.3;  // difference of a sample below a place from the sheets, for a further sheet
-  // Distances from the place of the last fit within which a crease is used again, and within which its sheets are
-  // fitted again without a search.
+  // a sample below the surface that differs more shows a further sheet
+  static constexpr double missed_by = 0.3;
+  // Distances from the point where a crease was fitted: up to `reused` it is used again; up to `followed` its sheets
+  // are fitted again without a search.
   static constexpr double reused = 1, followed = 3;
   // The line of two sheets goes on if samples `below` it, `ahead` in both directions, agree with the sheets.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
   static constexpr double converged = 1e-9;
-  static constexpr double min_angle = 1e-4;  // determinant of normals below which sheets do not meet
+  // sheets are parallel if their normals' determinant is smaller
+  static constexpr double min_angle = 1e-4;
   static constexpr int newton_steps = 8;
 };
 
@@ -136,7 +142,7 @@ struct CreaseParameters {
 struct DescentParameters {
   static constexpr int steps = 14, surface_steps = 10;
   static constexpr double shortest = 0.2;  // a shorter step along the surface ends the descent
-  static constexpr double flat = 0.2;      // the gradient has no direction if it is shorter
+  static constexpr double flat = 0.2;      // a shorter gradient has no clear direction
   static constexpr double on_surface = 0.1, near_surface = 0.3;
 };
 
@@ -150,8 +156,8 @@ struct CreaseContactParameters {
   // Largest distances by which the exact crease may be farther from the head, or nearer to it, than the interpolated
   // one.
   static constexpr double farther = 0.5, nearer = 1.5;
-  static constexpr double depth = 1.5, agrees = 0.1;  // depth of the sample that is compared with the sheets, and
-                                                      // tolerance
+  // depth: depth of the sample that is compared with the sheets; agrees: largest difference
+  static constexpr double depth = 1.5, agrees = 0.1;
 };
 
 /// Grooves and inner corners between flat walls (groove.h). Voxels.
@@ -163,7 +169,7 @@ struct GrooveParameters {
   static constexpr int steps = 3;           // largest number of steps onto a wall
   static constexpr double on_face = 1e-3;   // largest distance of a point counted as on the wall
   static constexpr double gradient_tolerance = 1e-3;  // largest difference between 1 and the gradient's length
-  // Smallest depth of the tissue below a wall, and allowed error of the interpolated depth.
+  // The field must show tissue of this depth below a wall, with this allowed error.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;
   static constexpr double same_face = 1e-5;  // largest 1 - cosine between normals of one wall
   static constexpr double concave = 0.02;    // largest depth of a wall below the others' planes
@@ -180,16 +186,16 @@ struct GrooveParameters {
 /// Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch
-  // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
+  // Coarse voxels; linear interpolation gives distances that are too large by at most this.
   static constexpr double overestimate = 0.5;
   // Coarse voxels. A distance that differs from the largest stored distance (the band) by less counts as equal to it.
   static constexpr double at_band = 1e-3;
   // Coarse voxels. If the computed surface point is farther than this from the surface, the field is not a true
   // distance there, as at an intersection of solids.
   static constexpr double edge_distance = 0.4;
-  // Voxels of the head's patch. The shank's contacts are not searched again while its free distance is larger.
+  // Voxels of the head's patch. While the shank's free distance is larger, it is not computed again.
   static constexpr double enough_room = 3;
-  // voxels of the head's patch; with a smaller free distance, the shank's contacts are searched
+  // voxels of the head's patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
   // Contacts at the same place are merged if the cosine between their normals is larger.
   static constexpr double same_direction = 0.985;

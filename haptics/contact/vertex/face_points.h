@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::vertex {
 
-inline constexpr int kMaxParts = 64;  // largest number of parts of a face's edge
+inline constexpr int kMaxParts = 64;  // largest number of parts of a divided edge
 
 /// Number of equal parts for edges up to the length `longest`, so that no part is longer than `spacing`.
 inline int parts_of(double longest, double spacing) noexcept {
@@ -17,13 +17,13 @@ inline int parts_of(double longest, double spacing) noexcept {
 }
 
 /// Divides a triangle into n² equal triangles, and calls use(p, count) for their corners other than a, b and c.
-/// `count`: number of small triangles at the point p.
+/// `count`: number of small triangles that have a corner at p.
 template <class Use>
 void each_face_point(const dvec3& a, const dvec3& b, const dvec3& c, int n, Use&& use) {
   for (int u = 0; u <= n; ++u) {
     for (int v = 0; v <= n - u; ++v) {
       const int w = n - u - v;
-      if (u == n || v == n || w == n) continue;  // a corner of the face
+      if (u == n || v == n || w == n) continue;  // skips the corners of the face
       const dvec3 p = (static_cast<double>(u) * a + static_cast<double>(v) * b + static_cast<double>(w) * c) /
                       static_cast<double>(n);
       use(p, u == 0 || v == 0 || w == 0 ? 3.0 : 6.0);

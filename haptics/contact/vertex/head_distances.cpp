@@ -21,7 +21,7 @@ struct Lanes {
   double *distance, *n_x, *n_y, *n_z;
 };
 
-/// Computes distances from a ball, as VertexHead::distance(p, n).
+/// Computes distances of points from a ball, as VertexHead::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -105,8 +105,8 @@ struct KnownDistances {
   std::size_t count;
 };
 
-/// Extrapolates after a motion that moves p by change·p + shift in frame T. Stores distances (m) and indices of points
-/// at most `far` (m) from the head, plus the part of `motion` along their gradient. Returns their number.
+/// Extrapolates distances after a motion that moves each point p by change·p + shift in frame T. Stores distances (m)
+/// and indices of points not farther than `far` (m) + component of `motion` along the gradient. Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -128,7 +128,7 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // Removes unused lanes.
+  // Removes entries of unused elements after the end.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }
@@ -180,7 +180,7 @@ void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& 
   extrapolate(X_WG, 0, motion_W);
 }
 
-/// Computes the distances from which find() extrapolates, unless those for this list near X_WG are still valid.
+/// Computes the distances from which find() extrapolates, unless they were computed for this list at a pose near X_WG.
 void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   if (known_list_ == points.number() && known_ == points.size() &&
       displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
@@ -214,7 +214,7 @@ void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motio
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
   size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
                            distance_.data());
-  // The last batch of eight also reads these indices.
+  // The last batch of eight also reads these unused indices.
   for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
@@ -237,7 +237,7 @@ void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points
 
 void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept {
   const std::size_t count = size_;
-  // The last batch of eight also reads these elements, so they need valid numbers.
+  // The last batch of eight also reads these unused elements.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Lanes columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

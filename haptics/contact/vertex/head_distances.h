@@ -26,23 +26,23 @@ class HeadDistances {
   explicit HeadDistances(std::size_t most, double reuse = 0);
 
   /// Finds the listed points at most `far` metres from a head at X_WG, in the list's order. Unless `exact`, distances
-  /// are extrapolated linearly; heads are convex, so these are never too large.
+  /// are extrapolated linearly; heads are convex, so extrapolated distances are never too large.
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
   /// Finds the points that the head would contain after `motion_W` (m) from X_WG: their extrapolated distance is at
   /// most the motion along the gradient (not below 0). Requires `reuse` above 0.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
-  /// Number of distances that were computed for extrapolation since count_anew().
+  /// Number of distances that were computed, not extrapolated, since the last count_anew().
   std::size_t computed() const noexcept { return computed_; }
   void count_anew() noexcept { computed_ = 0; }
-  /// Must be called before find() with another list.
+  /// Must be called before find() is called with another list.
   void forget() noexcept { known_list_ = 0; }
   /// From index `first` on, removes points farther than `far` (m) from the head at points.listed_at(), and stores the
   /// distances of the others.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
 
-  // Usage without a list: clear(), add() for each point, evaluate().
+  // For points without a list: clear(), add() for each, evaluate().
   void clear() noexcept { size_ = 0; }
   bool full() const noexcept { return size_ == most_; }
   /// `index`: chosen by the caller. `off_W`: vector from the head's centre, m, frame W.

@@ -22,9 +22,9 @@ struct FollowParameters {
   static constexpr int rounds = 16;
   // Fraction of the longest step; shorter steps end the motion.
   static constexpr double settled = 0.2;
-  // Depth of a point inside the head above which the head counts as inside tissue, and is moved out.
+  // If a point is deeper inside the head than this, the head counts as inside tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// Motion of the head after which points are listed again.
+  /// After a longer motion of the head, points are listed again.
   static constexpr double kept = 0.15;
   /// Distance from the head within which points are listed.
   static constexpr double margin = kept + looks * step;
@@ -53,11 +53,11 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
 /// only.
 class HeadFollower {
  public:
-  /// A point that holds the head back.
+  /// A contact point that stops the head.
   struct Hold {
     std::uint32_t point;  // index of the point
     dvec3 n;              // unit vector, direction in which the point pushes the head
-    double push;          // m by which the point keeps the head from the hand
+    double push;          // m, distance by which the point displaces the head from the hand
   };
 
   /// `distances`: buffer of the caller, which is overwritten. It must outlive this object.
@@ -66,10 +66,9 @@ class HeadFollower {
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns its position. Near points
-  /// limit each step by linear inequalities; a head is convex, so no point is inside afterwards. `slack`: m, allowed
-  /// overlap. `give`: points already inside only prevent a deeper overlap. `list(p)`: updates the list around p.
-  /// `complete(p, far)`: adds missing points; returns the length (m), at most `far`, that the head may move at p.
-  /// `may_go_on()`: false: stop until the next tick.
+  /// limit each step. `slack`: m, allowed overlap. `give`: points inside the head only prevent a deeper overlap.
+  /// `list(p)`: updates the list around p. `complete(p, far)`: adds missing points; returns how far (m), at most `far`,
+  /// the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {

@@ -23,7 +23,7 @@ using P = CutParameters;
 
 namespace {
 
-// m, rounding error of bounding balls (floats)
+// m, rounding error of the faces' bounding balls (floats)
 constexpr double kRounding = 1e-6;
 // Largest number of rounds that move vertices back. After these, all vertices return to their positions before the
 // step.
@@ -40,7 +40,7 @@ constexpr double kClearlyInward = 1e-12;
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 // m; triangles with a smaller height have uncertain normals
 constexpr double kFlat = 1e-7;
-// A quick test of lengths decides only if one is shorter than kShorter × the other.
+// A comparison of approximate lengths decides only if one is shorter than kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -92,7 +92,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Removes unused lanes.
+  // Removes entries of unused elements after the end.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
@@ -108,7 +108,7 @@ bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j
   return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
 }
 
-/// Number of near faces above which edges are not split.
+/// With more faces near the head, edges are not split.
 std::size_t max_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -142,7 +142,7 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
   return {&head, X, R, glm::transpose(R)};
 }
 
-/// Begins to search the faces within `margin` (m) of `head`.
+/// Begins the search for faces within `margin` (m) of `head`.
 void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   head_ = head;
   margin_ = margin;
@@ -309,7 +309,7 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
   return true;
 }
 
-/// Computes the targets of the vertices that find_inside() has collected.
+/// Computes target positions of the vertices that find_inside() collected.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
   left_ -= kCutCosts.distances * static_cast<Effort>(distances_.size());
@@ -339,7 +339,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
-        // If the bounding ball is outside the head, so are the corners.
+        // If a face's ball is outside the head, so are its corners.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
         if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
@@ -367,7 +367,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, 
   });
 }
 
-/// Moves the vertices of a face back to their positions before the step. Returns false if none had moved.
+/// Moves the vertices of a face back to their positions before the step. Returns false if no vertex had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -385,7 +385,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // A quick test without square roots; the exact test follows.
+  // Quick test without square roots; the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::min_turn * P::min_turn * now2 * before2) {
     return false;
@@ -442,7 +442,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   crowded_ = false;
 }
 
-/// Fills crowd_ with all near faces, in the balls' order.
+/// Fills crowd_ with the faces in near_, in their balls' order.
 void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   for (std::size_t slot = 0; slot < near_.size(); ++slot) {
     const Index f = near_[ball_at_[slot]];
@@ -452,7 +452,7 @@ void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   crowded_ = true;
 }
 
-/// Updates crowd_ for the faces around a moved vertex.
+/// Updates the faces around a moved vertex in the table crowd_.
 void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     const std::uint32_t slot = slot_of_[f];
@@ -497,8 +497,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t count = 0, tested = 0;
     for (std::size_t i = 0; i < found; ++i) {
       const std::size_t slot = from + (overlapping_[i] & ~kBeside);
-      // The test of this face in this round included f and found no crossing. Not valid if vertices were moved back
-      // (held_).
+      // This face was tested earlier in this round, also against f, without an intersection. Not valid if vertices were
+      // moved back since (held_).
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       ++tested;
       if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
@@ -527,7 +527,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
 /// Returns true if a face faces the core (VertexHead::core_low) in all its corners.
 bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
   const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
-  // Vector from the nearest point of the core.
+  // Vector from the core (part of the axis) to `off`.
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
@@ -545,8 +545,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   return true;
 }
 
-/// Adds a face to suspects_ if it does not face the core, as in a thin wall, undercut or hole. If all near faces face
-/// the core, each ray from it enters the solid once, so nothing intersects.
+/// Adds a face to suspects_ if it is not directed towards the core, as in a thin wall, undercut or hole. If all near
+/// faces are, each ray from the core enters the solid once, so no faces intersect.
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
@@ -559,8 +559,8 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (distances_.full()) decide_candidates(mesh, head);
 }
 
-/// Distance from the head within which a face can intersect, m. Moved vertices are on the head's surface, so other
-/// faces matter only very near it.
+/// Distance from the head (m) within which a face can intersect another. Moved vertices lie on the head's surface, so
+/// unchanged faces can intersect only very near it.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
   return mesh.ball_radius(f) + (face_seen_[f] == look_ ? edge : kRounding);
 }
@@ -581,7 +581,7 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
   distances_.clear();
 }
 
-/// If the face crosses another, moves both faces' vertices back.
+/// If the face intersects another face, moves the vertices of both back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
   if (!held_ && tested_in_[f] == edge_look_) return;  // The face is listed twice and was tested already.
   const Index g = crossed_near(mesh, f);
@@ -725,8 +725,8 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Merges vertex v into a neighbour: first those outside the head, and of these the nearest. Returns false if none is
-/// possible.
+/// Merges vertex v into a neighbouring vertex. Tries first neighbours outside the head, the nearest first. Returns
+/// false if no merge is possible.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   struct Neighbour {
@@ -768,7 +768,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMaxSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The longest cut of the servo (FeelParameters::stride) must be exactly one step, in spite of rounding.
+  // The factor ensures that the servo's longest cut (FeelParameters::stride) is exactly one step, in spite of rounding.
   const double steps = way / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMaxSteps)), 0};
   done_ = {};
@@ -782,7 +782,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Continues the stage until done or `left_` is used up.
+/// Continues the stage until it is complete or `left_` is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {

@@ -1,5 +1,5 @@
-// Moves the vertices of a mesh out of the head (S4 in docs/papers.md, section 3). Beyond the paper, it splits long
-// edges first, keeps vertices inside the solid, and repairs slivers.
+// Moves the vertices of a mesh out of the head (paper S4 in docs/papers.md, section 3). Beyond the paper, it splits
+// long edges first, keeps vertices inside the solid, and repairs slivers.
 #pragma once
 
 #include <algorithm>
@@ -19,9 +19,9 @@
 
 namespace typodont::haptics::vertex {
 
-/// Most lengths in target edges, which depend on the head.
+/// Most lengths are ratios to the target edge length.
 struct CutParameters {
-  // Longer edges are split first (Botsch & Kobbelt 2004).
+  // Longer edges are split before the cut (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shorter edges are collapsed
   // Head's motion per step; short, so no face turns far.
@@ -30,7 +30,8 @@ struct CutParameters {
   static constexpr double farthest = 3;
   // smallest cosine between a face's normals before and after
   static constexpr double min_turn = 0.2;
-  // A face may turn farther if the cosine between its normal and the head's reversed normal is at least this.
+  // A face may rotate farther than `min_turn` if the cosine between its normal and the head's reversed normal is at
+  // least this.
   static constexpr double faces_head = 0.3;
   // Cosine above which two faces with a common vertex have the same direction. They are tested only if their angles
   // overlap, seen along a normal.
@@ -39,35 +40,35 @@ struct CutParameters {
   static constexpr double flat_fold = -(1 - 1e-6);
   // height / longest edge below which a face is a sliver
   static constexpr double flattest = 0.12;
-  // Length of an edge that may collapse even if this leaves a bad face.
+  // An edge shorter than this may collapse even if a badly shaped face remains.
   static constexpr double tiny = 0.1;
   // smallest area of a face after a collapse, in half squared target edges
   static constexpr double min_area = 1e-6;
   // Longest edge after a merge; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
-  // Largest number of faces near the head, as a ratio to equilateral faces that would cover it. With more, no edge is
-  // split. Usually about two; more only at the rim of a membrane.
+  // With more faces near the head, no edge is split. As a ratio to the number of equilateral faces that would cover the
+  // head. Usually about two; more only at the rim of a membrane.
   static constexpr double max_faces = 4;
   // m; a vertex up to this depth inside still counts as on the head's surface
   static constexpr double overlap = 1e-10;
   // Smallest cosine between the new normals and the old mean normal (weighted by area) for a flip.
   static constexpr double same_plane = 0.9;
-  // Smallest cosine between normals before and after a collapse. Faces towards the head (`faces_head`) may turn
-  // farther.
+  // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
+  // rotate farther.
   static constexpr double min_turn_in_mending = 0.5;
-  // Largest change of volume by a merge, cubed target edges.
+  // Largest change of volume by merging a vertex, cubed target edges.
   static constexpr double max_given = 0.2;
-  // Largest change of volume by a collapse or flip, in cubed target edges.
+  // Largest change of volume by a collapse or flip, in cubed target edge lengths.
   static constexpr double max_volume = 0.02;
 };
 
-/// Tissue labels before the first cut; null: only one tissue.
+/// Tissue of each voxel before cuts; null: only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
   PerTissue removed{};   // m³, removed volume of each tissue
   bool changed = false;  // true if the mesh has changed
-  bool held = false;     // true: vertices stayed inside the head (thin wall, open border)
+  bool held = false;     // true: some vertices inside the head could not move
 };
 
 /// Computing effort in units of 10 ns, from numbers of faces and vertices, so that a replay has the same values.
@@ -88,7 +89,8 @@ struct CutCosts {
   Effort test = 75, pair = 4;       // per face: intersection test; per pair of faces
   Effort account = 2, repair = 3;   // per changed face: volume and tissue; short edges and slivers
   Effort collapse = 60;             // per attempt to collapse or flip an edge
-  Effort thin_collapse = 500;       // per attempt if there are faces away from the head
+  // per attempt, if some faces are directed away from the head
+  Effort thin_collapse = 500;
 };
 inline constexpr CutCosts kCutCosts;
 
@@ -96,7 +98,7 @@ inline constexpr CutCosts kCutCosts;
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // all faces within `within` of the head, or more
   Pose X_W;
-  double within = 0;         // m, see `faces`; 0: the list is not valid
+  double within = 0;         // m, distance for `faces`; 0: the list is not valid
   std::uint64_t number = 0;  // number of the list, different for every list
 };
 
@@ -111,11 +113,13 @@ class MeshCutter {
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Makes a cut in parts: begin(), work() until it returns true, done(). Meanwhile nothing else may change the mesh.
-  /// work() uses up `left`. `known`: saves a search. The result does not depend on the parts or on `known`.
+  /// work() uses up the effort `left`. `known`: faces found earlier, to save a search. The result does not depend on
+  /// either.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   const CutDone& done() const noexcept { return done_; }
-  /// Cuts as printed in S4: moves vertices away from the centre or axis to the surface, without splits or repairs.
+  /// Cuts exactly as paper S4 describes: moves vertices away from the head's centre or axis to its surface, without
+  /// splits or repairs.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -130,7 +134,7 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³ × 6, volume of the tetrahedron to the head's centre
+    double volume6;  // m³ × 6, volume of the tetrahedron with the head's centre
     dvec3 normal;    // normal whose length is twice the face's area
   };
   /// A face that may intersect another one, with the distance from the head within which this matters.
@@ -157,7 +161,7 @@ class MeshCutter {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
     double edge = 0;          // m, target edge length
-    int steps = 0, step = 0;  // number of steps in total, and number of steps begun
+    int steps = 0, step = 0;  // total number of steps, and number of steps begun so far
   };
   /// The stages of a step, in this order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is complete.
   enum class Stage : std::uint8_t {
@@ -226,7 +230,7 @@ class MeshCutter {
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
-  /// Slice of a bounding ball. `x`: coordinate of its centre along the slice axis, m.
+  /// Index of the slice that contains a bounding ball. `x`: m, coordinate of its centre along slice_axis_.
   int slice_at(float x) const noexcept {
     return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
   }
@@ -245,14 +249,14 @@ class MeshCutter {
   std::uint32_t look_ = 0;
   // for each vertex and face: number of the search (look_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
-  std::vector<std::uint32_t> place_of_;  // for each vertex of this step: its index in moved_
+  std::vector<std::uint32_t> place_of_;  // for each vertex visited in this step: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // for each vertex: last round (edge_look_) in which a face at it was away from the head
+  // for each vertex: last round (edge_look_) in which one of its faces was directed away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMaxTogether};           // buffer for distances that are computed together
   std::array<Candidate, kMaxTogether> candidates_;  // faces of the points in distances_ during the selection
-  // Bounding balls of near_, sorted into slices, m.
+  // Bounding balls of the faces in near_, by slices, m.
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
   std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
   int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
@@ -260,10 +264,10 @@ class MeshCutter {
   float widest_ = 0;  // m, largest radius of the balls in the slices
   // for each slice: its first ball; then the first large ball, and the end
   std::array<std::uint32_t, kSlices + 2> slice_start_{};
-  // balls that overlap the ball under test
+  // balls that overlap the tested face's ball
   std::vector<std::uint32_t> overlapping_;
-  // Corners of the faces in near_, in the order of the balls. Filled only if very many balls overlap, as at the rim of
-  // a hole where a thin membrane collects tiny faces.
+  // Corners of the faces in near_, in the order of the balls. Filled only if very many bounding balls overlap, as at
+  // the rim of a hole, where a thin membrane collects tiny faces.
   mesh::TriangleTable crowd_;
   bool crowded_ = false;                // true: crowd_ was filled in this round
   std::vector<std::uint32_t> slot_of_;  // for each face in near_: its index in crowd_
@@ -271,18 +275,18 @@ class MeshCutter {
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // true: some face looks away from the head (thin wall, undercut)
+  bool thin_ = false;  // true: some face is directed away from the head (thin wall)
   // State of a cut that is made in parts.
   Job job_;
   Placed head_;                            // the head in this step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are collected
-  bool takes_known_ = false;               // true: near_ is collected from the list number known_
+  bool takes_known_ = false;               // true: near_ is collected from the KnownFaces with the number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort left in this work()
   std::size_t at_ = 0;            // index of the face or vertex where the stage continues
-  std::size_t looking_away_ = 0;  // number of faces away from the head, first in suspects_
+  std::size_t looking_away_ = 0;  // number of faces directed away from the head, first in suspects_
   bool held_ = false;             // true: vertices were moved back in this round
   int rounds_ = 0;                // number of rounds in this step
   // true: this round of keep_unfolded() moved vertices back

@@ -14,7 +14,7 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels; a face within this distance determines the value
+// voxels; faces within this distance of a sample determine its value
 constexpr double kNear = 2.5;
 
 /// `feature`: nearest part of the triangle: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, section 5.1.5).
@@ -143,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Outside the blocks nothing changed: the old sign is valid.
+      // Outside the blocks, no cut changed the field's signs.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||

@@ -5,8 +5,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Computes the field in `blocks`. Near a face that a cut moved: the distance to it, but not less than the value before
-/// all cuts. Elsewhere: the old value, or a positive limit where tissue is now gone.
+/// Computes the field in `blocks`. Near a face that a cut has moved, the value is the distance to it, but not less than
+/// before all cuts. Elsewhere: the old value, or a positive constant where tissue was removed.
 std::vector<RasterBlock> field_of(const mesh::EditableMesh& mesh, const FieldBlocks& blocks,
                                   const TissueVolume& untouched, const TissueVolume& now);
 

@@ -36,14 +36,15 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// The bounds as planes for the active-set solver, in m.
+/// The step's bounds as planes for the active-set solver, in m.
 class BoundPlanes {
  public:
   struct Plane {
     dvec3 n;  // unit vector, push on the head
     double gap;
   };
-  // Very small limits of linear dependence, because neighbouring points of a fine mesh have nearly equal normals.
+  // Very small limits for linear dependence of normals, because neighbouring points of a fine mesh have nearly equal
+  // normals.
   static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-9, .min_rest = 1e-8};
 
   BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}

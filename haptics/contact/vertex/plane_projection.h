@@ -1,4 +1,4 @@
-// Finds the step of the head nearest to the hand within the bounds of the contact points.
+// Finds the step that brings the head as near to the hand as the contact points allow.
 #pragma once
 
 #include <cstddef>

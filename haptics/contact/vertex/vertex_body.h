@@ -30,7 +30,7 @@ struct KeyLess {
 /// Blocks of 8³ samples; a key is the index of a block along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// Carver thread only. Cuts change the mesh, rasterize() the field.
+/// Carver thread only. Cuts change the mesh, rasterize() the distance field.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -55,7 +55,7 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// Removed volume of all cuts, also undone ones, m³.
+  /// Volume removed by all cuts, including undone cuts, m³.
   const PerTissue& removed() const { return removed_; }
 
  private:
@@ -70,7 +70,7 @@ class VertexBody final : public TissueBody {
   void count_painted();
 
   TissueVolume volume_;
-  // number of strokes in the volume at construction; they are not in `done_`
+  // number of strokes that the volume contained at construction; these are not in `done_`
   std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;

@@ -18,7 +18,8 @@ VertexHead::VertexHead(const Tool& tool)
 
 /// Finds tangents at the inclined pieces of the outline: along a line, or at the middle of an arc.
 void VertexHead::find_flanks() noexcept {
-  constexpr double kInclined = 0.02;  // smallest component of a normal along and across the axis
+  // smallest component of an inclined piece's normal along each direction
+  constexpr double kInclined = 0.02;
   constexpr double kRounding = 1e-7;  // m, larger than the rounding error of may_be_within()
   const std::span pieces = std::span(field_.pieces).first(static_cast<std::size_t>(field_.count));
   for (const HeadField::Piece& piece : pieces) {
@@ -27,7 +28,7 @@ void VertexHead::find_flanks() noexcept {
     // Normal of the chord a–b; for an arc, this is the normal at its middle.
     const double n_rho = piece.dz / chord, n_z = -piece.dx / chord;
     if (n_rho < kInclined || std::abs(n_z) < kInclined) continue;
-    // Extent of the whole outline along the normal (n_rho, n_z).
+    // How far the whole outline extends along the normal (n_rho, n_z).
     double extent = -1;
     for (const HeadField::Piece& other : pieces) {
       extent = std::max({extent, n_rho * other.ax + n_z * other.az, n_rho * other.bx + n_z * other.bz});
@@ -46,8 +47,8 @@ void VertexHead::find_flanks() noexcept {
 void VertexHead::find_core() noexcept {
   constexpr double kTolerance = 1e-9;  // m, tolerance of the depth
   const auto end_of_core = [&](double end, double way) {
-    double inside = 0, outside = 2 * half_;  // radii: a ball with the first is inside the head, with the second it is
-                                             // not
+    // radii: a ball with the radius `inside` is inside the head, with the radius `outside` it is not
+    double inside = 0, outside = 2 * half_;
     for (int i = 0; i < 50; ++i) {
       const double radius = 0.5 * (inside + outside);
       (distance({0, 0, end + way * radius}) <= kTolerance - radius ? inside : outside) = radius;
@@ -58,7 +59,8 @@ void VertexHead::find_core() noexcept {
   core_low_ = std::min(low, 0.5 * (low + high)), core_high_ = std::max(high, 0.5 * (low + high));
 }
 
-/// Newton iteration: the distance is convex along the line, so from outside it converges without overshooting.
+/// Uses Newton iteration. The distance is convex along the line, so the iteration converges from outside without
+/// overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;

@@ -1,4 +1,4 @@
-// Distances from a head, and target positions of vertices inside it (S4, section 3).
+// Distances from a head, and target positions of vertices inside it (paper S4, section 3).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The contact method "vertex": a mesh whose vertices the head pushes away (S4 in docs/papers.md).
+// The contact method "vertex": a mesh whose vertices the head pushes away (paper S4 in docs/papers.md).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace typodont::haptics::vertex {
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;              // m, target edge; 0: a sixth of the radius
+  double edge = 0;              // m, target edge length; 0: a sixth of the head's radius
   bool as_printed = false;      // true: uses the rules as printed in S4 (README.md)
   std::size_t spare = 200'000;  // number of vertices that cuts may add
 

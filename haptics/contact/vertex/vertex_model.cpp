@@ -19,9 +19,9 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMaxFaces = 1 << 17;  // upper limit of the number of faces near the head
-/// Estimated costs of listing points, in the unit of Effort, from measurements.
+/// Measured computing costs of listing points, in units of Effort (10 ns).
 struct ListCosts {
-  Effort face = 2;      // per face found by a search that is not divided
+  Effort face = 2;      // per face that a search in one call finds
   Effort visit = 1;     // per visited cell or face of the search grid
   Effort vertex = 2;    // per face whose vertices are listed
   Effort distance = 3;  // per distance between the head and a point
@@ -29,11 +29,11 @@ struct ListCosts {
   Effort part = 2;      // per additional point on a large face
 };
 constexpr ListCosts kListCosts;
-// Effort of the contact per listed point, in units of 5 ns, half the unit of other efforts.
+// Effort of computing the contact, per listed point; in units of 5 ns, half the unit of other efforts.
 constexpr Effort kContactEffort = 3;
 // Effort of a distance that must be computed, not extrapolated, in units of 10 ns.
 constexpr Effort kFreshEffort = 2;
-// clearance() searches in rounds: search distance of a round / that of the round before
+// clearance() searches in rounds; search distance of a round / search distance of the previous round
 constexpr double kNextShell = 4;
 
 /// Normal whose length is twice the face's area.
@@ -44,7 +44,7 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
 /// Number of parts of each edge of a face, so that no part is longer than CutParameters::longest, above which a cut
 /// would split an edge.
 int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // Quick test: a small bounding ball needs no division.
+  // Quick test: a small bounding ball contains no long edge.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -80,7 +80,7 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // Repeats the servo's later cuts, which the new mesh lacks. After undo, a repeated cut may remove another volume.
+  // Repeats the servo's cuts that the new mesh lacks. After undo, a repeated cut may remove another volume than before.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -209,7 +209,7 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // listed once, with the face stored in the vertex
+    if (mesh.vertex(v).face != f) continue;  // lists a vertex only with the face stored in it
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
@@ -351,9 +351,8 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Computes the springs of the vertices that a virtual motion by P::probe along `pull` would push (S4, section 4.2).
-/// Except for a ball, depths are extrapolated from X; otherwise thin parts could pass a vertex and push it to the wrong
-/// side.
+/// Sums the springs of the vertices that a virtual motion of the head by P::probe along `pull` would push (paper S4,
+/// section 4.2). Except for balls, depths are extrapolated from X, because a thin head could pass a vertex.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -389,8 +388,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the rate of a bur's force, which would jump if the bur loses contact far from the hand. Allowed change per
-/// tick: P::ease × dt, in contact plus stiffness × the hand's motion.
+/// Limits the change of a bur's force, which would jump when the bur loses contact far from the hand. Allowed per tick:
+/// P::ease × dt; in contact, additionally stiffness × the hand's motion.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -402,8 +401,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Writes the force and torque of the springs to `out`, with a damper along the force that never reverses it (S4, eq.
-/// 4.1, 4.4 and 4.5).
+/// Writes the force and torque of the springs to `out`, with a damper along the force that never reverses it (paper S4,
+/// eq. 4.1, 4.4 and 4.5).
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -433,8 +432,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // cut could not move only prevent a deeper overlap (in.cuts below).
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double slack = exact ? 0 : P::slack * head().radius();
-  // During a cut or while a list is made, a cutting head moves only as far as the current list is valid, because a
-  // complete list would take too long.
+  // During a cut or while the next list is made, a cutting head moves only as far as the current list is valid. To make
+  // a complete list would take too long.
   const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
@@ -476,7 +475,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), fraction * stiffness * depth / along * springs_.torque, out);
 }
 
-/// Without contact: reduces a bur's last contact force to zero.
+/// Without contact: reduces the bur's last force gradually to zero.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
   const dvec3 rest = eased(in, dvec3(0));
@@ -592,7 +591,7 @@ bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcep
     return true;
   }
   Effort left = effort_for_cut() - listed_;
-  if (left <= 0) return false;  // lists of this tick have used up the effort
+  if (left <= 0) return false;  // the lists made in this tick have used up the effort
   if (!part_.finished) {
     if (!cutter.work(snapshot_.mesh, known_faces(), left)) return false;
     part_.done = cutter.done();

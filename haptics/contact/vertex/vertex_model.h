@@ -16,51 +16,52 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // Length of the virtual motion / the head's radius. Long enough to push many vertices, short enough that none passes
-  // the head's centre.
+  // Length of the virtual motion / the head's radius. Long enough to push many vertices; short enough that no vertex
+  // passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack =
       0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
-  // Largest force across the pull (direction from head to hand) / force along the pull.
+  // Largest force perpendicular to the pull (direction from head to hand) / force along the pull.
   static constexpr double max_aside = 0.25;
-  // N/s, largest rate of a bur's force with resting hand
+  // N/s, largest change of a bur's force while the hand rests
   static constexpr double ease = 6.5;
-  // Shortest advance per cut, in target edges. Energy is collected until it is enough, so that not every tick cuts.
+  // Shortest advance per cut, in target edges. Energy is collected over several ticks until it is enough for this
+  // advance.
   static constexpr double sweep = 0.04;
-  // Shortest advance of a cutting edge that the hand drags, in target edges. Very short, because a dragged edge stores
+  // Shortest advance per cut of a hand instrument's edge, in target edges. Very short, because such an edge can collect
   // little energy.
   static constexpr double scrape = 2e-5;
-  // longest advance per cut, in target edges
+  // Longest advance per cut, in target edge lengths.
   static constexpr double stride = 0.5;
   // A dragged edge cuts only a fraction of the touched area, because it advances by less than the height differences
   // between vertices. The fraction is measured. met_weight: weight of a new measurement; min_met: smallest mean.
   static constexpr double met_weight = 0.1, min_met = 0.01;
   // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
-  static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
-  // Motion / radius for which a short list is valid. While the head cuts, only very near points are listed, because the
-  // head moves little until the next list.
+  static constexpr double look_ahead = 0.5e-3;  // m, distance from the head within which clearance() searches tissue
+  // Motion / radius for which a short list of points is valid. It is used while the head cuts, because the head then
+  // moves little until the next list.
   static constexpr double short_list = 0.05;
   // Fraction of a list's valid motion after which the model begins the next list.
   static constexpr double begin_next = 0.3;
-  // Limit of room_in_list() / radius. A head that waits for its next list stops at 0; a fast rotation can make the
-  // value negative. Below the limit, a new list is made at once.
+  // If room_in_list() / radius is below this, a new list is made at once. A head that waits for its next list stops at
+  // 0, but a fast rotation can make the value negative.
   static constexpr double min_room = -0.1;
   // Motion / radius up to which distances are extrapolated.
   static constexpr double reuse = 0.02;
-  // After a cut of n ticks, the next cut waits up to `rest` × n ticks; not at all if the collected energy allows an
-  // advance of `hurry` × (cut area / radius²) × edge length, so that a thin head makes short cuts.
+  // After a cut of n ticks, the next cut waits up to `rest` × n ticks. The longer the possible advance, the shorter the
+  // wait; none at `hurry` × (cut area / radius²) × edge length.
   static constexpr double rest = 3, hurry = 0.08;
   // The next cut waits for at least `min_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
   // would reduce the removal of thin heads.
   static constexpr double min_rest = 1.05;
-  // Largest effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more continues in the
-  // next tick.
+  // Largest computing effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more
+  // continues in the next tick.
   static constexpr Effort max_effort = 6500;
   // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of max_effort.
   static constexpr Effort min_effort = 2000;
-  // Largest effort of all lists in one tick, in units of 10 ns. A fast head needs several lists; beyond the limit, it
-  // continues its motion in the next tick.
+  // Largest computing effort for lists of points in one tick, in units of 10 ns. A fast head needs several lists;
+  // beyond the limit, it continues its motion in the next tick.
   static constexpr Effort max_listed = 15000;
 };
 
@@ -89,7 +90,7 @@ class VertexModel final : public ContactModel {
   static constexpr std::size_t kMaxProposed = 64;  // largest number of points whose distances are computed at once
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
-    double area;    // m², area that the point represents, a third of the area of the triangles around it
+    double area;    // m², area that the point represents, one third of the area of the triangles around the point
     mesh::Index v;  // index of the vertex; kNone: not a vertex
     Tissue tissue;
   };
@@ -112,8 +113,8 @@ class VertexModel final : public ContactModel {
     std::size_t at = 0;        // index in near_ at which the current stage continues
     std::size_t vertices = 0;  // number of listed points that are vertices of the mesh
   };
-  /// Sums over the springs of the vertices that push the head. In constrain_as_printed() they are not multiplied by
-  /// area: `force` in N, `torque` in N·m, `tissue` in m.
+  /// Sums over the springs of all vertices that push the head. In constrain_as_printed(), the terms are not multiplied
+  /// by area: `force` is in N, `torque` in N·m, `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices in contact represent
@@ -187,15 +188,15 @@ class VertexModel final : public ContactModel {
   double met_ = 1;
   /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {
-    bool open = false;  // true: begun, and cut() has not returned its result yet
+    bool open = false;  // true: begun; cut() has not returned its result yet
     bool scrapes = false;
     std::uint32_t tool = 0;
     Pose from{}, to{};
     double estimated = 0;  // m³, expected removed volume
     CutDone done{};
     bool finished = false;  // true: the mesh is cut completely
-    bool lists = false;     // true: the list for the cut mesh has been begun
-    bool advances = false;  // true: the head moves to `to`; valid if `lists` is
+    bool lists = false;     // true: the list of points in the cut mesh was begun
+    bool advances = false;  // true: the head moves to `to`; valid if `lists` is true
     int ticks = 0;          // number of ticks that the cut took
     int rest = 0;           // number of ticks since the cut was finished
   } part_;

@@ -13,8 +13,8 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Returns the factor for all springs that gives a head in a flat wall the scene's stiffness, as a mean over
-/// directions: samples are less deep than the head. `reach`: head's farthest point, in the samples' unit.
+/// Returns the factor for all springs with which a head pressed into a flat wall has the scene's stiffness, as a mean
+/// over directions; needed because samples are less deep. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
   // penetration depth / smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;
@@ -23,7 +23,7 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
   const double depth = kPressed * width;
   double sum = 0;
   for (const HeadSample& side : samples) {
-    const dvec3 in = side.n_T;  // unit direction into the wall
+    const dvec3 in = side.n_T;  // unit vector into the flat wall
     double lowest = -reach;
     for (const HeadSample& s : samples) lowest = std::max(lowest, glm::dot(in, s.p_TQ));
     double below = 0;
@@ -168,7 +168,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  // voxels³ × hardness; determines the energy of the cut
+  // voxels³ × hardness of removed tissue; gives the cut's energy
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;

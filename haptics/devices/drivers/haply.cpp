@@ -104,7 +104,7 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // The watchdog process must know of a force before it is sent.
+    // The watchdog process must learn of a force before it is sent.
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }

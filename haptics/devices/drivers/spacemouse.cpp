@@ -75,7 +75,7 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // Without reports the cap counts as released. Otherwise a lost report of the release would let the tool drift.
+    // Without reports the cap counts as released. Otherwise the tool would drift if the report of the release was lost.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);

@@ -98,7 +98,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // The watchdog process must know of a force before it is sent.
+    // The watchdog process must learn of a force before it is sent.
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -144,7 +144,7 @@ class ArmDevice : public HapticDevice {
   /// Updates the encoders. Returns false if a count is impossible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    // After a clock jump, any motion within 0.5 s is accepted.
+    // After a clock jump, accepts any motion that is possible in 0.5 s.
     if (!(dt > 0 && dt < 0.5)) dt = 0.5;
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
