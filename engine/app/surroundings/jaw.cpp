@@ -29,7 +29,7 @@ constexpr double kBack = 25e-3;  // m, distance to the back of the mouth
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
 // The tongue, m: distance of its edge from the teeth, depth below the chewing plane, height of its dome, edge radius.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
-// Cheek and lip, m: distance of the cheek from the teeth, its edge above the chewing plane, the lip below that edge,
+// Cheek and lip, m: distance of the cheek from the teeth, its edge above and the lip's edge below the chewing plane,
 // edge radius.
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 // The face, m: distance of the lip and of the face's end from the teeth; radius of the lip; the face falls by kFaceFall

@@ -38,8 +38,8 @@ constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;
 // The path is searched slightly beyond its end, to find contacts there.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // largest number of spheres in a near list
-constexpr std::size_t kAllListed = 16384;  // largest number of spheres in all near lists
+constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
+constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
 // m; up to this gap, the spheres of a long list count as near without a test (listed_near)
 constexpr double kFewOthers = 100e-6;
 // number of spheres from which a list is long
