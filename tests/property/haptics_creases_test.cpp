@@ -183,6 +183,30 @@ TEST(Creases, ABallRestsOnEdgesRimsAndCornersWithin2PercentAndATenthOfAVoxel) {
   }
 }
 
+TEST(Creases, ATipThatSlidesThroughAGrooveRestsOnItsWallsInEveryTick) {
+  const double r = 0.125_mm, voxel = 0.1_mm, slope = std::sqrt(3.0);
+  const std::string groove = R"({"difference": [{"box": {"center_mm": [0, 0, -1.5], "size_mm": [8, 6, 3]}},
+      {"intersection": [{"box": {"size_mm": [8, 8, 8]}},
+                        {"halfspace": {"normal": [0.8660254037844387, 0, -0.5], "offset_mm": 1}},
+                        {"halfspace": {"normal": [-0.8660254037844387, 0, -0.5], "offset_mm": 1}}]}]})";
+  HapticBench bench(tissue(groove, voxel), probe(2 * r));
+  const double bottom = -2.0_mm + 2 * r;  // height of the tip's centre on both walls
+  for (double z = 2.0_mm; z > bottom; z -= 5e-6) bench.tick({{0, 0, z}}, 0);
+  double away = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 0.6_mm * std::sin(0.05 * i), y = 0.7e-6 * i;
+    const dvec3 hand(x, y, bottom + slope * std::abs(x) - 0.07_mm);
+    // on the wall at the hand's side, or at the bottom
+    const dvec3 n(x < 0 ? slope / 2 : -slope / 2, 0, 0.5), at_bottom(0, y, bottom);
+    dvec3 truth = hand - glm::dot(hand - at_bottom, n) * n;
+    if (truth.x * x <= 0) truth = at_bottom;
+    bench.tick({hand}, 0);
+    away = std::max(away, glm::length(bench.last.X_WG.p - truth));
+  }
+  fmt::print("{:.4f} voxel away\n", away / voxel);
+  EXPECT_LT(away, 0.1 * voxel);
+}
+
 TEST(Creases, ALargeBallFeelsASmallCuspAndTheCornerOfASmallBox) {
   Random random(6);
   std::normal_distribution<double> normal;

@@ -132,18 +132,19 @@ bool ContactFinder::seat_on_crease(const SurfacePatch& patch, const dvec3& targe
     crease = set.known_.find(patch, x);
     if (!touches(x)) return false;
   }
-  seated = target - plane.gap * plane.n;
-  if (plane.gap > 0 || glm::length(seated - c) > kMaxSeated || !patch.holds(seated, radius_ + 1)) return false;
+  const dvec3 on = target - plane.gap * plane.n;
+  if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
   // Other tissue at the ball?
-  const Found found = samples_->look_around(patch, {seated, {}}, static_cast<float>(S::near), set.rough_);
+  const Found found = samples_->look_around(patch, {on, {}}, static_cast<float>(S::near), set.rough_);
   for (int i = 0; i < found.count; ++i) {
-    const dvec3 x = seated + dvec3(set.rough_.x[i], set.rough_.y[i], set.rough_.z[i]);
+    const dvec3 x = on + dvec3(set.rough_.x[i], set.rough_.y[i], set.rough_.z[i]);
     if (std::abs(crease->above(x)) > S::off_crease) return false;
   }
+  seated = on;
   plane.gap = 0;
   set.clear();
-  set.origin_ = seated;
-  set.put(0, seated, plane);
+  set.origin_ = on;
+  set.put(0, on, plane);
   set.count_ = 1;
   return true;
 }

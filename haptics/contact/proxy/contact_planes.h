@@ -33,7 +33,8 @@ class ContactFinder {
             bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall
-  /// or a known edge stops it; else returns false. `alone`: no other tissue is near; `set` contains this contact.
+  /// or a known edge stops it; otherwise returns false and leaves `seated` as it is. `alone`: no other tissue is
+  /// near; `set` contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   // voxels, largest displacement of the ball by seat()

@@ -308,7 +308,11 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
   crease.count = 0;
   for (int k = 0; k < groups.count; ++k)
     crease.count += choose(patch, x, around, groups, k, crease.sheet[crease.count]);
-  if (crease.count < 2) return false;
+  const auto near = [&](const Sheet& sheet) {
+    dvec3 normal;
+    return std::abs(sheet.distance(x, normal)) < C::near_sheet;
+  };
+  if (std::count_if(crease.sheet, crease.sheet + crease.count, near) < 2) return false;
   for (int i = 0; i < crease.count; ++i) {
     for (int j = 0; j < crease.count; ++j) {
       dvec3 normal;

@@ -119,6 +119,8 @@ struct CreaseParameters {
       0.7;  // cosine between the normals of a sheet and of the place where it is fitted
   // Two fits belong to one sheet within this distance, and above this cosine between their normals.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
+  // At least two sheets are nearer than this to the place of the search; others are not beside a crease there.
+  static constexpr double near_sheet = 3;
   // smallest depth of each sheet's fit below the other sheets
   static constexpr double convex = 0.2;
   // A surface point belongs to a third sheet if it lies missed_below under the first two, or if the cosine between its
