@@ -39,9 +39,15 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
   const double length = glm::length(z);
   if (length > z_max) {
     // From static to dynamic over the distance that it slips, not in one tick.
-    const double before = glm::length(tangential(previous - state.w)), slid = glm::length(tangential(x - previous));
+    constexpr double kRounding = 1 + 1e-9;
+    const dvec3 held = tangential(previous - state.w);
+    double kept = z_dynamic;
+    if (glm::dot(held, held) > kRounding * z_dynamic * z_dynamic) {
+      const double slid = glm::length(tangential(x - previous));
+      kept = std::clamp(glm::length(held) - slid, z_dynamic, std::min(z_static, length));
+    }
     state.slipping = true;
-    z *= std::clamp(before - slid, z_dynamic, std::min(z_static, length)) / length;
+    z *= kept / length;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
     // The adhesion point follows the contact, which is at the distance z, slowly. α = fraction / z_max rises from 0 at
