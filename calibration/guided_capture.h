@@ -46,8 +46,8 @@ struct Live {
 
 class GuidedCapture {
  public:
-  /// Continues a calibration with the captures in `folder`. `plate_pitch`: distance between neighbouring points of the
-  /// plate with 5×5 points, m. Throws Error.
+  /// Continues a calibration with the captures in `folder`. The calibration plate has 5×5 points; `plate_pitch` is the
+  /// distance between neighbouring points, m. Throws Error.
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);

@@ -322,6 +322,12 @@ void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector
   }
 }
 
+Tissue read_tissue_name(const Json& json, std::string_view expected) {
+  const auto tissue = tissue_named(json.string());
+  if (!tissue || *tissue == Tissue::kAir) json.fail(expected);
+  return *tissue;
+}
+
 std::uint8_t read_hardness(const Json& json) {
   return hardness_byte(json.number_or("hardness", 1, 0, 1));
 }
@@ -336,9 +342,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   std::vector<Part> parts;
   for (const Json& item : json["solids"].items()) {
     item.allow_only({"tissue", "solid", "hardness"});
-    const auto tissue = tissue_named(item["tissue"].string());
-    if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-    parts.push_back({*tissue, read_hardness(item), read_solid(item["solid"], files)});
+    parts.push_back({read_tissue_name(item["tissue"]), read_hardness(item), read_solid(item["solid"], files)});
   }
   if (parts.empty()) json["solids"].fail("at least one solid");
 

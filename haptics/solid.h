@@ -46,6 +46,8 @@ std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {}
 /// All points within `radius` of the segment a–b; a may equal b.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
+/// Reads the name of a tissue. Throws Error that states `expected`, also for "air".
+Tissue read_tissue_name(const Json& json, std::string_view expected = "the name of a tissue");
 /// Reads the key "hardness", a fraction 0..1 of the tissue's own, as byte (dense_tissue.h); kOwnHardness if it is
 /// absent. Throws Error.
 std::uint8_t read_hardness(const Json& json);

@@ -8,9 +8,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
-constexpr Form kSizes{"[smallest, largest]",
-                      R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
+constexpr Form kSizes{"[smallest, largest]", kPair.schema};
 
 void describe_nozzles(Keys& keys, Nozzles& nozzles) {
   keys(must("flow_ml_per_min"), nozzles.flow, {0.1, 500, kMillilitrePerMinute}, "usual flow");

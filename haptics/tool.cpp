@@ -443,11 +443,8 @@ void describe_safe_end(Keys& keys, Tool& tool) {
 }
 
 void describe_fill(Keys& keys, Tool& tool) {
-  if (const auto name = keys(must("tissue"), kName, "tissue of the filling")) {
-    const auto tissue = tissue_named(name->string());
-    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue, e.g. composite");
-    tool.fill = *tissue;
-  }
+  if (const auto name = keys(must("tissue"), kName, "tissue of the filling"))
+    tool.fill = read_tissue_name(*name, "the name of a tissue, e.g. composite");
   keys(must("rate_mm3_per_s"), tool.fill_rate, {1e-3, 1000, kCubicMillimetre}, "volume that grows per second");
   tool.fill_reach = keys.json() ? tool.radius() : kNoDefault;
   keys("reach_mm", tool.fill_reach, {0.05, 5, kMillimetre}, "distance from the free end; default: the head's radius");

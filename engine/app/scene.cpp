@@ -48,28 +48,21 @@ const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
-constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s, one litre per minute
-constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
-constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimetre
+constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s, one litre per minute
+constexpr double kNewtonMillimetre = 1e-3;     // N·m, one newton millimetre
 // Ranges of the force and torque limits that a scene may state. The largest values suffice for reaming an acetabulum
 // (hip socket), which needs 200 N; a 60 mm reamer then needs 6 N·m at its rim.
 constexpr double kMinForceLimit = 0.1, kMaxForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kMinTorqueLimit = 1e-3, kMaxTorqueLimit = 20;  // N·m, smallest and largest torque limit
-constexpr Form kSolid{"[solid](#solids)", R"({"type": "object"})"}, kSolids{"list", R"({"type": "array"})"},
+constexpr Form kSolid{"[solid](#solids)", R"({"type": "object"})"},
     kByTissue{"object", R"({"type": "object", "additionalProperties": "$object"})"},
-    kNamesOrObjects{"list of names or objects", R"({"type": "array"})"},
+    kNamesOrObjects{"list of names or objects", kList.schema},
     kFalseOrObject{"false or object", R"({"anyOf": [{"const": false}, "$object"]})"};
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 /// Finds the mesh files to which a scene's solids refer: first beside the scene's file, then in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const Json& name) { return find_file(name, place); }, .read_mesh = haptics::read_mesh_solid};
-}
-
-Tissue tissue_of(const Json& name) {
-  const auto tissue = tissue_named(name.string());
-  if (!tissue || *tissue == Tissue::kAir) name.fail("the name of a tissue");
-  return *tissue;
 }
 
 void describe_edges(Keys& keys, EdgeLaw& law) {
@@ -120,7 +113,7 @@ DrawnAs read_drawn_as(const Json& json) {
   for (const std::string& key : json.keys()) {
     const auto like = json[key].find("looks_like");
     if (!like) continue;
-    drawn_as.set(*tissue_named(key), tissue_of(*like));
+    drawn_as.set(*tissue_named(key), haptics::read_tissue_name(*like));
   }
   return drawn_as;
 }
@@ -269,7 +262,7 @@ void describe_spray(Keys& keys, Scene& scene) {
 }
 
 void describe_paint(Keys& keys, const haptics::SolidFiles& files) {
-  if (const auto name = keys(must("tissue"), kName, "new label of the tissue")) (void)tissue_of(*name);
+  if (const auto name = keys(must("tissue"), kName, "new label of the tissue")) (void)haptics::read_tissue_name(*name);
   if (const auto solid = keys(must("solid"), kSolid, "where")) haptics::read_solid(*solid, files);
   double hardness = 1;
   keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
@@ -375,7 +368,7 @@ void describe_scene(Keys& keys, Scene& scene) {
       [&](Keys& sound) { sound("lower_order", scene.sound_lower_order, "reduces the order of the sound models"); },
       "options of the sound ([Sound](#sound))");
   if (const auto prepare =
-          keys("prepare", kSolids, "[solids](#solids) that are removed from the tissue before the session begins")) {
+          keys("prepare", kList, "[solids](#solids) that are removed from the tissue before the session begins")) {
     scene.prepare = prepare->items();
     for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
   }
@@ -502,7 +495,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
     const auto solid = haptics::read_solid(item["solid"], solid_files);
-    volume.paint(tissue_of(item["tissue"]), *solid, haptics::read_hardness(item));
+    volume.paint(haptics::read_tissue_name(item["tissue"]), *solid, haptics::read_hardness(item));
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   if (scene.needs("render")) volume.keep_natural_surface();

@@ -285,7 +285,7 @@ std::vector<std::string> Json::keys() const {
   return result;
 }
 
-void Json::allow_only(std::initializer_list<std::string_view> allowed) const {
+void Json::allow_only(std::span<const std::string_view> allowed) const {
   if (!is_object()) fail("an object");
   for (const std::string& key : keys()) {
     if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())

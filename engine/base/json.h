@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,7 +38,10 @@ class Json {
   std::vector<Json> items() const;                       // the elements of an array
   std::vector<std::string> keys() const;                 // the keys of an object
   /// Throws Error if the object has other keys than these.
-  void allow_only(std::initializer_list<std::string_view> keys) const;
+  void allow_only(std::span<const std::string_view> keys) const;
+  void allow_only(std::initializer_list<std::string_view> keys) const {
+    allow_only(std::span(keys.begin(), keys.size()));
+  }
 
   /// The value as a finite number from min to max. Throws Error otherwise.
   double number(double min = -std::numeric_limits<double>::infinity(),

@@ -142,14 +142,6 @@ dvec3 read_color(const Json& json) {
   return color;
 }
 
-void refuse_other_keys(const Json& json, const std::vector<std::string_view>& names) {
-  if (!json.is_object()) json.fail("an object");
-  for (const std::string& key : json.keys()) {
-    if (std::find(names.begin(), names.end(), key) == names.end())
-      json[key].fail("an unknown key", fmt::format("one of {}", fmt::join(names, ", ")));
-  }
-}
-
 std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
   constexpr std::size_t kFew = 5;  // an object with so few keys is listed in the table of the outer object
   std::string text = fmt::format("{}:\n| key | value | meaning |\n|---|---|---|\n", name), nested;

@@ -34,6 +34,8 @@ inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kTex
     kNames{"list of names", R"({"type": "array", "items": {"type": "string"}})"}, kAnything{"", "{}"},
     kFlag{"true or false", R"({"type": "boolean"})"}, kNumber{"number", R"({"type": "number"})"},
     kNumbers{"list of numbers", R"({"type": "array", "items": {"type": "number"}})"},
+    kList{"list", R"({"type": "array"})"}, kPoints{"list of points", kList.schema},
+    kPair{"two numbers", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"},
     kAnyObject{"object", R"({"type": "object"})"}, kObject{"object", R"("$object")"},
     kNameOrObject{"name or object", R"({"anyOf": [{"type": "string"}, "$object"]})"},
     kObjects{"list of objects", R"({"type": "array", "items": "$object"})"},
@@ -129,15 +131,12 @@ class Keys {
 dvec3 read_direction(const Json& json);
 dvec3 read_color(const Json& json);
 
-/// Throws Error if the object has other keys than these.
-void refuse_other_keys(const Json& json, const std::vector<std::string_view>& names);
-
 /// Reads an object. `describe(Keys&)` is called twice: first only for the names of its keys.
 template <std::invocable<Keys&> Describe>
 void read_keys(const Json& json, Describe&& describe) {
   Keys names;
   describe(names);
-  refuse_other_keys(json, names.names());
+  json.allow_only(names.names());
   Keys keys(json);
   describe(keys);
 }

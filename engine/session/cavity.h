@@ -76,7 +76,7 @@ inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// Measures of the user's result, and of the target shape, which is the best possible result.
+/// Measures of the user's result, and for comparison those of the target shape.
 struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no target shape

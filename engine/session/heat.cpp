@@ -8,10 +8,6 @@
 
 namespace typodont::session {
 
-namespace {
-constexpr double kMillilitrePerMinute = 1e-6 / 60;
-}  // namespace
-
 HeatConstants read_heat_constants(const Json& json) {
   json.allow_only({"tissues", "work", "films"});
   HeatConstants c;

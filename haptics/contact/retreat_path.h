@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -13,6 +14,12 @@ namespace typodont::haptics {
 /// removed. Servo thread only; allocates at set-up.
 class RetreatPath {
  public:
+  /// True if a head with orientation `now` does not fit the hole that it cut with orientation `then`. Not for balls.
+  static bool turned(const dquat& now, const dquat& then) noexcept {
+    constexpr double kSameTurn = 1e-4;  // 1 - |cos(half the angle between the orientations)|
+    return 1 - std::abs(glm::dot(now, then)) > kSameTurn;
+  }
+
   RetreatPath() { points_.reserve(kMost); }
 
   /// Starts a new path at c, outside the tissue.

@@ -15,6 +15,7 @@
 #include "haptics/import/mesh.h"
 #include "haptics/import/mesh_fill.h"
 #include "haptics/import/mesh_repair.h"
+#include "haptics/solid.h"
 
 namespace typodont::haptics {
 
@@ -68,11 +69,8 @@ void describe_mesh_tissue(Keys& keys, MeshTissueOptions& options) {
   keys(must("file"), options.file, "STL, PLY, OBJ, glTF (`.gltf`, `.glb`) or 3MF, at most 10 million triangles");
   keys("unit_mm", options.unit, {1e-6, 1e6, kMillimetre}, "length of one unit of the file in millimetres");
   keys("move_mm", options.move, kMillimetre, "vector that is added to all points");
-  if (const auto name = keys(must("tissue"), kName, "tissue of all triangles")) {
-    const auto tissue = tissue_named(name->string());
-    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue");
-    options.tissue = *tissue;
-  }
+  if (const auto name = keys(must("tissue"), kName, "tissue of all triangles"))
+    options.tissue = read_tissue_name(*name);
   keys("voxel_mm", options.voxel, {5e-3, 2, kMillimetre},
        "voxel size of the volume that is computed from the mesh. Default: 0.1, or more if the volume would otherwise "
        "have "

@@ -1,8 +1,11 @@
 // Conduction against exact solutions.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "engine/session/heat.h"
 
@@ -102,6 +105,21 @@ TEST(Heat, OfAnInsulatedBodyIsTheHeatThatItGotLessThatOfRemovedCells) {
   grid.remove(gone);
   for (int i = 0; i < 50; ++i) grid.step(0.02, {}, {}, {}, 0);
   EXPECT_NEAR(held(), 0.2 - taken, 1e-9);
+}
+
+TEST(Heat, SettingsOutsideOfPhysicsAreRefusedWithKeyAndRange) {
+  const auto refused = [](const char* text) {
+    try {
+      (void)read_keys(Json::parse(text, "scene"), describe_heat);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using testing::AllOf, testing::HasSubstr;
+  EXPECT_THAT(refused(R"({"coolant_C": 80})"), AllOf(HasSubstr("coolant_C"), HasSubstr("60")));
+  EXPECT_THAT(refused(R"({"water_C": 20})"), HasSubstr("water_C"));
+  EXPECT_EQ(read_keys(Json::parse("{}", "scene"), describe_heat).coolant, 23);
 }
 
 }  // namespace

@@ -28,6 +28,8 @@ using Ordered = nlohmann::ordered_json;
 constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
 constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
+constexpr double kCorner = 0.65e-3;    // m, radius of a box's corners
+constexpr double kBelowRoof = 1e-3;    // m, depth of a narrow access below the chamber's roof
 constexpr double kNarrowest = 1.3e-3;  // m; a cavity is never narrower than this, so that a bur of 1.2 mm can cut it
 // m, displacement of a simulated careless hand
 constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
@@ -91,15 +93,15 @@ struct Draft {
     const dvec3 to = turn * R * d;
     return {to.x, to.y, to.z};
   }
+  dvec3 to_W(const dvec3& p) const { return turn * R * p + offset; }
   Ordered point(const dvec3& p) const {
-    const dvec3 q = turn * R * p + offset;
+    const dvec3 q = to_W(p);
     return {in_mm(q.x), in_mm(q.y), in_mm(q.z)};
   }
   double above() const { return out.tooth.crown + 3e-3; }
   Ordered halfspace(const dvec3& normal, const dvec3& on) const {
     return {
-        {"halfspace",
-         {{"normal", direction(normal)}, {"offset_mm", in_mm(glm::dot(turn * R * normal, turn * R * on + offset))}}}};
+        {"halfspace", {{"normal", direction(normal)}, {"offset_mm", in_mm(glm::dot(turn * R * normal, to_W(on)))}}}};
   }
   Ordered shaft(const glm::dvec2& at, double floor, double radius) const {
     const double height = above() - floor;
@@ -125,7 +127,6 @@ struct Draft {
   /// Adds a box-shaped cavity, open towards the neighbouring tooth (side 1: mesial, -1: distal), with round corners at
   /// u = `axial`.
   void box(double side, double axial, double middle, double width, double floor) {
-    constexpr double kCorner = 0.65e-3;
     const double end = side * (0.5 * out.tooth.md + 1e-3), inner = axial + side * kCorner;
     ideal["remove"].push_back(block({inner, middle}, {end, middle}, floor, width));
     ideal["remove"].push_back(block({axial, middle}, {end, middle}, floor, width - 2 * kCorner));
@@ -136,8 +137,7 @@ struct Draft {
   void add_neighbour(double side) {
     const CaseTooth& tooth = out.tooth;
     const dvec3 contact(side * 0.5 * tooth.md, -tooth.form.lean * tooth.form.proximal, tooth.form.proximal);
-    const dvec3 at = turn * contact + offset;
-    neighbours.push_back({{"contact_mm", {in_mm(at.x), in_mm(at.y), in_mm(at.z)}}});
+    neighbours.push_back({{"contact_mm", point(glm::transpose(R) * contact)}});
   }
   /// Height w of the tooth's surface at (u, v), m.
   double surface(const glm::dvec2& at) const {
@@ -206,7 +206,7 @@ void access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   // The slot must fit between the walls of the pulp: at half the chamber's height, or 1 mm below a premolar's roof.
   const bool molar = tooth.type[1] >= '6';
-  const double z = molar ? 0.5 * (tooth.chamber_roof + tooth.chamber_floor) : tooth.chamber_roof - 1e-3;
+  const double z = molar ? 0.5 * (tooth.chamber_roof + tooth.chamber_floor) : tooth.chamber_roof - kBelowRoof;
   const auto half = [&](const dvec3& along) {
     double reach = 0;
     while (reach < 4e-3 && tooth.pulp_distance(dvec3(0, 0, z) + reach * along) < 0) reach += 0.02e-3;
@@ -226,7 +226,7 @@ void access(Draft& draft) {
 void lingual_access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   draft.approach_along({0, -std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2});
-  const dvec3 end = glm::transpose(draft.R) * dvec3(0, 0, tooth.chamber_roof - 1e-3);
+  const dvec3 end = glm::transpose(draft.R) * dvec3(0, 0, tooth.chamber_roof - kBelowRoof);
   draft.slot({-0.4e-3, end.y}, {0.4e-3, end.y}, end.z, kNarrowest);
 }
 
@@ -246,7 +246,7 @@ void boxes(Draft& draft) {
     const double side = which.number(-1, 1), axial = side * (0.5 * tooth.md - draft.mm("axial_mm"));
     glm::dvec2& end = ends[side > 0];
     draft.box(side, axial, end.y, draft.mm("box_width_mm"), gingival);
-    end.x = axial + side * 0.65e-3;  // the slot ends inside the box
+    end.x = axial + side * kCorner;  // the slot ends inside the box
     draft.add_neighbour(side);
   }
   draft.slot(ends[0], ends[1], floor, width);

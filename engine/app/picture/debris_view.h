@@ -67,8 +67,8 @@ class DebrisView {
   void restart();
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
-  /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
-  /// film of water that it touches.
+  /// Sets the pose of the bur for the next step. While the pedal is pressed, the nozzles spray water on the bur. A bur
+  /// that rotates throws off the water that it touches.
   void hold(const ServoTick& tick, const haptics::Tool& tool);
   /// Switches the water on or off. No effect without nozzles.
   void spray(bool on) { spraying_ = on && water_; }

@@ -19,8 +19,7 @@ constexpr std::size_t kMaxParts = 16, kMaxRings = 64, kMaxBands = 16;
 constexpr int kMaxCopies = 12;
 constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a handpiece file
 
-constexpr Form kRange{"[from, to]", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
-constexpr Form kList{"list", R"({"type": "array"})"};
+constexpr Form kRange{"[from, to]", kPair.schema};
 
 /// Reads the rings. Returns the length of the line through their centres, mm.
 double read_rings(const Json& rings, HandpiecePart& part) {

@@ -52,8 +52,6 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
 
 namespace {
 
-constexpr Form kPoints{"list of points", R"({"type": "array"})"};
-
 /// A tooth of the row. `folder`: shapes of teeth; `forms`: those that were read.
 void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder,
                         std::map<std::string, ToothForm>& forms) {

@@ -102,8 +102,6 @@ dvec3 ToothForm::high() const {
 
 namespace {
 
-constexpr Form kPair{"two numbers", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"};
-
 glm::dvec2 read_pair(const Json& value, double min, double max) {
   const std::vector<double> v = value.numbers(2);
   for (const double x : v)

@@ -18,6 +18,7 @@
 #include "engine/session/report.h"
 #include "haptics/import/import.h"
 #include "haptics/import/mesh_solid.h"
+#include "haptics/solid.h"
 
 namespace typodont {
 
@@ -109,11 +110,7 @@ void take_solids(const Json& ideal, DenseCopy& copy) {
   std::vector<float> labelled;
   if (const auto list = ideal.find("remove_tissue")) {
     std::vector<Tissue> wanted;
-    for (const Json& item : list->items()) {
-      const auto tissue = tissue_named(item.string());
-      if (!tissue || *tissue == Tissue::kAir) item.fail("the name of a tissue");
-      wanted.push_back(*tissue);
-    }
+    for (const Json& item : list->items()) wanted.push_back(haptics::read_tissue_name(item));
     labelled = label_distance(copy, wanted);
   }
   if (remove.empty() && labelled.empty()) ideal.fail("an ideal that removes nothing", "remove, remove_tissue, or both");

@@ -23,9 +23,7 @@ constexpr double kEndosteum = 0.5e-3;
 // Distance between random grey values, m: several trabecula distances.
 constexpr double kGrain = 1.2e-3;
 constexpr double kMaxVoxels = 2e8;
-constexpr Form kPoints{"list of points", R"({"type": "array"})"};
 constexpr Form kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"};
-constexpr Form kSolidList{"list", R"({"type": "array"})"};
 
 /// Random number for a grid point, −1 to 1 (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
@@ -114,7 +112,7 @@ void describe(Keys& keys, Bone& bone) {
                    fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
     }
   }
-  keys("remove", kSolidList, "[solids](#solids) to remove, such as teeth; the shell follows");
+  keys("remove", kList, "[solids](#solids) to remove, such as teeth; the shell follows");
   const auto canal = [&](Keys& of) {
     describe_canal(of, bone.canal);
     bone.canal_wall = 0.4e-3;

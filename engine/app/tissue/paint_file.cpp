@@ -9,11 +9,8 @@ namespace typodont {
 namespace {
 
 void describe_stroke(Keys& keys, PaintStroke& stroke) {
-  if (const auto name = keys(must("tissue"), kName, "label of the stroke")) {
-    const auto tissue = tissue_named(name->string());
-    if (!tissue || *tissue == Tissue::kAir) name->fail("the name of a tissue");
-    stroke.tissue = *tissue;
-  }
+  if (const auto name = keys(must("tissue"), kName, "label of the stroke"))
+    stroke.tissue = haptics::read_tissue_name(*name);
   keys(must("a_mm"), stroke.a_W, kMillimetre, "one end of the stroke");
   stroke.b_W = keys.json() ? stroke.a_W : dvec3(kNoDefault);
   keys("b_mm", stroke.b_W, kMillimetre, "the other end; default: `a_mm`");

@@ -32,9 +32,7 @@ constexpr double kNoOffset = 1e-12;
 // lower limit of: stiffness of a tissue / ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
 constexpr double kClear = 0.3e-3;  // m from the mesh; beyond, a bur has left its cut
-// 1 - |cos(half the turn since the cut)|; a head that is not a ball may turn so far in its own path
-constexpr double kSameTurn = 1e-4;
-constexpr double kEase = 15;  // N/s, largest change of a bur's force while the hand rests
+constexpr double kEase = 15;       // N/s, largest change of a bur's force while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -252,7 +250,7 @@ void MeshLodModel::withdraw(const ContactInput& in, const dvec3& hip) noexcept {
   if (!in_own_cut_) return path_.begin(c / h);
   path_.add(c / h);
   if (in.cuts || behind() || !point().touching()) return;
-  if (whole_head(tool_set(settings_)[tool_]) && 1 - std::abs(glm::dot(in.X_WT.R, end_.R)) > kSameTurn) return;
+  if (whole_head(tool_set(settings_)[tool_]) && RetreatPath::turned(in.X_WT.R, end_.R)) return;
   const double most = glm::length(in.moved) + kEase * in.dt / settings_.stiffness;
   point().sink_to(h * path_.withdrawn(c / h, hip / h, most / h));
 }

@@ -112,8 +112,8 @@ bool FieldBody::redo() {
 
 namespace {
 
-// Largest number of leaves (8³ samples) in a PatchStep. The servo copies them in one tick, 50 to 100 ns each, no longer
-// than a cut of a bur of Ø1.2 mm. Larger patches are exchanged as a whole.
+// Largest number of leaves (8³ samples) in a PatchStep. The servo copies them in one tick, 50 to 100 ns each, so
+// copying takes no longer than a cut with a bur of 1.2 mm. If more leaves changed, the whole patch is exchanged.
 constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace

@@ -146,8 +146,6 @@ struct RetreatParameters {
   // m by which a point of the path must be nearer to the hand than the proxy is
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, rate of force while the proxy is led back
-  // 1 - |cos(half the turn since the cut)|; a head that is not a ball may turn so far in its own path
-  static constexpr double same_turn = 1e-4;
   // m from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels between samples on the line from proxy to hand

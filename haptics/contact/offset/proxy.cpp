@@ -480,12 +480,10 @@ bool OffsetModel::lead_back() noexcept {
 
 /// Moves a bur that stands still in its own cut back along its path, towards the hand.
 void OffsetModel::withdraw(const ContactInput& in) noexcept {
-  using R = RetreatParameters;
   Step& p = step_;
   if (in.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
-  const double turned = 1 - std::abs(glm::dot(in.X_WT.R, cut_end_.R));
-  if (tool().shape != HeadShape::kSphere && turned > R::same_turn) return;
-  p.c = retreat_.path.withdrawn(p.c, p.target, R::slew * p.pace_per_slew + glm::length(p.shift));
+  if (tool().shape != HeadShape::kSphere && RetreatPath::turned(in.X_WT.R, cut_end_.R)) return;
+  p.c = retreat_.path.withdrawn(p.c, p.target, RetreatParameters::slew * p.pace_per_slew + glm::length(p.shift));
 }
 
 /// Records the path of a cutting tool. Detects that the hand has moved away while the contacts still hold the proxy.

@@ -540,8 +540,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Reduces the motion, so that neither its rotation exceeds kMaxTurn nor its path the length that remains in this
-    // tick.
+    // Shortens the motion: it rotates by at most kMaxTurn and moves by at most the path that is left in this tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= fraction, turned *= fraction;

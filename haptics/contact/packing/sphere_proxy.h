@@ -117,11 +117,11 @@ class SphereProxy {
   struct NearList {
     // m; unlisted spheres were at least this far away then
     double margin = 0;
-    // m, motion of the tool sphere since listing, plus all protrusions
+    // m, motion of the tool sphere since its list was made, plus all protrusions
     double moved = 0;
     // m, largest protrusion in the current cut
     double protrudes = 0;
-    // m, distance of the nearest sphere at listing; negative: overlap
+    // m, distance of the nearest sphere when the list was made; negative: overlap
     double free = 0;
     // m, largest `epsilon` of near_here() within the margin; negative: the list is too short, so the tree is searched
     double wider = 0;
@@ -186,7 +186,7 @@ class SphereProxy {
   std::vector<NearList> lists_;  // for each tool sphere: its near list
   std::size_t room_;             // capacity of each near list in spheres, a multiple of 8
   std::vector<Place> listed_;    // spheres of all lists, one list after another
-  // m, gap of each listed sphere at listing; infinite: unused
+  // m, gap of each listed sphere when its list was made; infinity: the slot is unused
   std::vector<float> gap_;
   NextList next_;
   std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
