@@ -157,7 +157,7 @@ struct CreaseContactParameters {
   static constexpr double inside_cone = 1e-9, feasible = 1e-7;
   // Largest distances by which the exact crease may be farther from the head, or nearer to it, than the interpolated
   // one.
-  static constexpr double farther = 0.5, nearer = 1.5;
+  static constexpr double farther = 0.1, nearer = 1.5;
   // depth: depth of the sample that is compared with the sheets; agrees: largest difference
   static constexpr double depth = 1.5, agrees = 0.1;
 };
