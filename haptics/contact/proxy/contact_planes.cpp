@@ -517,12 +517,17 @@ bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X
 bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
                                  ContactPlane& plane) const noexcept {
   dvec3 x = near;
-  if (!descend(patch, X_VT, x) || !patch.holds(x, 0)) return false;
+  if (!descend(patch, X_VT, x) || !is_sharp_at(patch, x)) return false;
   if (const Crease* crease = known.find(patch, x); crease && touch(patch, *crease, X_VT, x, plane)) return true;
   dvec3 n;
   head_distance(X_VT, x, n);
+  if (known.is_none(x, n)) return false;
   Crease crease;
-  if (!find_crease(patch, x, -n, crease) || !touch(patch, crease, X_VT, x, plane)) return false;
+  if (!find_crease(patch, x, -n, crease)) {
+    known.add_none(x, n);
+    return false;
+  }
+  if (!touch(patch, crease, X_VT, x, plane)) return false;
   known.add(x, crease);
   return true;
 }

@@ -300,6 +300,17 @@ bool agrees(const SurfacePatch& patch, const dvec3& at, const Crease& crease, do
   return patch.holds(at, 0) && std::abs(sample_linear(patch, at) - crease.above(at)) < tolerance;
 }
 
+/// Returns true if the samples in the tissue around x agree with the sheets.
+bool agrees_around(const SurfacePatch& patch, const dvec3& x, const Crease& crease) noexcept {
+  const dvec3 centre = glm::floor(x + 0.5);
+  for (int i = 0; i < 27; ++i) {
+    const dvec3 p = centre + C::around * dvec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    const double above = crease.above(p);
+    if (above < C::shallowest && above > -C::deepest && !agrees(patch, p, crease, C::around_agrees)) return false;
+  }
+  return true;
+}
+
 bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside, Crease& crease) noexcept {
   Place around[C::directions];
   search_around(patch, x, n, aside, around);
@@ -319,6 +330,14 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
       if (i != j && crease.sheet[j].distance(crease.sheet[i].x, normal) > -C::convex) return false;
     }
   }
+  // The interpolated surface of a shallow edge is accurate.
+  for (int i = 0; i < crease.count; ++i) {
+    for (int j = 0; j < i; ++j) {
+      dvec3 on = x, normals[2];
+      if (!crease.onto_line(i, j, on, normals) || glm::dot(normals[0], normals[1]) > C::shallow) return false;
+    }
+  }
+  if (!agrees_around(patch, x, crease)) return false;
   // Is there a further sheet below a place? Interpolated places on a sharp ridge lie too deep, so a sample decides.
   return std::ranges::none_of(around, [&](const Place& place) {
     if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
@@ -388,6 +407,29 @@ void KnownCreases::add(const dvec3& x, const Crease& crease) noexcept {
   count_ = std::min(count_ + 1, kMost);
   std::move_backward(known_, known_ + count_ - 1, known_ + count_);
   known_[0] = {x, crease};
+}
+
+void KnownCreases::add_none(const dvec3& x, const dvec3& n) noexcept {
+  none_[none_count_++ % kMaxNone] = {x, n};
+}
+
+bool KnownCreases::is_none(const dvec3& x, const dvec3& n) const noexcept {
+  return std::any_of(none_, none_ + std::min(none_count_, kMaxNone), [&](const auto& none) {
+    return glm::length(none.x - x) < C::none_within && glm::dot(none.n, n) > C::none_along;
+  });
+}
+
+bool is_sharp_at(const SurfacePatch& patch, const dvec3& x) noexcept {
+  if (!patch.holds(x, 1)) return false;
+  const glm::ivec3 q = glm::ivec3(glm::floor(x)) - patch.lo;
+  const float* f = patch.distance.data() + patch.at(q.x, q.y, q.z);
+  for (const std::ptrdiff_t s :
+       {static_cast<std::ptrdiff_t>(patch.n) * patch.n, static_cast<std::ptrdiff_t>(patch.n), std::ptrdiff_t{1}}) {
+    const auto bend = [&](std::ptrdiff_t i) { return f[(i - 1) * s] - 2 * f[i * s] + f[(i + 1) * s]; };
+    const float most = std::max({bend(-1), bend(0), bend(1), bend(2)});
+    if (most > C::max_curvature || most - std::min(bend(-2), bend(3)) > C::sharp) return true;
+  }
+  return false;
 }
 
 bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept {

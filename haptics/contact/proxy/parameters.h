@@ -96,6 +96,8 @@ struct HeadSampleParameters {
 
 /// Parameters of the sheets that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
+  // Smallest difference between the bends (second differences of samples) at an edge and beside it.
+  static constexpr double sharp = 0.2;
   static constexpr int directions = 24;  // directions in which the surface beside the crease is searched
   // Distances of the search from the crease; the first one is usually enough.
   static constexpr double aside[] = {4, 6.5, 5};
@@ -123,6 +125,9 @@ struct CreaseParameters {
   static constexpr double near_sheet = 3;
   // smallest depth of each sheet's fit below the other sheets
   static constexpr double convex = 0.2;
+  static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
+  // A crease agrees with the samples in the tissue at distances `around` along the axes, between these depths.
+  static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third sheet if it lies missed_below under the first two, or if the cosine between its
   // normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
@@ -131,6 +136,9 @@ struct CreaseParameters {
   // Distances from the point where a crease was fitted: up to `reused` it is used again; up to `followed` its sheets
   // are fitted again without a search.
   static constexpr double reused = 1, followed = 3;
+  // A search that found no crease is not repeated within this distance, if the cosine between both directions of
+  // search is larger.
+  static constexpr double none_within = 0.25, none_along = 0.9;
   // The line of two sheets goes on if samples `below` it, `ahead` in both directions, agree with the sheets.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
