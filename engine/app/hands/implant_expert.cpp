@@ -33,6 +33,8 @@ constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMark
 // Growth of the lead, m/s per newton of missing force.
 constexpr double kLeadPerForce = 1.5e-3;
 constexpr double kMaxLead = 3e-3;  // m, largest lead
+// 1/s and m, rate and largest value of the correction that keeps the tip on the axis.
+constexpr double kAsideRate = 5, kMaxAside = 0.3e-3;
 constexpr double kPeck = 3e-3;     // m, depth that is drilled between two withdrawals
 constexpr double kPull = 2e-3;     // m, length of a withdrawal, in which the bone cools
 // Bone temperatures at which the tool is lifted (kHot) and at which work continues (kCool), °C.
@@ -74,6 +76,12 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
+dvec3 ImplantExpert::tip_aside() const {
+  const dvec3 from_entry_W = seen_.X_WG * dvec3(0, 0, -tool().half()) - task_.plan.entry_W;
+  const dvec3 aside_W = from_entry_W - glm::dot(from_entry_W, task_.plan.axis_W) * task_.plan.axis_W;
+  return glm::conjugate(rotation_between({0, 0, -1}, task_.plan.axis_W)) * aside_W;
+}
+
 /// Pose parallel to the axis: the tip is `depth` (m) below the entry point, and `aside` (m) from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
@@ -92,7 +100,8 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   const double here = tip_depth(), left = depth - here;
   const double lead = left < kSlowFrom ? std::min(lead_, std::max(0.0, left) + 0.02e-3) : lead_;
   depth_ = here + lead;
-  sample.X_WT = at(depth_);
+  aside_ = glm::clamp(aside_ - kAsideRate * dt_ * tip_aside(), -kMaxAside, kMaxAside);
+  sample.X_WT = at(depth_, aside_);
 }
 
 /// Returns true from the time when the bone is too hot until it has cooled.
@@ -187,7 +196,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
     case Stage::kTake:
       sample.X_WT = at(depth_);
       if (ticks_ > 1 && seen_.tool == phase().tool && waited_ > 0.15) {
-        along_ = 0, pecked_ = 0, lead_ = 0.1e-3, pulling_ = false;
+        along_ = 0, pecked_ = 0, lead_ = 0.1e-3, aside_ = dvec3(0), pulling_ = false;
         next(Stage::kApproach);
       }
       break;

@@ -31,6 +31,8 @@ class ImplantExpert final : public haptics::HapticDevice {
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
   /// The tip's depth below the entry, along the axis, m.
   double tip_depth() const;
+  /// The tip's offset from the axis, m, in the axes of at().
+  dvec3 tip_aside() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
   void press(haptics::HandSample& sample, double newton, double depth);
@@ -50,6 +52,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   // Depth that the tip would have if the tool followed exactly, m below the entry point.
   double depth_ = 0;
   double lead_ = 0;       // m, distance of the hand ahead of the tool
+  dvec3 aside_{0};        // m, offset of the hand that keeps the tip on the axis
   double waited_ = 0;     // s, time since the stage began
   double along_ = 0;      // m, completed length of the smoothing path
   double pecked_ = 0;     // m, depth at the last withdrawal
