@@ -35,8 +35,8 @@ constexpr double kLeadPerForce = 1.5e-3;
 constexpr double kMaxLead = 3e-3;  // m, largest lead
 // 1/s and m, rate and largest value of the correction that keeps the tip on the axis.
 constexpr double kAsideRate = 5, kMaxAside = 0.3e-3;
-constexpr double kPeck = 3e-3;     // m, depth that is drilled between two withdrawals
-constexpr double kPull = 2e-3;     // m, length of a withdrawal, in which the bone cools
+constexpr double kPeck = 3e-3;  // m, depth that is drilled between two withdrawals
+constexpr double kPull = 2e-3;  // m, length of a withdrawal, in which the bone cools
 // Bone temperatures at which the tool is lifted (kHot) and at which work continues (kCool), °C.
 constexpr double kHot = 42, kCool = 41;
 // Height above the entry point at which the bur is out of the pit, m.
