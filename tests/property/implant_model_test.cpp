@@ -289,6 +289,36 @@ TEST(ImplantModel, AnImplantStaysInItsBedAndLaterToolsCollideWithIt) {
   EXPECT_EQ(s.cut.tool, static_cast<std::uint32_t>(kScrew)) << "depth " << s.depth();
 }
 
+TEST(ImplantModel, InABedNarrowerThanItsCoreAnImplantNeedsTheTorqueOfTheBoneThatItDisplaces) {
+  // N·m, largest torque of the implant with a core of 4.2 mm and a thread of 4.8 mm
+  const auto insert = [](double bed_mm, double hardness) {
+    const std::string solids = fmt::format(
+        R"({{"voxel_mm": 0.15, "solids": [{{"tissue": "cancellous_bone", "hardness": {}, "solid": {{"difference": [
+          {{"box": {{"center_mm": [0, 0, -4], "size_mm": [9, 9, 8]}}}}, {{"cylinder": {{"radius_mm": {}, "height_mm": 14}}}}]}}}}]}})",
+        hardness, bed_mm / 2);
+    ImplantSession s(
+        TissueVolume(read_solids(Json::parse(solids, "bone"))),
+        implant_settings(fmt::format(
+            R"({{"implant": {{"beds": [{{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": 7, "diameter_mm": {}}}]}}}})",
+            bed_mm)));
+    s.take(kImplant);
+    s.land();
+    double torque = 0;
+    for (int i = 0; i < 15000 && (i < 100 || s.cut.fill_radius == 0); ++i) {
+      s.push(1.5, 1);
+      torque = std::max(torque, glm::length(s.tick.tau_T_W));
+    }
+    EXPECT_GT(s.cut.fill_radius, 0) << "placed in " << bed_mm << " mm, hardness " << hardness;
+    return torque;
+  };
+  const auto displaced = [](double bed_mm) { return 4.5 * 4.5 - bed_mm * bed_mm; };
+  const double full = insert(4.2, 0.5);
+  EXPECT_NEAR(full / insert(4.2, 0.25), 4.2, 0.2) << "Braz J Oral Sci 15 (2017): twice the density";
+  for (const double bed_mm : {3.9, 3.5}) {
+    EXPECT_NEAR(insert(bed_mm, 0.5) / full / (displaced(bed_mm) / displaced(4.2)), 1, 0.03) << bed_mm;
+  }
+}
+
 TEST(ImplantModel, TheStiffnessFeltInABedFollowsTheGreyValue) {
   double stiffness[2];
   for (const int i : {0, 1}) {

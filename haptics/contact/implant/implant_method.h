@@ -32,7 +32,7 @@ struct Parameters {
   double rim_above = 1.5e-3;
   // m; criterion 2: a tool that does not widen the bed may be wider by this
   double radius_tolerance = 0.1e-3;
-  // m; criterion 2: a drill may be wider by this
+  // m; criterion 2: a drill, or the core of an implant, may be wider by this
   double widening = 0.6e-3;
   // m; criterion 2: a tool may be narrower by this; a narrower one moves freely in the bed
   double loose = 0.75e-3;
@@ -63,7 +63,7 @@ struct Parameters {
   double torque_grey = 1050;
   // fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
-  double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
+  double torque_surface = 138e-6;  // m², surface of the reference implant, 4 × 11 mm
   // torque in a cut thread / torque without thread
   double tapped_fraction = 0.6;
   std::vector<Bed> beds;  // beds at the start of the session

@@ -117,11 +117,11 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
 }
 
 /// Evaluates the voxels at the tool's end.
-EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
+EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed, double widest) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
   // One voxel less than the radius, so that the wall of an equally wide bed is not an obstacle.
-  law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
+  law.width = std::min((implant.threaded() ? implant.core_diameter : tool().diameter) / 2, widest) - voxel();
   law.cuts = cuts;
   law.max_grey = implant.max_grey;
   law.speed = speed;
@@ -225,7 +225,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   const double radius = implant.threaded() ? implant.core_diameter / 2 : tool().radius();
   BedCriteria met;
   met.pushed = out.touching && force > parameters_.enter_force;
-  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kMinSpindleSpeed;
+  const bool widens = (implant.kind == ImplantToolKind::kDrill && in.spindle > kMinSpindleSpeed) ||
+                      implant.kind == ImplantToolKind::kImplant;
   for (std::size_t i = 0; i < beds_.size(); ++i) {
     const Bed& bed = beds_[i];
     if (bed.bore != (implant.kind == ImplantToolKind::kScrew)) continue;
@@ -368,7 +369,8 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
     turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
-  look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
+  // The core of an implant displaces the wall of a narrower bed.
+  look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1, bed.radius);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
     // Before the thread engages, the tool slides, or is drawn in if it is pushed.
@@ -398,7 +400,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
   constexpr double kApart = 1e-3;  // m along the axis between samples
-  const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
+  const double r = tool().radius(), core = tool().implant->core_diameter / 2, outward = r - 0.5 * (r - core);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
   for (double s = std::max(0.5 * kApart, tip - tool().length); s < tip; s += kApart) {
@@ -415,7 +417,10 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
   const double lever = r / 2e-3;  // radius / reference radius (2 mm)
-  return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
+  // displaced bone / that in a bed as wide as the core
+  const auto displaced = [&](double bore) { return outward * outward - bore * bore; };
+  const double narrow = displaced(std::min(bed.radius, core)) / displaced(core);
+  return parameters_.torque * sum * surface / parameters_.torque_surface * lever * narrow;
 }
 
 bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "haptics/contact/implant/axial_motion.h"
@@ -52,7 +53,9 @@ class ImplantModel final : public offset::OffsetModel {
   bool tool_cuts(const ContactInput& in) const noexcept;
   Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
   dquat turned_into(const Bed& bed, const dquat& R_WT) const noexcept;
-  EndLook look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept;
+  /// `widest`: m, radius beyond which bone is no obstacle.
+  EndLook look_ahead(const Pose& X_WT, bool cuts, double speed,
+                     double widest = std::numeric_limits<double>::infinity()) const noexcept;
   double look_at_wall(const Contact& contact) noexcept;
   double bed_depth(const Bed& bed) const noexcept;
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }

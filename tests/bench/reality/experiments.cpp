@@ -48,6 +48,7 @@ double measure(const Experiment& e, const Conditions& conditions, bool brief) {
     if (e.quantity == "free_speed") return curve.free_speed / kKrpm;
     if (e.quantity == "power_at") return 100 * curve.power_at;
   }
+  if (e.rig == "screw") return insert(conditions, brief ? 0.2 : 30) / kMillimetre;
   const auto longest = [&] { return e.rig == "face" ? 10.0 : e.rig == "tooth" ? 60.0 : e.rig == "slot" ? 90.0 : 30.0; };
   const Measured m = run_rig(e.rig, conditions, brief ? 0.2 : longest());
   if (e.quantity == "rate") return m.rate / kCubicMillimetre;

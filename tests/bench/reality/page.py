@@ -5,8 +5,10 @@
 """
 import collections
 import csv
+import json
 import math
 import pathlib
+import re
 import sys
 
 HERE = pathlib.Path(__file__).parent
@@ -25,6 +27,51 @@ REASONS = {
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
     "polymer_jaw": "the jaw's density is not stated; the simulation takes that of the artificial femur",
 }
+# Constants that are estimates: name, words in their source, and the experiment that would settle them.
+ESTIMATES = [
+    ("friction", "friction|all values", "draw the steel or diamond tool over wet tissue with 0.1 to 3 N; measure both forces"),
+    ("cutting coefficient, efficiencies", "cutting coefficient|efficienc",
+     "press side and end of one bur separately on a block; measure force, torque and rate"),
+    ("law of chips", "exponent|grit:|blade:", "mill at a known feed and depth, with three feeds; torque × speed / volume"),
+    ("specific energy", "specific energy|all values|as artificial", "mill at a known feed and depth; torque × speed / volume"),
+    ("stiffness", "stiffness|all values", "let dentists match the rendered stiffness to specimens under the same tool"),
+    ("colour", "colour|all values", "measure the diffuse reflectance of specimens"),
+    ("density", "density|all values", "weigh specimens in air and in water"),
+    ("thickness of the shell of bone", "thickness", "measure it in CT scans of each class"),
+    ("conductivity, heat capacity", "as dentin|between cortical", "measure specimens (hot disk)"),
+    ("cooling by the spray", "its reach|root of the flow", "measure a heated block under one handpiece at three flows"),
+    ("flow and drops of the spray", "drops|flow:", "collect the water of one handpiece; laser diffraction"),
+    ("line of torque", "torque", "brake one named turbine from its free speed to rest in 20 steps"),
+    ("run-up", "run-up", "record the speed after a step of the pedal"),
+    ("neck and length of the shank", "neck", "measure the named burs"),
+    ("rate and reach of filling", "^rate|^reach", "weigh the portions that dentists place"),
+    ("scraping", "scrapes", "draw a sharp excavator over carious and sound dentin; measure both forces"),
+    ("yield of carious dentin", "yield", "press explorers into carious dentin; measure force and depth"),
+]
+
+
+def estimates(root):
+    """Rows of the table of estimates: constants, files, experiment."""
+    found = []
+
+    def visit(value, where):
+        for key, child in value.items() if isinstance(value, dict) else ():
+            if key != "source":
+                visit(child, where if key in ("classes", "tissues", "films", "spray") else [*where, key.replace("_", " ")])
+                continue
+            found.extend((part, " ".join(where)) for part in child.split("; ") if "(E)" in part)
+
+    for folder in ("assets/materials", "assets/motors", "assets/tools"):
+        for file in sorted((root / folder).glob("*.json")):
+            value = json.loads(file.read_text())
+            visit(value, [] if folder.endswith("materials") else [value["name"]])
+    visit(json.loads((HERE / "materials.json").read_text()), [])
+    for part, where in found:
+        if not any(re.search(words, part) for _, words, _ in ESTIMATES):
+            sys.exit(f"ESTIMATES has no experiment for \"{part}\" of {where}")
+    for name, words, experiment in ESTIMATES:
+        of = list(dict.fromkeys(where or "spray" for part, where in found if re.search(words, part)))
+        yield name, "; ".join(of) if len(of) < 12 else f"{len(of)} tools", experiment
 
 
 def bound(text, otherwise):
@@ -102,7 +149,7 @@ def page(rows, origin, docs):
     text = "# Cutting against published experiments\n\n" + paragraph(
         f"""{len(agree)} of the {len(tried)} published results that state their conditions agree with the simulation;
         {len(far)} {'is' if len(far) == 1 else 'are'} off by more than a factor of two. {len(every) - len(tried)} more results cannot be
-        simulated, for example because burs do not wear and there is no zirconia.
+        simulated, for example because the diameter of a drill is not stated or there is no zirconia.
         `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
         load or feed. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
@@ -130,7 +177,9 @@ def page(rows, origin, docs):
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
     return text + "\n## Estimates\n\n" + paragraph(
         """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
-        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page.""") + "\n"
+        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. These are the estimates, also those
+        of the materials of this page:""") + "\n\n" + table(
+        ["constant", "of", "experiment that would settle it"], estimates(HERE.parents[2]))
 
 
 def main(folder, docs):

@@ -194,6 +194,37 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   return result;
 }
 
+double insert(const Conditions& c, double seconds) {
+  // HU cm³/g, grey of foam; HU at hardness 1; mm
+  constexpr double kGreyPerDensity = 1050 / 0.64, kCancellousGrey = 1250, kBed = 11.5;
+  haptics::ServoSettings settings;
+  settings.tool = haptics::read_tool(Json::load(assets_folder() / "implants/bone_level/implant_41_10.json"));
+  settings.spindle = load_spindle("implant");
+  settings.materials = load_materials();
+  settings.stiffness = 3000, settings.damping = 0, settings.torque_limit = 2;
+  settings.passivity = false;
+  const double bed = value(c, "bed_mm");
+  settings.method = haptics::read_contact_method(Json::parse(
+      fmt::format(R"({{"implant":{{"beds":[{{"entry_mm":[0,0,0],"axis":[0,0,-1],"depth_mm":{},"diameter_mm":{}}}]}}}})",
+                  kBed, bed),
+      "model"));
+  test::HapticBench bench(
+      haptics::TissueVolume(haptics::read_solids(Json::parse(
+          fmt::format(
+              R"({{"voxel_mm":0.15,"solids":[{{"tissue":"cancellous_bone","hardness":{},"solid":{{"difference":[
+                {{"box":{{"size_mm":[9,9,13],"center_mm":[0,0,-6.5]}}}},{{"cylinder":{{"radius_mm":{},"height_mm":{}}}}}]}}}}]}})",
+              kGreyPerDensity * value(c, "density") / kCancellousGrey, bed / 2, 2 * kBed),
+          "bone"))),
+      settings, settings.materials);
+  const double half = settings.tool.half();
+  double z = half + 3.0_mm, torque = 0;
+  for (double t = 0; t < seconds && bench.cut.fill_radius == 0; t += settings.tick) {
+    torque = std::max(torque, glm::length(bench.tick({{0, 0, z}}, 1).tau_T_W));
+    z = t < 0.5 ? z - 6.0_mm * settings.tick : bench.last.X_WG.p.z - 1.5 / settings.stiffness;
+  }
+  return torque;
+}
+
 MotorCurve brake(const Conditions& c) {
   const haptics::Spindle motor = motor_of(c);
   MotorCurve curve{motor.free_speed, 0, 0, 0};

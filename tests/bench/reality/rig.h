@@ -9,7 +9,7 @@ namespace typodont::bench {
 /// Of one run, as text by name: "tissue" (of the program, or of materials.json), "tool" (file; "diameter_mm" and
 /// "length_mm" replace its own), "motor" (file; "free_krpm" replaces its speed) or "krpm" (ideal), "load_N" or
 /// "feed_mm_s", "stroke_mm_s", "engaged_mm" (width of the slab), "depth_um"; of a tooth "dentin_mm" above its pulp and
-/// "coolant_C" (without it: dry).
+/// "coolant_C" (without it: dry); of an implant "density" (g/cm³) of the bone and "bed_mm", its diameter.
 using Conditions = std::map<std::string, std::string, std::less<>>;
 
 /// Over the steady part of a run.
@@ -39,5 +39,8 @@ struct MotorCurve {
   double power_at = 0;      // speed of the greatest power / free speed
 };
 MotorCurve brake(const Conditions& conditions);
+
+/// Largest torque, N·m, of an implant of 4.1 × 10 mm (core 3.5 mm) in a bed in foam. `seconds`: the longest run.
+double insert(const Conditions& conditions, double seconds);
 
 }  // namespace typodont::bench
