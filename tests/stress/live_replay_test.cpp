@@ -193,7 +193,8 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   servo.end();
   carver.finish();
   const PerTissue after = s.carver.volume().volumes();
-  for (std::size_t t = 1; t < after.size(); ++t) {
+  const bool counted = scene.servo.method->name() == "offset";  // other models count what their own elements lose
+  for (std::size_t t = 1; counted && t < after.size(); ++t) {
     const double gone = before[t] - after[t];
     EXPECT_NEAR(s.last.removed[t], gone, 1e-11 + 0.01 * std::abs(gone)) << "session " << seed << ", tissue " << t;
   }
@@ -202,29 +203,40 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   recorder.finish(s.carver.volume());
 }
 
-TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
+class LiveReplayOfModel : public testing::TestWithParam<const char*> {};
+
+TEST_P(LiveReplayOfModel, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
-  std::ofstream(scene_file) << kScene;
-  const Scene scene = read_scene(scene_file);
+  std::string json = kScene;
+  const std::string fills = R"("condenser_amalgam", )";
+  if (GetParam() != std::string("offset")) json.erase(json.find(fills), fills.size());  // only offset fills
+  std::ofstream(scene_file) << json << std::flush;
+  Scene scene = read_scene(scene_file);
+  choose_model(scene, GetParam());
   Counts counts;
-  for (int k = 0; k < test::campaign(25); ++k) {
-    run_session(scene, static_cast<std::uint64_t>(k) + 1, file, counts);
+  const std::uint64_t first = test::campaign_seed(1);
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(test::campaign(6)); ++seed) {
+    run_session(scene, seed, file, counts);
     const session::SessionReader session(file);
     counts.edits += edits_of(session).size();
     for (std::size_t i = 1; i < session.patches().size(); ++i)
       counts.passed_over += session.patches()[i].patch - session.patches()[i - 1].patch - 1;
     const ReplayResult replayed = replay_session(session);
-    EXPECT_TRUE(replayed.identical) << "session " << k + 1 << ": " << replayed.what_differs << " of "
+    EXPECT_TRUE(replayed.identical) << "session " << seed << ": " << replayed.what_differs << " of "
                                     << session.tick_count();
   }
   // What may go wrong did happen.
-  EXPECT_GT(counts.cuts, counts.ticks / 20);
+  EXPECT_GT(counts.cuts, 20u);
   EXPECT_GT(counts.edits, 20u);
-  EXPECT_GT(counts.patches, 200u);
-  EXPECT_GT(counts.passed_over, 5u);  // snapshots that no servo took up
-  EXPECT_GT(counts.tools, 5u);
+  EXPECT_GT(counts.patches, 50u);
+  EXPECT_GT(counts.passed_over, 2u);  // snapshots that no servo took up
+  EXPECT_GT(counts.tools, 0u);
 }
+
+INSTANTIATE_TEST_SUITE_P(Models, LiveReplayOfModel,
+                         testing::Values("offset", "voxel_penalty", "packing", "mesh_lod", "vertex"),
+                         [](const auto& model) { return std::string(model.param); });
 
 /// A random hand in real time, which leaves after some ticks.
 class PacedHand : public RandomHand {
