@@ -171,7 +171,11 @@ MaterialTable load_materials() {
 
 fs::path usual_rig(const Scene& scene, const std::string& usual) {
   if (scene.rig.empty()) return find_rig(usual);
-  return find_rig(usual == "closeup" ? scene.rig : scene.rig + "_" + usual);
+  try {
+    return find_rig(usual == "closeup" ? scene.rig : scene.rig + "_" + usual);
+  } catch (const Error& error) {
+    throw Error(fmt::format("{}: \"rig\": {}", scene.file.string(), error.what()));
+  }
 }
 
 Scene read_scene(const fs::path& scene) {

@@ -111,6 +111,10 @@ TEST_F(Options, ARigIsGivenByNameOrByFile) {
   for (const char* command : {"run {}/scene.json --hand script:{}/hand.csv --rig nothing",
                               "render {}/scene.json --out {}/x --rig nothing", "demo --out {}/demo --rig nothing"})
     refuse(command, AllOf(HasSubstr("nothing: found no such file"), HasSubstr("a rig file, or one of closeup, ")));
+  folder.write("scene_with_rig.json", R"({"tissue": {"solids": [{"tissue": "enamel", "solid": {"sphere": {}}}]},
+                                          "tool": "round_012", "rig": "nothing"})");
+  refuse("render {}/scene_with_rig.json --out {}/x",
+         HasSubstr("scene_with_rig.json: \"rig\": nothing: found no such file"));
   const Ran ran = run("run {}/scene.json --hand script:{}/hand.csv --audio none: --rig closeup --json");
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
