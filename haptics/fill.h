@@ -1,5 +1,5 @@
 // Filling added in one tick, as a distance field (Sweep is its counterpart for removal). Servo and carver use the same
-// code, so the patch and the tissue stay bitwise equal.
+// code, so the tissue patch and the tissue stay bitwise equal.
 #pragma once
 
 #include <cstddef>

@@ -4,7 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Longest time that a new patch waits for missing cuts, ns. A cutting hand moves less than 0.25 mm in 5 ms.
+// Longest time that a new tissue patch waits for missing cuts, ns. A cutting hand moves less than 0.25 mm in 5 ms.
 constexpr Nanos kPatience = 5'000'000;
 
 }  // namespace
@@ -12,7 +12,7 @@ constexpr Nanos kPatience = 5'000'000;
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
   way_.take_returned();
   Snapshot& fresh = *way_.back();
-  // While a patch is offered, it is unknown which patch the servo will hold when it adopts the new one.
+  // While a tissue patch is offered, it is unknown which patch the servo will hold when it adopts the new one.
   carver.take_snapshot(center_W, fresh, 0, offered_ == 0 ? held_ : 0);
   offered_ = fresh.number;
   offered_step_ = fresh.from != 0;
@@ -52,7 +52,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       taken_.store(fresh.number, std::memory_order_release);
       return &fresh;
     }
-    // give_back() fails if a newer patch has arrived; the next pass of the loop takes it.
+    // give_back() fails if a newer tissue patch has arrived; the next pass of the loop takes it.
     if (way_.give_back()) break;
   }
   return nullptr;

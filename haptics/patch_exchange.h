@@ -21,23 +21,24 @@ class PatchExchange {
   /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo. If the servo holds the patch that was
   /// offered last, the new patch may contain only the changes since then (Snapshot::from), which takes less time.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Adds cuts that the offered patch lacks. `held`: patch that the servo holds (ServoTick::patch). Returns false if no
-  /// patch is offered; while true, call it again without sleeping.
+  /// Adds cuts that the offered tissue patch lacks. `held`: patch that the servo holds (ServoTick::patch). Returns
+  /// false if no patch is offered; while true, call it again without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
-  /// Returns true if the offered patch contains an undo, redo or removed piece that the servo's patch lacks. Then the
-  /// carver must apply no cut, because the servo would not count its volume.
+  /// Returns true if the offered tissue patch contains an undo, redo or removed piece that the servo's patch lacks.
+  /// Then the carver must apply no cut, because the servo would not count its volume.
   bool edit_waits() const noexcept {
     return offered_ != 0 && offered_tissue_ != held_tissue_ && taken_.load(std::memory_order_acquire) != offered_;
   }
 
   // Function for the servo thread.
-  /// Returns the patch to adopt now, or null. `cuts`: number of the servo's cuts so far; `t`: time on any steady clock,
-  /// ns. After adopt(), the object holds the servo's previous patch; the next call returns it to the carver for reuse.
+  /// Returns the tissue patch to adopt now, or null. `cuts`: number of the servo's cuts so far; `t`: time on any steady
+  /// clock, ns. After adopt(), the object holds the servo's previous patch; the next call returns it to the carver for
+  /// reuse.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Number of undos and redos, and of removed pieces. If two patches differ in them, a cut may remove different
+  /// Number of undos and redos, and of removed pieces. If two tissue patches differ in them, a cut may remove different
   /// volumes, so the servo itself repeats the cuts and counts the volume.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
@@ -46,16 +47,16 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Carver thread: number of the offered patch; 0: none
+  // Carver thread: number of the offered tissue patch; 0: none
   alignas(64) std::uint32_t offered_ = 0;
-  bool offered_step_ = false;  // the offered patch is a step, to which no cuts are added
-  std::uint32_t held_ = 0;     // number of the servo's patch, valid while none is offered
+  bool offered_step_ = false;  // the offered tissue patch is a step, to which no cuts are added
+  std::uint32_t held_ = 0;     // number of the servo's tissue patch, valid while none is offered
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
   // Data of the servo thread:
-  alignas(64) Nanos waiting_since_ = 0;   // ns, start of waiting for the patch; 0: not waiting
-  bool adopted_ = false;                  // the last take() returned a patch
-  std::atomic<std::uint32_t> taken_ = 0;  // number of the last patch that take() returned
+  alignas(64) Nanos waiting_since_ = 0;   // ns, start of waiting for the tissue patch; 0: not waiting
+  bool adopted_ = false;                  // the last take() returned a tissue patch
+  std::atomic<std::uint32_t> taken_ = 0;  // number of the last tissue patch that take() returned
 };
 
 }  // namespace typodont::haptics

@@ -56,8 +56,8 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // Limit of the distance between centre and proxy / travel. Below 1, because the centre of a patch is rounded to eight
-  // voxels.
+  // Limit of the distance between centre and proxy / travel. Below 1, because the centre of a tissue patch is rounded
+  // to eight voxels.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -160,14 +160,14 @@ void Servo::State::change_tool(TickData& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
   const bool stands =
       std::abs(now.out.pedal) <= kPedalUp && std::abs(cutting.speed) <= kPedalUp * std::abs(free_speed());
-  if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.sunk <= 0 &&
+  if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.penetration <= 0 &&
         !(soft && soft->touching()) && model->may_change_tool(wanted, {motion.X_WG.p, now.X_WT.R}))) {
     return;
   }
   in_hand = now.out.tool = wanted;
   model->take_up(wanted);
   turns_matter = model->turns_matter();
-  motion.room = 0;
+  motion.free_travel = 0;
   cutting.budget = cutting.wall_budget = cutting.wall = 0;
   coupling.tissue = {};
   coupling.hardness = own_hardness();
@@ -184,16 +184,16 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
       (settings.vibration.band > 0 && cutting.speed > 0)) {
     return false;
   }
-  // m.room: distance that the tool may move before it can touch tissue. Each tick subtracts the hand's motion; when it
-  // is used up, the model computes a new clearance. While it lasts, the proxy is at the hand.
+  // m.free_travel: distance that the tool may move before it can touch tissue. Each tick subtracts the hand's motion;
+  // when it is used up, the model computes a new clearance. While it lasts, the proxy is at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
-  double way = moved;
-  if (!(m.room > least && way <= m.room)) {
-    way = glm::length(now.X_WT.p - m.X_WG.p);
-    m.room = model->clearance({m.X_WG.p, now.X_WT.R});
-    if (!(m.room > least && way <= m.room)) return false;
+  double motion_length = moved;
+  if (!(m.free_travel > least && motion_length <= m.free_travel)) {
+    motion_length = glm::length(now.X_WT.p - m.X_WG.p);
+    m.free_travel = model->clearance({m.X_WG.p, now.X_WT.R});
+    if (!(m.free_travel > least && motion_length <= m.free_travel)) return false;
   }
-  m.room = turns_matter ? 0 : m.room - way;
+  m.free_travel = turns_matter ? 0 : m.free_travel - motion_length;
   if (!m.released) {
     model->release();
     m.released = true;
@@ -205,7 +205,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
-  if (sums.energy < 0 || l.given > 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
+  if (sums.energy < 0 || l.given > 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_deficit());
   if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
     observe(l.law, now.moved, moved, now.turned, now.dt, settings.tick, false, l.passivity);
@@ -288,7 +288,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   m.last_t = now.hand.t;
   m.started = true;
   m.released = false;
-  m.idle = coupling.normal_force <= 0 && now.contact.settled && coupling.tip.sunk <= 0 && limits.stored == 0 &&
+  m.idle = coupling.normal_force <= 0 && now.contact.settled && coupling.tip.penetration <= 0 && limits.stored == 0 &&
            coupling.rate == 0 && now.force == dvec3(0) && now.spindle_force == dvec3(0) &&
            now.teeth_force == dvec3(0) && felt_torque == dvec3(0);
   now.cut.n_C_W = now.normal;
@@ -341,7 +341,7 @@ SoftTissue* Servo::soft() noexcept {
 void Servo::adopt(Snapshot& fresh) noexcept {
   state_->model->adopt(fresh, state_->sums.removed);
   state_->travel = state_->model->travel();
-  state_->motion.room = 0;
+  state_->motion.free_travel = 0;
 }
 
 bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
@@ -385,7 +385,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.run_spindle(now);
   if (hand.tool != s.in_hand) s.change_tool(now);
   if ((!s.soft || s.soft->at_rest(now.X_WT, s.in_hand)) && s.move_free(now)) return false;
-  s.motion.room = 0;
+  s.motion.free_travel = 0;
 
   ContactTick touch(now);
   s.fill_input(touch);

@@ -229,8 +229,8 @@ class SoftTissue {
   bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;
   std::uint32_t tool_ = 0;
-  Pose seen_;         // pose of the tool for which room_ was computed
-  double room_ = -1;  // m that the tool may move from seen_ before it can touch
+  Pose seen_;        // pose of the tool for which gap_ was computed
+  double gap_ = -1;  // m that the tool may move from seen_ before it can touch
 };
 
 }  // namespace typodont::haptics

@@ -46,9 +46,9 @@ static_assert(sizeof(CutSphere) == 10 * sizeof(double));
 
 }  // namespace packing
 
-/// Sphere of the tool that moves by the vector `way`; m, W.
+/// Sphere of the tool that moves by the vector `motion`; m, W.
 struct SweptBall {
-  dvec3 from{0}, way{0};
+  dvec3 from{0}, motion{0};
   double radius = 0;
 };
 /// Sphere of the tool at rest; m, W.

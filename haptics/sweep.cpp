@@ -31,10 +31,10 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   // The head must be at least as long as wide; the upper end of a shorter one could change samples that the lower end
   // cuts.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
-  const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
-  const double along = glm::dot(way, axis);
+  const dvec3 axis = A.R * dvec3(0, 0, -1), travel = B.p - A.p;
+  const double along = glm::dot(travel, axis);
   const double turned = reach * glm::length(B.R * dvec3(0, 0, -1) - axis);
-  return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
+  return along >= 0 && glm::length(travel - along * axis) + turned <= kAlongAxis;
 }
 
 // Largest distance from a sample's curved path to its straight segments, voxels.
@@ -70,7 +70,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double most = bends_ ? kMaxBend : kBend;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
     if (straights_ == 1 && travel_ <= kShort && bend <= kBend) straights_ = 0;
-    back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
+    back_ = straight_path(X_VB_, X_VA_, pieces_, head.count, reach);
     along_axis_ =
         continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
@@ -100,7 +100,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
 bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   if (straights_ > 0) {
-    return carve_way(
+    return carve_path(
         {lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue},
         removed, nullptr);
   }
@@ -114,19 +114,19 @@ void Sweep::carve(std::span<Leaf> leaves, float path) const noexcept {
     return;
   }
   for (Leaf& leaf : leaves) {
-    const LeafCut cut = sphere_ ? carve_leaf_ball(leaf.lo, leaf.distance) : carve_leaf_way(leaf.lo, leaf.distance);
+    const LeafCut cut = sphere_ ? carve_leaf_ball(leaf.lo, leaf.distance) : carve_leaf_path(leaf.lo, leaf.distance);
     leaf.changed = cut.changed, leaf.emptied = cut.emptied;
-    std::fill_n(leaf.due, Leaf::kBlocks, path + cut.slack);
+    std::fill_n(leaf.due, Leaf::kBlocks, path + cut.safe_travel);
   }
 }
 
-Sweep::LeafCut Sweep::carve_leaf_way(const glm::ivec3& lo, float* distance) const noexcept {
+Sweep::LeafCut Sweep::carve_leaf_path(const glm::ivec3& lo, float* distance) const noexcept {
   LeafCut cut;
   constexpr std::size_t n = kLeaf;
-  float slack[Leaf::kBlocks] = {};
-  const DueBlocks blocks{slack, lo / glm::ivec3(kRows, kRows, kDeep), {2, 2, 1}, 0, rounding_of_depth()};
-  cut.changed = cut.emptied = carve_way({lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr}, nullptr, &blocks);
-  cut.slack = *std::min_element(slack, slack + Leaf::kBlocks);
+  float safe_travel[Leaf::kBlocks] = {};
+  const DueBlocks blocks{safe_travel, lo / glm::ivec3(kRows, kRows, kRowLength), {2, 2, 1}, 0, rounding_of_depth()};
+  cut.changed = cut.emptied = carve_path({lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr}, nullptr, &blocks);
+  cut.safe_travel = *std::min_element(safe_travel, safe_travel + Leaf::kBlocks);
   return cut;
 }
 
@@ -151,9 +151,9 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
   // The front's path length includes motion through air since the last sweep.
-  const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
-  front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The lists contain samples up to a voxel beyond the sweep's box, so the patch must contain them too.
+  const double travel = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
+  front.advance_to(X_VB_, (front.known_ ? travel : 0) + travel_);
+  // The lists contain samples up to a voxel beyond the sweep's box, so the tissue patch must contain them too.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {
@@ -165,9 +165,9 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   }
   front.move_around(lo_ - 1, hi_ + 1);
   if (straights_ > 0) {
-    const DueBlocks blocks{front.due_.data(), front.first_, front.size_, static_cast<float>(front.way_),
+    const DueBlocks blocks{front.due_.data(), front.first_, front.size_, static_cast<float>(front.path_length_),
                            rounding_of_depth()};
-    return carve_way({patch_lo, glm::ivec3(n), distance, n * n, n, tissue}, removed, &blocks);
+    return carve_path({patch_lo, glm::ivec3(n), distance, n * n, n, tissue}, removed, &blocks);
   }
   return sphere_ ? carve_ball(front, patch_lo, n, distance, tissue, removed)
                  : carve_head(front, patch_lo, n, distance, tissue, removed);

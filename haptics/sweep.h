@@ -1,5 +1,5 @@
-// The volume that a head sweeps in one tick. Servo and carver cut with the same code, so the patch and the tissue stay
-// bitwise equal.
+// The volume that a head sweeps in one tick. Servo and carver cut with the same code, so the tissue patch and the
+// tissue stay bitwise equal.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 #include "engine/base/pose.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
+#include "haptics/cutting/path.h"
 #include "haptics/cutting/removed.h"
-#include "haptics/cutting/way.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -33,7 +33,7 @@ class Sweep {
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
-  /// Cuts a patch of n³ samples that starts at `patch_lo`; `front` selects the samples to examine.
+  /// Cuts a tissue patch of n³ samples that starts at `patch_lo`; `front` selects the samples to examine.
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              RemovedVolume* removed) const noexcept;
 
@@ -50,10 +50,10 @@ class Sweep {
   /// Cuts the leaves. `path`: path length so far, voxels.
   void carve(std::span<Leaf> leaves, float path) const noexcept;
 
-  /// Result for one leaf. `slack`: path length that the head may still move before a sample can change, voxels.
+  /// Result for one leaf. `safe_travel`: path length that the head may still move before a sample can change, voxels.
   struct LeafCut {
     bool changed = false, emptied = false;
-    float slack = 0;
+    float safe_travel = 0;
   };
 
   /// Returns true if depths must be computed along the whole path, not only at its end. This is slower.
@@ -79,7 +79,7 @@ class Sweep {
                   std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept;
   LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
   /// Cuts one leaf along a long path, for a head that is not a ball.
-  LeafCut carve_leaf_way(const glm::ivec3& lo, float* distance) const noexcept;
+  LeafCut carve_leaf_path(const glm::ivec3& lo, float* distance) const noexcept;
   /// Cuts leaves along a short path, for a head that is not a ball.
   void carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
@@ -88,7 +88,7 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   /// Cuts along a long path, for a head that is not a ball. `known` (may be null): path lengths at which blocks are
   /// due; blocks that are not due are skipped.
-  bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
+  bool carve_path(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// Cuts the blocks in one part of the active front, for a head that is not a ball. `listed`: number of groups (8 or
   /// 16 samples along z) that were added to the list.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
@@ -96,12 +96,12 @@ class Sweep {
   /// Cuts without lists of groups: examines each due block in the selected parts of the active front. `parts`: one bit
   /// for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
-  /// Returns true if the patch contains all samples that another patch has listed around the head.
+  /// Returns true if the tissue patch contains all samples that another patch has listed around the head.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
-  Straight way_back() const noexcept {
-    Straight way = back_;
-    way.pieces = pieces_;
-    return way;
+  Straight path_back() const noexcept {
+    Straight straight = back_;
+    straight.pieces = pieces_;
+    return straight;
   }
   /// Returns an upper bound of the rounding error of a sample's depth, voxels, for a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
@@ -113,7 +113,7 @@ class Sweep {
   // true: the drill continues along its axis and cuts only with its end; samples beside its flank do not change.
   bool along_axis_ = false;
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
-  // Straight path of the head from pose B back to pose A. Read it with way_back(), which sets its member `pieces`.
+  // Straight path of the head from pose B back to pose A. Read it with path_back(), which sets its member `pieces`.
   Straight back_;
   // Origin near A and B, voxels; positions are stored relative to it, so that floats are precise.
   glm::ivec3 base_;

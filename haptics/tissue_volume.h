@@ -78,8 +78,8 @@ class TissueVolume {
   /// there, a_lo is larger than a_hi.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
-  /// Copies every n-th sample, for a coarse patch; the first sample is at voxel n·lo. Distances are in coarse voxels;
-  /// inside, they may be −Sweep::kMargin, because the field is inexact there after a cut.
+  /// Copies every n-th sample, for a coarse tissue patch; the first sample is at voxel n·lo. Distances are in coarse
+  /// voxels; inside, they may be −Sweep::kMargin, because the field is inexact there after a cut.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
@@ -96,8 +96,8 @@ class TissueVolume {
   /// Sets `written` to all writes of carve() and fill() since `mark`. Returns false if they are unknown: the mark is
   /// too old, or an undo or painting came after it.
   bool written_since(std::uint64_t mark, Written& written) const;
-  /// Returns the number of changes that the servo does not make in its patch itself: undo, redo, removal of a loose
-  /// piece, painting, a placed implant.
+  /// Returns the number of changes that the servo does not make in its tissue patch itself: undo, redo, removal of a
+  /// loose piece, painting, a placed implant.
   std::uint64_t foreign_changes() const;
   /// A box of copied samples: all voxels, or every n-th.
   struct Copied {

@@ -257,7 +257,7 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
   // Squared distance to the closest point, and vector from there to the query point.
   double best2 = 1e300, best_x = 0, best_z = 0;
   // Normal of the closest piece, for points on the surface.
-  double way_x = 0, way_z = 0;
+  double normal_x = 0, normal_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
@@ -287,14 +287,14 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       nx = vx, nz = vz;
     }
     const double f2 = fx * fx + fz * fz;
-    if (f2 < best2) best2 = f2, best_x = fx, best_z = fz, way_x = nx, way_z = nz;
+    if (f2 < best2) best2 = f2, best_x = fx, best_z = fz, normal_x = nx, normal_z = nz;
   }
   const double length = std::sqrt(best2), sign = outside ? 1 : -1;
   if (length > 1e-9) {
     n_rho = sign * best_x / length, n_z = sign * best_z / length;
   } else {
-    const double way = std::sqrt(way_x * way_x + way_z * way_z);
-    n_rho = way > 0 ? way_x / way : 1, n_z = way > 0 ? way_z / way : 0;
+    const double normal_length = std::sqrt(normal_x * normal_x + normal_z * normal_z);
+    n_rho = normal_length > 0 ? normal_x / normal_length : 1, n_z = normal_length > 0 ? normal_z / normal_length : 0;
   }
   return sign * length;
 }

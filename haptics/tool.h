@@ -134,7 +134,7 @@ struct NonCuttingPart {
 /// Both return nullopt if the tool has no such part.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Distance from the origin of T to the farthest point of head and safe end, m. A patch must contain this ball.
+/// Distance from the origin of T to the farthest point of head and safe end, m. A tissue patch must contain this ball.
 double near_reach(const Tool& tool);
 
 /// A point on the head's surface.

@@ -5,9 +5,9 @@
 
 namespace typodont::haptics {
 
-/// This thread's number of queries of the distance field (surface_patch.h).
+/// This thread's number of queries of the distance field (tissue_patch.h).
 std::uint64_t queries_of_this_thread() noexcept;
-/// Adds `count` queries. For code that reads the distance field without surface_patch.h.
+/// Adds `count` queries. For code that reads the distance field without tissue_patch.h.
 void count_queries(std::uint64_t count) noexcept;
 /// Number of elements near the head that contact models have examined.
 struct SearchCounts {

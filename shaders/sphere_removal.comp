@@ -35,6 +35,6 @@ void main() {
     spheres[i] = s;
     double r = tree_radius(s);
     vec3 place = vec3(center_of(s) - dvec3(pass.ox, pass.oy, pass.oz));
-    bounds[i] = vec4(place, r > 0.0LF ? float(r) + pass.slack : -1.0);
+    bounds[i] = vec4(place, r > 0.0LF ? float(r) + pass.rounding_margin : -1.0);
   }
 }

@@ -18,7 +18,7 @@ struct Overlap {
 layout(push_constant) uniform Pass {
   vec4 around;  // ball around the tool's whole motion; xyz: centre relative to the origin, m; w: radius, m
   double ox, oy, oz;  // m, W, origin of the positions in single precision
-  float slack;  // m, increase of the bounds that covers the rounding of single precision
+  float rounding_margin;  // m, increase of the bounds that covers the rounding of single precision
   uint spheres, balls;
   uint capacity;  // largest number of results in the list
   uint printed;        // 1: the volumes are computed by eq. 6 exactly as printed in S2

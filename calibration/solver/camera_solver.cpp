@@ -385,9 +385,9 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
     // The mirror is half-way between panel and mirror image.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
-    const dvec3 way = X_WI.p - X_WP->p;
-    if (glm::length(way) < 1e-3) continue;
-    const dvec3 n = glm::normalize(-way);
+    const dvec3 direction = X_WI.p - X_WP->p;
+    if (glm::length(direction) < 1e-3) continue;
+    const dvec3 n = glm::normalize(-direction);
     mirror = MirrorPlane{n, glm::dot(n, 0.5 * (X_WI.p + X_WP->p))};
   }
 

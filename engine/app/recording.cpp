@@ -300,7 +300,7 @@ session::WriterOptions whole_or_nothing() {
 }  // namespace
 
 SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene& scene,
-                                 const session::SessionHeader& header, const Tapes& tapes,
+                                 const session::SessionHeader& header, const EventLogs& event_logs,
                                  const session::WriterOptions& options, std::function<double()> sound_latency)
     : writer_(file, header, options),
       tools_(tool_names(scene)),
@@ -312,17 +312,18 @@ SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene&
       water_(stream_of(header, water_stream())),
       picture_(stream_of(header, picture_stream())),
       headset_(stream_of(header, xr_stream())),
-      servo_(tapes.servo),
-      carver_(tapes.carver),
-      view_(tapes.view),
-      hand_(tapes.left),
-      loop_(tapes.loop) {
+      servo_(event_logs.servo),
+      carver_(event_logs.carver),
+      view_(event_logs.view),
+      hand_(event_logs.left),
+      loop_(event_logs.loop) {
   fault_seen_.fill(-2 * kFaultAgain);
 }
 
 SessionRecorder::SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
-                                 const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee)
-    : SessionRecorder(file, scene, timeless_header(scene, hand, tissue, trainee), tapes, whole_or_nothing()) {}
+                                 const haptics::TissueVolume& tissue, const EventLogs& event_logs,
+                                 const std::string& trainee)
+    : SessionRecorder(file, scene, timeless_header(scene, hand, tissue, trainee), event_logs, whole_or_nothing()) {}
 
 void SessionRecorder::store(const ServoTick& tick) {
   lost_ticks_ += tick.index - std::exchange(next_tick_, tick.index + 1);
@@ -392,7 +393,7 @@ void SessionRecorder::store(const display::HmdTiming& timing) {
 
 void SessionRecorder::turn() {
   const auto store_event = [this](const auto& event) { store(event); };
-  // Reads the servo's tape first: the edit that a new patch shows is already on the carver's tape.
+  // Reads the servo's event log first: the edit that a new tissue patch shows is already in the carver's event log.
   for (ServoEvent event; servo_.next(event);) std::visit(store_event, event);
   for (CarverEvent event; carver_.next(event);) std::visit(store_event, event);
   for (ViewEvent event; view_.next(event);) std::visit(store_event, event);

@@ -1,4 +1,4 @@
-// Writes a session to a file (.h5): its header, the events on its tapes (event queues), and its result.
+// Writes a session to a file (.h5): its header, the events in its event logs, and its result.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "audio/tick_voice.h"
+#include "engine/app/event_logs.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_data.h"
 #include "engine/session/session_file.h"
@@ -60,18 +60,18 @@ std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
 session::SessionEvent event_of(const LoosePiece& piece);
 std::optional<LoosePiece> piece_of(const session::SessionEvent& event);
 
-/// Reads all tapes of a session and writes its file. Only one thread at a time may use it.
+/// Reads all event logs of a session and writes its file. Only one thread at a time may use it.
 class SessionRecorder {
  public:
   /// Records the second hand and the eyes' positions only if `header.streams` names them. `sound_latency`: returns the
   /// time from a tick to its sound, s; empty: unknown. Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const session::SessionHeader& header,
-                  const Tapes& tapes, const session::WriterOptions& options = {},
+                  const EventLogs& event_logs, const session::WriterOptions& options = {},
                   std::function<double()> sound_latency = {});
   /// For sessions without a clock. Equal input gives files with equal bytes. The file exists only after finish().
   /// Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
-                  const haptics::TissueVolume& tissue, const Tapes& tapes, const std::string& trainee = {});
+                  const haptics::TissueVolume& tissue, const EventLogs& event_logs, const std::string& trainee = {});
 
   /// Writes all new events.
   void turn();
@@ -104,11 +104,11 @@ class SessionRecorder {
   audio::TickVoice voice_;
   std::function<double()> sound_latency_;
   Stream sound_, left_, head_, water_, picture_, headset_;
-  Tape<ServoEvent>::Reader servo_;
-  Tape<CarverEvent>::Reader carver_;
-  Tape<ViewEvent>::Reader view_;
-  Tape<haptics::HandSample>::Reader hand_;
-  Tape<LoopReport>::Reader loop_;
+  EventLog<ServoEvent>::Reader servo_;
+  EventLog<CarverEvent>::Reader carver_;
+  EventLog<ViewEvent>::Reader view_;
+  EventLog<haptics::HandSample>::Reader hand_;
+  EventLog<LoopReport>::Reader loop_;
   render::View viewed_ = render::View::kLook;
   bool noted_ = false;  // true after the first tick was recorded
   std::uint32_t tool_ = 0;

@@ -16,8 +16,8 @@ void ServoSide::write(const ServoTick& tick, const Cut* cut) noexcept {
   ++ticks_;
   cuts_ = tick.cuts;
   gum_.tick();
-  if (cut) tape_.write(*cut);
-  tape_.write(tick);
+  if (cut) event_log_.write(*cut);
+  event_log_.write(tick);
 }
 
 void GumWriter::tick() noexcept {
@@ -25,11 +25,11 @@ void GumWriter::tick() noexcept {
   GumMoves moves;
   gum_->send_moves([&](const haptics::SoftMove& move) {
     moves.points[moves.count++] = move;
-    if (moves.count == moves.points.size()) tape_.write(moves), moves.count = 0;
+    if (moves.count == moves.points.size()) event_log_.write(moves), moves.count = 0;
     return true;
   });
-  if (moves.count > 0) tape_.write(moves);
-  for (; wounds_ < gum_->wounds().size(); ++wounds_) tape_.write(gum_->wounds()[wounds_]);
+  if (moves.count > 0) event_log_.write(moves);
+  for (; wounds_ < gum_->wounds().size(); ++wounds_) event_log_.write(gum_->wounds()[wounds_]);
 }
 
 bool CarverSide::keep_up() {
@@ -42,7 +42,7 @@ bool CarverSide::keep_up() {
 }
 
 void CarverSide::write_pieces() {
-  for (const LoosePiece& piece : carver_.take_pieces()) tape_.write(piece);
+  for (const LoosePiece& piece : carver_.take_pieces()) event_log_.write(piece);
 }
 
 bool CarverSide::offer(bool due_only) {
@@ -52,7 +52,7 @@ bool CarverSide::offer(bool due_only) {
 }
 
 bool CarverSide::edit(bool redo) {
-  if (!edit_stroke(carver_, redo, tick_.t, &tape_)) return false;
+  if (!edit_stroke(carver_, redo, tick_.t, &event_log_)) return false;
   offer(/*due_only=*/false);
   return true;
 }
@@ -61,10 +61,10 @@ void CarverSide::require_whole() const {
   if (servo_.lost() > 0) throw RunFailure("the carver was so late that a cut was lost");
 }
 
-bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, Tape<CarverEvent>* tape) {
+bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, EventLog<CarverEvent>* event_log) {
   const StrokeEdit edit{t, redo, carver.cuts(), carver.snapshots()};
   if (!(redo ? carver.redo() : carver.undo())) return false;
-  if (tape) tape->write(edit);
+  if (event_log) event_log->write(edit);
   return true;
 }
 

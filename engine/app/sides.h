@@ -1,4 +1,4 @@
-// The servo's and the carver's side of a session: what each does between its input and its tape. Live sessions,
+// The servo's and the carver's side of a session: what each does between its input and its event log. Live sessions,
 // sessions on one thread and programs that use the library share this code.
 #pragma once
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/app/tapes.h"
+#include "engine/app/event_logs.h"
 #include "haptics/carver.h"
 #include "haptics/patch_exchange.h"
 #include "haptics/servo.h"
@@ -17,45 +17,46 @@ namespace typodont {
 class GumWriter {
  public:
   /// `gum`: null if rigid. `rate`: ticks per second.
-  GumWriter(haptics::SoftTissue* gum, Tape<ServoEvent>& tape, double rate)
-      : gum_(gum), tape_(tape), interval_(std::max<std::uint64_t>(1, std::llround(kInterval * rate))) {}
+  GumWriter(haptics::SoftTissue* gum, EventLog<ServoEvent>& event_log, double rate)
+      : gum_(gum), event_log_(event_log), interval_(std::max<std::uint64_t>(1, std::llround(kInterval * rate))) {}
   /// Call before the tick is written.
   void tick() noexcept;
 
  private:
   haptics::SoftTissue* gum_;
-  Tape<ServoEvent>& tape_;
+  EventLog<ServoEvent>& event_log_;
   static constexpr double kInterval = 0.016;  // s, time between two updates of the drawn soft gum
   const std::uint64_t interval_;              // ticks between two updates of the drawn soft gum
   std::uint64_t ticks_ = 0;
-  std::size_t wounds_ = 0;  // number of the gum's wounds on the tape
+  std::size_t wounds_ = 0;  // number of the gum's wounds in the event log
 };
 
-/// Writes the servo's tape. Servo thread only; never allocates.
+/// Writes the servo's event log. Servo thread only; never allocates.
 class ServoSide {
  public:
-  ServoSide(haptics::Servo& servo, Tape<ServoEvent>& tape, double rate)
-      : servo_(servo), tape_(tape), gum_(servo.soft(), tape, rate) {}
+  ServoSide(haptics::Servo& servo, EventLog<ServoEvent>& event_log, double rate)
+      : servo_(servo), event_log_(event_log), gum_(servo.soft(), event_log, rate) {}
   /// Lets the servo adopt a waiting tissue patch if it must do so now. `t`: time of any steady clock, ns.
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
-  /// Writes the patch that the next tick uses.
-  void write(const PatchUse& use) noexcept { tape_.write(use); }
+  /// Writes the tissue patch that the next tick uses.
+  void write(const PatchUse& use) noexcept { event_log_.write(use); }
   /// Writes a tick and its cut. `cut`: null: none was made.
   void write(const ServoTick& tick, const Cut* cut) noexcept;
 
  private:
   haptics::Servo& servo_;
-  Tape<ServoEvent>& tape_;
+  EventLog<ServoEvent>& event_log_;
   GumWriter gum_;
   std::uint64_t ticks_ = 0, cuts_ = 0;
 };
 
-/// Repeats the servo's cuts on the whole tissue, and writes the carver's tape. Carver thread only.
+/// Repeats the servo's cuts on the whole tissue, and writes the carver's event log. Carver thread only.
 class CarverSide {
  public:
   /// `start`: state of the tool before the first tick.
-  CarverSide(haptics::Carver& carver, haptics::PatchExchange& patches, Tapes& tapes, const ServoTick& start = {})
-      : carver_(carver), patches_(patches), tape_(tapes.carver), servo_(tapes.servo), tick_(start) {}
+  CarverSide(haptics::Carver& carver, haptics::PatchExchange& patches, EventLogs& event_logs,
+             const ServoTick& start = {})
+      : carver_(carver), patches_(patches), event_log_(event_logs.carver), servo_(event_logs.servo), tick_(start) {}
 
   struct Read {
     bool tick = false, cut = false;
@@ -84,9 +85,10 @@ class CarverSide {
   bool keep_up();
   /// Writes the loose pieces of the last cuts.
   void write_pieces();
-  /// Offers a patch around the tool to the servo. `due_only`: only if a new one is due. True if a patch was offered.
+  /// Offers a tissue patch around the tool to the servo. `due_only`: only if a new one is due. True if a patch was
+  /// offered.
   bool offer(bool due_only);
-  /// Undoes or repeats a stroke, and offers the resulting patch at once. False if there is no such stroke.
+  /// Undoes or repeats a stroke, and offers the resulting tissue patch at once. False if there is no such stroke.
   bool edit(bool redo);
   /// True if the servo has not yet adopted an edit or a loose piece.
   bool edit_waits() const { return patches_.edit_waits(); }
@@ -98,13 +100,13 @@ class CarverSide {
 
   haptics::Carver& carver_;
   haptics::PatchExchange& patches_;
-  Tape<CarverEvent>& tape_;
-  Tape<ServoEvent>::Reader servo_;
+  EventLog<CarverEvent>& event_log_;
+  EventLog<ServoEvent>::Reader servo_;
   ServoTick tick_;
 };
 
-/// Undoes or repeats a stroke at the session time t, and writes this to the carver's tape. False if there is no such
-/// stroke.
-bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, Tape<CarverEvent>* tape);
+/// Undoes or repeats a stroke at the session time t, and writes this to the carver's event log. False if there is no
+/// such stroke.
+bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, EventLog<CarverEvent>* event_log);
 
 }  // namespace typodont

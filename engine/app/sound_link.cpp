@@ -37,15 +37,15 @@ SoundVoice voice_of(const Scene& scene) {
   return voice;
 }
 
-SoundLink::SoundLink(const std::string& address, const SoundVoice& voice, const Tapes& tapes, bool live, bool binaural,
-                     Nanos begin)
+SoundLink::SoundLink(const std::string& address, const SoundVoice& voice, const EventLogs& event_logs, bool live,
+                     bool binaural, Nanos begin)
     : live_(live),
       begin_(begin),
       options_{live ? kHold : 0.0, voice.lower_order},
       output_(audio::AudioOutput::open(address, {.channels = binaural ? 2 : 1})),
       voice_(voice.tools_cut),
-      servo_(tapes.servo),
-      view_(tapes.view) {
+      servo_(event_logs.servo),
+      view_(event_logs.view) {
   voice_file_ = named_asset("sounds", voice.model);
   models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = voice.free_speed;

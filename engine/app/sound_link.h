@@ -15,8 +15,8 @@
 #include "audio/binaural.h"
 #include "audio/drill_synth.h"
 #include "audio/tick_voice.h"
+#include "engine/app/event_logs.h"
 #include "engine/app/scene.h"
-#include "engine/app/tapes.h"
 
 namespace typodont {
 
@@ -34,13 +34,13 @@ SoundVoice voice_of(const Scene& scene);
 class SoundLink {
  public:
   /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". Throws Error or RunFailure.
-  ///   `tapes`: source of the ticks, and of the pose of the listener's head.
+  ///   `event_logs`: source of the ticks, and of the pose of the listener's head.
   ///   `live`: the sound stops if no ticks arrive.
   ///   `binaural`: two channels for the listener's ears; the tool is the source. Until the head's pose is known, it is
   /// straight ahead.
   ///   `begin`: session time that is zero in a sound file; earlier ticks are not heard.
-  SoundLink(const std::string& address, const SoundVoice& voice, const Tapes& tapes, bool live, bool binaural = false,
-            Nanos begin = 0);
+  SoundLink(const std::string& address, const SoundVoice& voice, const EventLogs& event_logs, bool live,
+            bool binaural = false, Nanos begin = 0);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
@@ -82,8 +82,8 @@ class SoundLink {
   audio::SoundModels models_;
   audio::TickVoice voice_;  // converts ticks to samples; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
-  Tape<ServoEvent>::Reader servo_;  // used only by the audio thread
-  Tape<ViewEvent>::Reader view_;    // used only by the audio thread
+  EventLog<ServoEvent>::Reader servo_;  // used only by the audio thread
+  EventLog<ViewEvent>::Reader view_;    // used only by the audio thread
   std::atomic<std::uint64_t> unheard_{0};
   std::atomic<double> spray_{0}, suction_{0};  // flows of spray and suction as fractions 0..1, for audio::SoundState
   // The audio thread alone uses the next members, and only for binaural sound.

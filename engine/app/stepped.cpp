@@ -31,12 +31,12 @@ SteppedSession::SteppedSession(const Scene& scene, haptics::TissueVolume tissue,
 SteppedSession::SteppedSession(const Scene& scene, haptics::TissueVolume tissue, double rate)
     : SteppedSession(scene, std::move(tissue), ideal_hand(rate)) {}
 
-Tapes& SteppedSession::tapes() {
-  if (!tapes_) {
-    tapes_ = std::make_unique<Tapes>();
-    side_.emplace(servo(), tapes_->servo, rate_);
+EventLogs& SteppedSession::event_logs() {
+  if (!event_logs_) {
+    event_logs_ = std::make_unique<EventLogs>();
+    side_.emplace(servo(), event_logs_->servo, rate_);
   }
-  return *tapes_;
+  return *event_logs_;
 }
 
 const ServoTick& SteppedSession::tick(const haptics::HandSample& hand) {
@@ -67,7 +67,7 @@ bool SteppedSession::advance(haptics::HapticDevice& hand) {
 
 void SteppedSession::write_pieces() {
   for (const LoosePiece& piece : carver().take_pieces())
-    if (tapes_) tapes_->carver.write(piece);
+    if (event_logs_) event_logs_->carver.write(piece);
 }
 
 }  // namespace typodont

@@ -1,13 +1,13 @@
 // A session without a clock and threads: hand, servo and carver take turns, as fast as possible. Equal input gives
-// equal output. Writes the same tapes as a live session.
+// equal output. Writes the same event logs as a live session.
 #pragma once
 
 #include <memory>
 #include <optional>
 
+#include "engine/app/event_logs.h"
 #include "engine/app/scene.h"
 #include "engine/app/sides.h"
-#include "engine/app/tapes.h"
 #include "haptics/haptic_device.h"
 #include "haptics/lockstep.h"
 
@@ -22,15 +22,15 @@ class SteppedSession {
   SteppedSession(const SteppedSession&) = delete;
   SteppedSession& operator=(const SteppedSession&) = delete;
 
-  /// The session's tapes (event queues). The first call creates them; earlier events are not on them.
-  Tapes& tapes();
+  /// The session's event logs. The first call creates them; earlier events are not in them.
+  EventLogs& event_logs();
 
   /// Runs a tick of the servo, then the carver.
   const ServoTick& tick(const haptics::HandSample& hand);
   /// Runs a tick with the hand's next sample. Returns false at the hand's end; the tissue then contains all cuts.
   bool advance(haptics::HapticDevice& hand);
   /// Undoes or repeats a stroke. False: no such stroke.
-  bool edit(bool redo) { return edit_stroke(carver(), redo, tick_.t, tapes_ ? &tapes_->carver : nullptr); }
+  bool edit(bool redo) { return edit_stroke(carver(), redo, tick_.t, event_logs_ ? &event_logs_->carver : nullptr); }
 
   /// The newest tick.
   const ServoTick& last() const { return tick_; }
@@ -52,8 +52,8 @@ class SteppedSession {
   void write_pieces();
 
   haptics::LockStep steps_;
-  const double rate_;             // Hz, rate of the servo
-  std::unique_ptr<Tapes> tapes_;  // null until tapes() is called
+  const double rate_;                      // Hz, rate of the servo
+  std::unique_ptr<EventLogs> event_logs_;  // null until event_logs() is called
   std::optional<ServoSide> side_;
   ServoTick tick_;
   Cut cut_;

@@ -1,5 +1,5 @@
-// All channels between the threads of a session: tapes (event queues), which any thread may read, and channels with one
-// writer and one reader. "Render thread": the thread that draws the trainee's picture. "User interface": the operator's
+// All channels between the threads of a session: event logs, which any thread may read, and channels with one writer
+// and one reader. "Render thread": the thread that draws the trainee's picture. "User interface": the operator's
 // window.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <atomic>
 #include <vector>
 
-#include "engine/app/tapes.h"
+#include "engine/app/event_logs.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
@@ -72,7 +72,7 @@ struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
   // Events of all threads. Any thread may read them.
-  Tapes tapes;
+  EventLogs event_logs;
   // Carver thread → servo thread: newest copy of nearby tissue.
   haptics::PatchExchange patch;
   // User interface → carver thread: commands.

@@ -91,12 +91,13 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  /// Positions of the application thread on the tapes.
+  /// Positions of the application thread in the event logs.
   struct Places {
-    explicit Places(const Tapes& tapes) : servo(tapes.servo), carver(tapes.carver), loop(tapes.loop) {}
-    Tape<ServoEvent>::Reader servo;
-    Tape<CarverEvent>::Reader carver;
-    Tape<LoopReport>::Reader loop;
+    explicit Places(const EventLogs& event_logs)
+        : servo(event_logs.servo), carver(event_logs.carver), loop(event_logs.loop) {}
+    EventLog<ServoEvent>::Reader servo;
+    EventLog<CarverEvent>::Reader carver;
+    EventLog<LoopReport>::Reader loop;
   };
   std::optional<Places> places;
   // Latest tick, state of the tissue, report about the loop.
@@ -165,7 +166,7 @@ struct Workbench::Impl {
     });
   }
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
-  void follow_tapes();
+  void follow_event_logs();
   void advance_sound();
   /// Passes a tick to the objects that measure the score.
   void score(ServoTick next);
@@ -211,7 +212,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  places.emplace(s.wiring.tapes);
+  places.emplace(s.wiring.event_logs);
   // Checks the file name now, so that an invalid name is reported before the session.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
@@ -266,9 +267,10 @@ void Workbench::Impl::set_up() {
     if (address.empty()) {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
-      sound.emplace(address, voice_of(scene), s.wiring.tapes, !address.starts_with("wav:"), options.binaural);
+      sound.emplace(address, voice_of(scene), s.wiring.event_logs, !address.starts_with("wav:"), options.binaural);
       // Without a picture, no other code records the eyes' position.
-      if (rig && !s.draw) s.wiring.tapes.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
+      if (rig && !s.draw)
+        s.wiring.event_logs.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));
     }
   } else {
@@ -311,7 +313,8 @@ void Workbench::Impl::set_up() {
     if (s.draw && window) header.streams.insert(header.streams.end(), {picture_stream(), head_stream()});
     if (s.debris && window) header.streams.push_back(water_stream());
     if (sound) header.streams.push_back(sound_stream());
-    recording.emplace(options.record, scene, header, s.wiring.tapes, session::WriterOptions{.named_by_start = true},
+    recording.emplace(options.record, scene, header, s.wiring.event_logs,
+                      session::WriterOptions{.named_by_start = true},
                       sound ? [this] { return sound->latency(); } : std::function<double()>());
     if (sound) recording->writer().event(0, session::EventKind::kNote, sound->about());
   }
@@ -381,7 +384,7 @@ void Workbench::Impl::start() {
 }
 
 /// Reads the servo's and the carver's events since the last call.
-void Workbench::Impl::follow_tapes() {
+void Workbench::Impl::follow_event_logs() {
   for (ServoEvent event; places->servo.next(event);) {
     if (picture) picture->apply(event);
     const auto* const next = std::get_if<ServoTick>(&event);
@@ -412,7 +415,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   LiveSession& s = *session;
   ++summary.work.turns;
   pressed.clear();
-  follow_tapes();
+  follow_event_logs();
   if (s.wiring.servo_ended || thread_failed || g_asked_to_stop || to_seconds(now() - began) >= options.seconds)
     return false;
   s.wiring.record_to_render.fetch();
@@ -638,7 +641,7 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   // Repeats cuts made after the carver thread had ended.
   if (carved) try_to([&] { s.side.follow([](const Cut&) {}, /*to_end=*/true); });
-  follow_tapes();  // reads up to the last tick, so that the score equals that of the recording
+  follow_event_logs();  // reads up to the last tick, so that the score equals that of the recording
   if (meter) explored = picture->views()->take_explored();
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();

@@ -18,8 +18,8 @@ enum class Fault : std::uint32_t {
   /// A new patch (copy of the tissue around the tool) is more than 20 ms late. Until it arrives, the force is computed
   /// with the old patch.
   kStalePatch = 1u << 1,
-  // The tool left the copy of the tissue around it (patch). If the tool was in contact, the plane of the last contact
-  // now replaces the tissue. Otherwise the force is zero.
+  // The tool left the copy of the tissue around it (tissue patch). If the tool was in contact, the plane of the last
+  // contact now replaces the tissue. Otherwise the force is zero.
   kPatchEdge = 1u << 2,
   kForceLimit = 1u << 3,  // the force was clipped to the device's limit
   // The tool was found inside the tissue, because the hand jumped or a new tissue copy came late. The proxy moves out
@@ -63,7 +63,7 @@ struct ServoTick {
   double energy = 0;
   Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;  // number of the tick's tissue copy (patch); 0: none
+  std::uint32_t patch = 0;  // number of the tick's tissue patch; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
   // J, energy that the spindle has given to the hand so far by the tangential cutting force. The member `energy` does
   // not include this energy.
@@ -103,7 +103,7 @@ struct LoosePiece {
 /// a replay needs them to compute the same bits. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the tissue patch: 1, 2, 3 …
-  std::uint64_t first_tick = 0;  // number of the first tick computed with this patch
+  std::uint64_t first_tick = 0;  // number of the first tick computed with this tissue patch
   std::uint64_t cuts = 0;        // number of cuts in the tissue when it was copied
   dvec3 center_W{0, 0, 0};       // m, requested centre of the tissue patch
 };

@@ -165,8 +165,8 @@ void Film::State::link(std::int32_t i) {
         if (j < 0 || cell.count == kMaxNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
         if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on a thin wall's opposite face
-        const glm::dvec3 way = glm::dvec3(other.p - cell.p) / field.spacing;
-        const double x = glm::dot(way, e), y = glm::dot(way, f);
+        const glm::dvec3 offset = glm::dvec3(other.p - cell.p) / field.spacing;
+        const double x = glm::dot(offset, e), y = glm::dot(offset, f);
         products[cell.count] = {x * x, x * y, y * y};
         squares += x * x + y * y;
         cell.next[cell.count++] = j;

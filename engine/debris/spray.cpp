@@ -140,9 +140,9 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
                                   options.air_viscosity);
     const double keep = 1 / (1 + drag * part);
     drop.v = keep * (drop.v + options.gravity_W * part) + (1 - keep) * air;
-    const dvec3 from = drop.p, way = drop.v * part;
-    const double length = glm::length(way);
-    if (suction && passed_within(suction->radius, from, from + way, suction->p_W)) {
+    const dvec3 from = drop.p, offset = drop.v * part;
+    const double length = glm::length(offset);
+    if (suction && passed_within(suction->radius, from, from + offset, suction->p_W)) {
       add(ledger.sucked, drop.load);
       return false;
     }
@@ -150,7 +150,7 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
     double at = 0;
     bool flung_now = false;
     for (int k = 0; k < 64 && at < length; ++k) {
-      const dvec3 p = from + way * (at / std::max(length, 1e-12));
+      const dvec3 p = from + offset * (at / std::max(length, 1e-12));
       const Contact contact(field, p);
       if (contact.inside && contact.distance <= 0.5 * drop.diameter) {
         const dvec3 g = contact.gradient();
@@ -179,7 +179,7 @@ bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* sou
       at += free;
     }
     if (flung_now) continue;
-    drop.p = from + way;
+    drop.p = from + offset;
     const bool outside = glm::any(glm::lessThan(drop.p, low)) || glm::any(glm::greaterThan(drop.p, high));
     // A droplet outside the box has missed only if it moves away from the box.
     const dvec3 middle = 0.5 * (low + high);

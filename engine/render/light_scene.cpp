@@ -62,18 +62,18 @@ class RayTree {
   }
 
   struct Hit {
-    float way = std::numeric_limits<float>::max();
+    float distance = std::numeric_limits<float>::max();
     std::uint32_t triangle = 0;
     bool back = false;
   };
-  /// Finds the first triangle that a ray meets before hit.way. `any`: any triangle is sufficient; the search then ends
-  /// at the first one found.
+  /// Finds the first triangle that a ray meets before hit.distance. `any`: any triangle is sufficient; the search then
+  /// ends at the first one found.
   bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
     if (nodes_.empty()) return false;
     const glm::vec3 inverse = 1.0f / direction;
     struct Waiting {
       std::uint32_t node;
-      float way;
+      float distance;
     };
     std::array<Waiting, 64> stack;
     std::size_t depth = 0;
@@ -81,7 +81,7 @@ class RayTree {
     bool found = false;
     while (depth > 0) {
       const Waiting next = stack[--depth];
-      if (next.way >= hit.way) continue;
+      if (next.distance >= hit.distance) continue;
       const Node& node = nodes_[next.node];
       if (node.count > 0) {
         for (std::uint32_t k = node.first; k < node.first + node.count; ++k)
@@ -95,9 +95,9 @@ class RayTree {
       // The child of the tree's node that is nearer to the ray's start is visited first.
       Waiting a{node.first, entry(nodes_[node.first], from, inverse)};
       Waiting b{node.second, entry(nodes_[node.second], from, inverse)};
-      if (a.way > b.way) std::swap(a, b);
-      if (b.way < hit.way) stack[depth++] = b;
-      if (a.way < hit.way) stack[depth++] = a;
+      if (a.distance > b.distance) std::swap(a, b);
+      if (b.distance < hit.distance) stack[depth++] = b;
+      if (a.distance < hit.distance) stack[depth++] = a;
     }
     return found;
   }
@@ -202,9 +202,9 @@ class RayTree {
     const glm::vec3 q = glm::cross(s, t.along);
     const float v = glm::dot(direction, q) / d;
     if (v < 0 || u + v > 1) return false;
-    const float way = glm::dot(t.beside, q) / d;
-    if (way <= 0 || way >= hit.way) return false;
-    hit.way = way;
+    const float distance = glm::dot(t.beside, q) / d;
+    if (distance <= 0 || distance >= hit.distance) return false;
+    hit.distance = distance;
     hit.back = d < 0;
     return true;
   }
@@ -466,7 +466,7 @@ struct LightScene::Impl {
         RayTree::Hit hit;
         if (!tree.cast(sample.p, directions[r], hit, false) || !hit.back) continue;
         ++backs;
-        if (hit.way < nearest) nearest = hit.way, out = directions[r] * (hit.way + 3 * kMargin);
+        if (hit.distance < nearest) nearest = hit.distance, out = directions[r] * (hit.distance + 3 * kMargin);
       }
       if (backs > kInside * kRays / kFew) {
         sample.valid = out != glm::vec3(0);

@@ -67,7 +67,7 @@ enum class View {
   kLook,
   kSection,  // only the part with section · (p, 1) > 0, with cut faces
   kXray,     // the working tooth as glass, with its inside; nothing else
-  // Working tooth compared with the ideal (Vertex::difference): blue must be removed, red is too much.
+  // Working tooth compared with the ideal shape (Vertex::difference): blue must be removed, red is too much.
   kDifference,
 };
 

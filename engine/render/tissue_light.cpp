@@ -526,20 +526,20 @@ struct TissueLight::Impl {
   }
   /// Returns the distance (m) from a point of the box (in cells) along a direction to the border of the box.
   float way_to_border(const glm::vec3& q, const glm::vec3& direction) const {
-    float way = std::numeric_limits<float>::infinity();
+    float ray_length = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       if (direction[axis] == 0) continue;
       const float border = direction[axis] > 0 ? static_cast<float>(grid.size[axis] - 1) : 0;
-      way = std::min(way, (border - q[axis]) / direction[axis]);
+      ray_length = std::min(ray_length, (border - q[axis]) / direction[axis]);
     }
-    return std::max(way, 0.0f) * spacing;
+    return std::max(ray_length, 0.0f) * spacing;
   }
   /// Follows a ray outside the bodies. `q`: start in cells; on return, the end. Returns the element that the ray meets,
   /// or kFree if it meets none within `longest` (m) or leaves the box.
   std::int32_t follow_outside(glm::vec3& q, const glm::vec3& direction, float longest) const {
     const float all = std::min(longest, way_to_border(q, direction));
     const glm::vec3 start = q, along = direction / spacing;
-    for (float way = 0; way < all;) {
+    for (float ray_length = 0; ray_length < all;) {
       const float d = distance_at(q);
       if (d <= 0) return element_at(q);
       float step = std::max(d, kMinStep);
@@ -547,8 +547,8 @@ struct TissueLight::Impl {
         const int far_blocks = clear[block(glm::ivec3(q) / kBlock)];
         step = std::max(step, static_cast<float>(kBlock * (far_blocks - 1)) * spacing);
       }
-      way += step;
-      q = start + std::min(way, all) * along;
+      ray_length += step;
+      q = start + std::min(ray_length, all) * along;
     }
     return kFree;
   }

@@ -28,7 +28,7 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
 // an edge.
 constexpr double kMinGradient = 0.98;
-constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal count as 0
+constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal shape count as 0
 // Smallest area of floor and walls that is measured, m².
 constexpr double kMinArea = 0.1e-6;
 // Fraction of the area that is left out at each end of the sorted values, because it belongs to the edges of a face.

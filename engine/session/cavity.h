@@ -1,5 +1,5 @@
-// Compares removed or added tissue with the ideal, from dense distance fields. Functions without state. Lengths in m,
-// as exact as the fields.
+// Compares removed or added tissue with the ideal shape, from dense distance fields. Functions without state. Lengths
+// in m, as exact as the fields.
 #pragma once
 
 #include <optional>
@@ -31,11 +31,11 @@ struct Place {
 /// Measures of a cavity in SI units. A measure is empty if it does not apply, for example without a floor.
 struct CavityMeasures {
   bool has_ideal = false;
-  double wanted = 0;        // m³, volume that the ideal removes or adds
+  double wanted = 0;        // m³, volume that the ideal shape removes or adds
   double done = 0;          // m³, part of `wanted` that is done
-  double over_volume = 0;   // m³, tissue that is missing although the ideal has it
-  double under_volume = 0;  // m³, tissue that is left although the ideal removes it, or excess filling
-  // Points farthest from the ideal: cut too deep (over), and tissue left (under).
+  double over_volume = 0;   // m³, tissue that is missing although the ideal shape has it
+  double under_volume = 0;  // m³, tissue that is left although the ideal shape removes it, or excess filling
+  // Points farthest from the ideal shape: cut too deep (over), and tissue left (under).
   Place over, under;
   // Distance of the surface from the target shape, root mean square, m. Only where the surface changed or should have
   // changed, and without closed pores.
@@ -65,8 +65,8 @@ struct CavityMeasures {
     dvec3 axis_W{0};    // unit vector out of the opening: the surface's mean normal
   };
   std::optional<Cup> cup;            // sphere fitted to a reamed socket
-  std::optional<double> cup_offset;  // m, distance of the cup's centre from the ideal's
-  std::optional<double> cup_tilt;    // rad, angle between the cup's axis and the ideal's
+  std::optional<double> cup_offset;  // m, distance of the cup's centre from the ideal shape's
+  std::optional<double> cup_tilt;    // rad, angle between the cup's axis and the ideal shape's
   // Removed tissue that had to stay, m³. Empty: none protected.
   std::optional<double> kept_removed;
 };
@@ -81,8 +81,8 @@ struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no target shape
 };
-/// Data that depends only on the ideal and the tissue before the work, so one computation (slow) serves all results of
-/// a task.
+/// Data that depends only on the ideal shape and the tissue before the work, so one computation (slow) serves all
+/// results of a task.
 struct CavityReference {
   TrueDistances before;
   std::optional<TrueDistances> ideal;      // no value if the task has no target shape

@@ -44,9 +44,9 @@ double volume_of(const ServoTick& tick) {
 double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const dvec3 way = path[i + 1] - path[i], from = p - path[i];
-    const double s = std::clamp(glm::dot(from, way) / std::max(glm::dot(way, way), 1e-18), 0.0, 1.0);
-    best = std::min(best, glm::length(from - s * way));
+    const dvec3 segment = path[i + 1] - path[i], from = p - path[i];
+    const double s = std::clamp(glm::dot(from, segment) / std::max(glm::dot(segment, segment), 1e-18), 0.0, 1.0);
+    best = std::min(best, glm::length(from - s * segment));
   }
   return best;
 }
@@ -65,10 +65,10 @@ double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
   constexpr double kStep = 0.05e-3;
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
-    const dvec3 way = path_W[i + 1] - path_W[i];
-    const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(way) / kStep)));
+    const dvec3 segment = path_W[i + 1] - path_W[i];
+    const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(segment) / kStep)));
     for (int k = 0; k <= steps; ++k)
-      best = std::min(best, distance(path_W[i] + (static_cast<double>(k) / steps) * way));
+      best = std::min(best, distance(path_W[i] + (static_cast<double>(k) / steps) * segment));
   }
   return best;
 }

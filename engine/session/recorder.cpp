@@ -298,7 +298,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
       ticks.create(root, "ticks", "one row per tick of the servo", specs_of(tick_columns()), tick_chunk, deflate) &&
       cuts.create(root, "cuts", "one row per cut, straight from A to B", specs_of(cut_columns()), kSmallChunk,
                   deflate) &&
-      patches.create(root, "patches", "when the servo took up which surface patch", specs_of(patch_columns()),
+      patches.create(root, "patches", "when the servo took up which tissue patch", specs_of(patch_columns()),
                      kSmallChunk, deflate) &&
       events.create(root, "events", "tools, views, faults, notes", std::move(event_specs), kEventChunk, deflate) &&
       pictures.create(root, "pictures", "pictures for the report", std::move(picture_specs), 8, deflate);
@@ -445,7 +445,8 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) {
   return false;
 }
 
-/// Writes all buffered rows. Cuts and patch uses come first, so that the file never contains a tick without its cut.
+/// Writes all buffered rows. Cuts and uses of tissue patches come first, so that the file never contains a tick without
+/// its cut.
 void SessionWriter::Impl::write_all() {
   const H5Quiet quiet;
   const Nanos begin = now();

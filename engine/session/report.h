@@ -42,7 +42,7 @@ struct ReportOptions {
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session file
   std::optional<Score> score;                 // the score; if there is no value, score_session() computes it
   std::optional<ScoreInput> input;  // input of the score, if more measures are known than the session file contains
-  // Final surface, with deviations from the ideal; the ideal's surface.
+  // Final surface, with deviations from the ideal shape; the ideal shape's surface.
   std::optional<ResultModel> result, ideal;
   std::optional<Preparation> preparation;  // geometry from which sections are drawn
   std::vector<Remark> remarks;

@@ -419,8 +419,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal: some healthy tissue must be removed to reach the caries, so only more than the caries' volume
-  // costs points.
+  // Without an ideal shape: some healthy tissue must be removed to reach the caries, so only more than the caries'
+  // volume costs points.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -457,7 +457,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// The input of a perfect hand: the tissue equals the ideal.
+/// The input of a perfect hand: the tissue equals the ideal shape.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -468,8 +468,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// Reads rules. A rule without target gets the ideal's value, or the default: for measures of the hand, for
-/// explorations, and without an ideal. `input`: nullptr if nothing is measured yet.
+/// Reads rules. A rule without target gets the ideal shape's value, or the default: for measures of the hand, for
+/// explorations, and without an ideal shape. `input`: nullptr if nothing is measured yet.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {

@@ -174,7 +174,7 @@ struct Score {
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Default target of a measure, used if neither the rule nor the ideal has one. Empty: there is none.
+/// Default target of a measure, used if neither the rule nor the ideal shape has one. Empty: there is none.
 std::optional<double> default_target(std::string_view score_name);
 
 /// Rules for scenes that state none.

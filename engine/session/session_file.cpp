@@ -294,8 +294,8 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // The ticks are opened first. An active writer may add rows in the meantime, so the tables of cuts and patches that
-  // are opened later extend at least to the last tick.
+  // The ticks are opened first. An active writer may add rows in the meantime, so the tables of cuts and tissue patches
+  // that are opened later extend at least to the last tick.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));

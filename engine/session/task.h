@@ -1,4 +1,4 @@
-// Reads "task" of a scene: description and rules. engine/app/task/task.h reads the geometry of the ideal.
+// Reads "task" of a scene: description and rules. engine/app/task/task.h reads the geometry of the ideal shape.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Tricubic interpolation in a patch. Private to haptics/contact.
+// Tricubic interpolation in a tissue patch. Private to haptics/contact.
 #pragma once
 
 #include <cstddef>

@@ -66,10 +66,10 @@ class RisingCount {
   PerTissue ahead_{};  // m³, volume that was counted so far but not removed
 };
 
-/// The cuts of a model that uses a SurfacePatch, with the box of samples that each cut may have changed.
+/// The cuts of a model that uses a TissuePatch, with the box of samples that each cut may have changed.
 class CutLog {
  public:
-  /// Data to repeat a cut or filling in another patch.
+  /// Data to repeat a cut or filling in another tissue patch.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;

@@ -7,8 +7,8 @@
 
 namespace typodont::haptics {
 
-/// Distance that the tool may move before a missing new patch counts as late. Twice patch_travel_for(), because a patch
-/// may be centred ahead of the tool.
+/// Distance that the tool may move before a missing new tissue patch counts as late. Twice patch_travel_for(), because
+/// a patch may be centred ahead of the tool.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
@@ -17,7 +17,7 @@ static double reported_travel(const ServoSettings& settings) {
 PatchModel::PatchModel(const ServoSettings& settings) : settings_(settings), travel_(reported_travel(settings)) {}
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
-  auto& fresh = static_cast<SurfacePatch&>(snapshot);
+  auto& fresh = static_cast<TissuePatch&>(snapshot);
   // The struct is in the cache of another core: prefetch all its cache lines at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
@@ -42,7 +42,7 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 }
 
 /// Moves patch_ to the position of its step `fresh`. Old samples and the servo's own cuts remain.
-void PatchModel::step_to(SurfacePatch& fresh) noexcept {
+void PatchModel::step_to(TissuePatch& fresh) noexcept {
   if (fresh.from != patch_.number) return;  // cannot happen: `fresh` is always made for the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
   glm::ivec3 lo, hi;
@@ -52,7 +52,7 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
   take_step(patch_, fresh);
   if (late) {
     mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
-    // A cut across the patch's old border also changes new samples.
+    // A cut across the tissue patch's old border also changes new samples.
     for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
       if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
     }
@@ -62,7 +62,7 @@ void PatchModel::step_to(SurfacePatch& fresh) noexcept {
 
 /// Repeats cuts after undo, redo or a loose piece, as the carver does: the old samples lack the edit. Volume that both
 /// a loose piece and a cut remove is counted once.
-void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
+void PatchModel::repeat_cuts(TissuePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     CutLog::Made& made = log_.made(i);

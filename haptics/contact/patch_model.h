@@ -1,11 +1,11 @@
-// Base class of contact models that work in a SurfacePatch. It repeats the cuts that a new patch lacks.
+// Base class of contact models that work in a TissuePatch. It repeats the cuts that a new tissue patch lacks.
 #pragma once
 
 #include <cstdint>
 
 #include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics {
@@ -29,22 +29,23 @@ class PatchModel : public ContactModel {
 
   /// Repeats a cut in `fresh`, whose tissue was changed by undo, redo or a loose piece. Returns the removed volume in
   /// voxels³; negative: filling.
-  virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// Adds the cuts that the coarse patch of `fresh` lacks. `edited`: undo, redo or a loose piece changed the tissue.
-  virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo; `known`: the new patch contains no unknown
-  /// change.
+  virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept = 0;
+  /// Adds the cuts that the coarse tissue patch of `fresh` lacks. `edited`: undo, redo or a loose piece changed the
+  /// tissue.
+  virtual void update_coarse(TissuePatch& /*fresh*/, bool /*edited*/) noexcept {}
+  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo; `known`: the new tissue patch contains no
+  /// unknown change.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;       // m, distance that the tool may move before the servo needs a new patch
-  SurfacePatch patch_;  // has no memory until the first snapshot arrives
+  double travel_;      // m, distance that the tool may move before the servo needs a new tissue patch
+  TissuePatch patch_;  // has no memory until the first snapshot arrives
   CutLog log_;
   std::uint64_t cut_count_ = 0;
 
  private:
-  void step_to(SurfacePatch& fresh) noexcept;
-  void repeat_cuts(SurfacePatch& fresh, PerTissue& removed) noexcept;
+  void step_to(TissuePatch& fresh) noexcept;
+  void repeat_cuts(TissuePatch& fresh, PerTissue& removed) noexcept;
 };
 
 }  // namespace typodont::haptics

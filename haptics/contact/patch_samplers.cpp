@@ -1,4 +1,4 @@
-// Interpolation of distances and labels in a patch (surface_patch.h).
+// Interpolation of distances and labels in a tissue patch (tissue_patch.h).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/cubic.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/work.h"
 
 namespace typodont::haptics {
@@ -22,8 +22,8 @@ struct Cell {
   double u, v, w;  // position in the cell, 0..1
 };
 
-Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  // voxels, position relative to the first sample of the patch
+Cell cell_at(const TissuePatch& patch, const dvec3& p_V) {
+  // voxels, position relative to the first sample of the tissue patch
   const dvec3 q = p_V - dvec3(patch.lo);
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
@@ -39,7 +39,7 @@ void count_queries(std::uint64_t count) noexcept {
   t_queries += count;
 }
 
-double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+double sample_linear(const TissuePatch& patch, const dvec3& p_V) noexcept {
   if (patch.whole) {
     const dvec3 held = patch.nearest_held(p_V);
     if (held != p_V) return std::hypot(glm::length(p_V - held), std::max(sample_linear(patch, held), 0.0));
@@ -54,7 +54,7 @@ double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return lo + c.u * (hi - lo);
 }
 
-FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+FieldSample sample_linear_gradient(const TissuePatch& patch, const dvec3& p_V) noexcept {
   ++t_queries;
   const Cell c = cell_at(patch, patch.whole ? patch.nearest_held(p_V) : p_V);
   const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
@@ -66,7 +66,7 @@ FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) 
   return {lo + c.u * (hi - lo), {hi - lo, (b - a) + c.u * ((e - d) - (b - a)), gz0 + c.u * (gz1 - gz0)}};
 }
 
-FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+FieldSample sample_cubic(const TissuePatch& patch, const dvec3& p_V) noexcept {
   ++t_queries;
   const Cell c = cell_at(patch, p_V);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
@@ -76,7 +76,7 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return {out[0], {out[1], out[2], out[3]}};
 }
 
-Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+Tissue sole_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy, first = patch.at(c.x, c.y, c.z);
   // the labels of two neighbouring samples along z
@@ -92,7 +92,7 @@ Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
              : shown(label);
 }
 
-PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
   PerTissue fractions{};
   double total = 0;
@@ -110,7 +110,7 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return fractions;
 }
 
-PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return sample_tissue(patch, p_V);
   const Cell c = cell_at(patch, p_V);
   PerTissue sums{};

@@ -1,17 +1,17 @@
-// The size of a patch, and the distance that a tool may move in it.
+// The size of a tissue patch, and the distance that a tool may move in it.
 #include <algorithm>
 #include <cmath>
 
 #include "haptics/contact/proxy/non_cutting_contacts.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-/// Voxels from the patch's centre. Half of it must exceed four voxels, because patches are placed at multiples of
-/// eight. Filling instruments need 1 mm to search places for filling.
+/// Voxels from the tissue patch's centre. Half of it must exceed four voxels, because patches are placed at multiples
+/// of eight. Filling instruments need 1 mm to search places for filling.
 double travel_for(const Tool& tool, double voxel) {
   const double least = tool.fill != Tissue::kAir ? 1e-3 : 0.4e-3;
   return std::max({9.0, least / voxel, 0.25 * tool.reach() / voxel});
@@ -22,7 +22,7 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // The patch must extend beyond the head. Filling is added only if it lies completely inside.
+    // The tissue patch must extend beyond the head. Filling is added only if it lies completely inside.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
@@ -37,12 +37,12 @@ double patch_travel_for(std::span<const Tool> tools, double voxel) {
   return travel;
 }
 
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
+TissuePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
   return empty_patch_for(tools, voxel, patch_edge_for(tools, voxel));
 }
 
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge) {
-  SurfacePatch patch;
+TissuePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge) {
+  TissuePatch patch;
   patch.resize(edge);
   const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
   if (coarse.edge > 0) {

@@ -1,11 +1,11 @@
 #include "haptics/contact/patch_step.h"
 
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/volume/leaf_rows.h"
 
 namespace typodont::haptics {
 
-void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept {
+void take_step(TissuePatch& patch, TissuePatch& fresh) noexcept {
   patch.move_to(fresh.lo);
   const std::ptrdiff_t stride_y = patch.n, stride_x = stride_y * stride_y;
   const auto place = [&](std::size_t i) {

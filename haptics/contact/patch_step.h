@@ -1,5 +1,5 @@
-// The new samples of a patch that moves with the tool. The servo keeps the samples that stay, with its cuts, and copies
-// only the new leaves (8³ samples) from the carver.
+// The new samples of a tissue patch that moves with the tool. The servo keeps the samples that stay, with its cuts, and
+// copies only the new leaves (8³ samples) from the carver.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-struct SurfacePatch;
+struct TissuePatch;
 
 /// Carver writes, servo reads. Allocates at set-up only.
 class PatchStep {
@@ -34,7 +34,7 @@ class PatchStep {
     std::uint8_t* hardness;
   };
 
-  /// Number of new leaves if a patch of `edge`³ leaves moves by one leaf along all axes.
+  /// Number of new leaves if a tissue patch of `edge`³ leaves moves by one leaf along all axes.
   static std::size_t most_for(int edge) {
     const auto cube = [](std::size_t n) { return n * n * n; };
     return edge < 1 ? 0 : cube(static_cast<std::size_t>(edge)) - cube(static_cast<std::size_t>(edge) - 1);
@@ -68,7 +68,7 @@ class PatchStep {
 };
 
 /// Moves `patch` to the position of `fresh`, and copies the new samples (fresh.step) and all other data of `fresh`. In
-/// exchange, `fresh` receives the old coarse patch.
-void take_step(SurfacePatch& patch, SurfacePatch& fresh) noexcept;
+/// exchange, `fresh` receives the old coarse tissue patch.
+void take_step(TissuePatch& patch, TissuePatch& fresh) noexcept;
 
 }  // namespace typodont::haptics

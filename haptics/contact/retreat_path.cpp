@@ -60,12 +60,12 @@ std::size_t RetreatPath::nearest(const dvec3& target, double within) const noexc
 
 dvec3 RetreatPath::withdrawn(dvec3 c, const dvec3& target, double max_step) noexcept {
   while (max_step > 0 && !points_.empty()) {
-    const dvec3 way = points_.back() - c, pull = target - c;
-    const double length = glm::length(way), along = glm::dot(way, pull);
+    const dvec3 offset = points_.back() - c, pull = target - c;
+    const double length = glm::length(offset), along = glm::dot(offset, pull);
     if (length > kSpacing) {
       if (along < kTowards * length * glm::length(pull)) break;
       const double step = std::min({length, along / length, max_step});
-      c += way * (step / length);
+      c += offset * (step / length);
       max_step -= step;
       if (step < length) break;
     }

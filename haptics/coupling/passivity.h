@@ -47,7 +47,7 @@ struct PassivityLaw {
   // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks; a longer gap is a pause
-  // J, allowed debt. The guarantee is 1 nJ; the rest is reserved for rounding and sudden reversals.
+  // J, allowed energy deficit. The guarantee is 1 nJ; the rest is reserved for rounding and sudden reversals.
   double credit = 0.5e-9;
 };
 
@@ -67,16 +67,16 @@ struct RecentMaximum {
 struct PassivityState {
   // m per tick, fastest recent motion out of the tissue, or against the previous tick's displacement
   double retreat = 0;
-  double advance = 0;  // m per tick, fastest recent motion against the force
-  dvec3 moved{0};      // m, displacement in the previous tick
-  double way = 0;      // m, length of `moved`
+  double advance = 0;   // m per tick, fastest recent motion against the force
+  dvec3 moved{0};       // m, displacement in the previous tick
+  double distance = 0;  // m, length of `moved`
   // s, tick for which the next three values were computed: 1/s; decay of retreats per tick; decay of the longest tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   // m/s: largest speed, and largest change of velocity per tick; also without contact.
-  RecentMaximum pace, change;
+  RecentMaximum speed, change;
   double mean_change = 0;       // m/s, mean change of velocity over about 100 moving ticks
   dvec3 heading{0};             // m, displacement in the last tick with motion
-  double fade = 1;              // decay of `pace` and `change` per tick
+  double fade = 1;              // decay of `speed` and `change` per tick
   double since_reversal = 1e9;  // s of motion since the hand's last large reversal
   double longest = 0;           // s, longest recent tick
   // rad per tick: fastest retreat, fastest advance, previous rotation.
@@ -94,19 +94,20 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// Updates the state with a tick of a hand that moves or has just stopped. m: displacement, its length `way`, its
+/// Updates the state with a tick of a hand that moves or has just stopped. m: displacement, its length `distance`, its
 /// change.
-inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
-                  PassivityState& state) noexcept {
-  const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
-  if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.free_hold, state.fade);
+inline void learn(const PassivityLaw& law, const dvec3& moved, double distance, const dvec3& change, double dt,
+                  bool touches, PassivityState& state) noexcept {
+  const double speed = distance * state.per_second, changed = glm::length(change) * state.per_second;
+  if (speed < law.leap) state.speed.see(speed, dt, touches ? law.hold : law.free_hold, state.fade);
   if (changed < law.leap) {
     state.change.see(changed, dt, law.hold, state.fade);
     state.mean_change += law.mean_weight * (changed - state.mean_change);
   }
   state.since_reversal += dt;
-  if (way == 0) return;
-  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_reversal = 0;
+  if (distance == 0) return;
+  if (glm::dot(moved, state.heading) < 0 && speed > std::max(0.3 * state.speed.most, law.still))
+    state.since_reversal = 0;
   state.heading = moved;
 }
 
@@ -114,10 +115,10 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
 /// clock. `uneven_clock`: ticks differ from the nominal length.
 inline double reversal_probability(const PassivityLaw& law, double tick, bool uneven_clock,
                                    const PassivityState& state) noexcept {
-  const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
+  const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.speed.most * tick * state.speed.most * tick;
   if (tick > 2.2 * law.human_tick || uneven_clock || rests) return 1;
   const double turned_lately = (law.hold + law.fading - state.since_reversal) / law.fading;
-  const double leaps = 4 * (state.pace.most * tick / law.jump_distance - 0.75);
+  const double leaps = 4 * (state.speed.most * tick / law.jump_distance - 0.75);
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
@@ -132,12 +133,12 @@ inline double expected_retreat(const PassivityLaw& law, double along, double tic
   const double likely = state.change.most + law.change_margin * restless;
   const double turn =
       std::max(twitch, (likely + (at_once - likely) * reversal_probability(law, tick, uneven_clock, state)) * next);
-  return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
+  return std::min(turn + along * next, std::max(twitch, law.faster * state.speed.most * next));
 }
 
 /// Updates the state with the last tick's displacement (m), its length, and rotation (rad). `touches`: the hand feels a
 /// force.
-inline void observe(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& turned, double dt,
+inline void observe(const PassivityLaw& law, const dvec3& moved, double distance, const dvec3& turned, double dt,
                     double tick, bool touches, PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
@@ -146,11 +147,11 @@ inline void observe(const PassivityLaw& law, const dvec3& moved, double way, con
     state.clock_decay = std::exp(-dt / law.clock_memory);
     state.fade = std::exp(-dt / law.fading), state.per_second = 1 / dt;
   }
-  const double before = state.way;
-  if (!law.in_counts && (way > 0 || before > 0)) learn(law, moved, way, change, dt, touches, state);
+  const double before = state.distance;
+  if (!law.in_counts && (distance > 0 || before > 0)) learn(law, moved, distance, change, dt, touches, state);
   state.retreat *= state.decay;
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
-  state.moved = moved, state.way = way;
+  state.moved = moved, state.distance = distance;
   state.rotation_retreat *= state.decay;
   if (state.turned != dvec3(0)) {  // usually there is no rotation
     state.rotation_retreat =

@@ -15,29 +15,29 @@ struct TipLaw {
 };
 
 struct TipState {
-  double sunk = 0;   // m, depth of the tip; 0: not sunk
-  dvec3 p{0};        // m, W, head's centre when the tip is held
-  dvec3 n{0, 0, 1};  // unit vector out of the tissue, frame W
+  double penetration = 0;  // m, depth of the tip in soft tissue; 0: not in tissue
+  dvec3 p{0};              // m, W, head's centre when the tip is held
+  dvec3 n{0, 0, 1};        // unit vector out of the tissue, frame W
 };
 
 /// Returns the force on the tool in N. Plastic, so it only absorbs energy: p follows a push above the yield force, or a
 /// pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
-  const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
+  const double resistance = law.yield + law.hardening * state.penetration, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
-  if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
+  if (stiffness * -out > resistance && soft && state.penetration < law.depth_limit) {
     // Sinks by x, where k (push - x) = resistance + hardening x; push: distance from the tip inward to the hand.
     const double x =
-        std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
-    state.sunk += x;
+        std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.penetration);
+    state.penetration += x;
     state.p -= x * state.n;
   } else if (stiffness * out > holds) {
     const double x = (stiffness * out - holds) / stiffness;
-    state.p += std::min(x, state.sunk) * state.n;
-    state.sunk -= x;
-    if (state.sunk <= 0) {
-      state.sunk = 0;
+    state.p += std::min(x, state.penetration) * state.n;
+    state.penetration -= x;
+    if (state.penetration <= 0) {
+      state.penetration = 0;
       return dvec3(0);
     }
   }

@@ -9,7 +9,7 @@
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
-#include "haptics/cutting/slack_rows.h"
+#include "haptics/cutting/safe_travel_rows.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -245,20 +245,20 @@ struct BallBlocks {
   const Tissue* tissue;  // labels, from the front's first voxel on
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
-  glm::ivec3 held_lo, held_hi;  // box of the patch
+  glm::ivec3 held_lo, held_hi;  // box of the tissue patch
   // path lengths of the blocks, from the first block on
   float* due;
   int due_x, due_y;
-  float way;    // path length at the end of this sweep
-  float ahead;  // path length for which groups are listed; 0: no list
-  float slip;   // voxels, rounding error of a depth
-  int lanes;    // number of samples in a group
+  float path_length;  // path length at the end of this sweep
+  float ahead;        // path length for which groups are listed; 0: no list
+  float slip;         // voxels, rounding error of a depth
+  int lanes;          // number of samples in a group
   // Layers of blocks along x belong to the parts in turn. `part`: the current part; `first_layer`: part of the first
   // layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // buffer for the list of groups
-  // number of groups found; may exceed `room`
-  int listed, room;
+  // number of groups found; may exceed `capacity`
+  int listed, capacity;
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -321,12 +321,12 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
 template <bool capsule>
 TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
-  constexpr int kStretch = SlackRows::kStretch;
+  constexpr int kStretch = SafeTravelRows::kStretch;
   constexpr float kNever = 1e9f;
   const Capsule c = f.c;
   const float from = c.continues ? 0.0f : -1e30f;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  const float outer = c.radius + Sweep::kMargin, enough = b.way + b.ahead;
+  const float outer = c.radius + Sweep::kMargin, enough = b.path_length + b.ahead;
   const F8 row_x[2] = {{0, 0, 0, 0, 1, 1, 1, 1}, {2, 2, 2, 2, 3, 3, 3, 3}}, row_y = {0, 1, 2, 3, 0, 1, 2, 3};
   I8 any_raised = {};
   eight::Taken taken{removed};
@@ -336,10 +336,10 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
     const float by = static_cast<float>(f.origin.y + y0) + 1.5f - c.ay - c.aby;
-    for (int z0 = b.lo.z & ~(kDeep - 1); z0 <= b.hi.z; z0 += kDeep) {
+    for (int z0 = b.lo.z & ~(kRowLength - 1); z0 <= b.hi.z; z0 += kRowLength) {
       const float bz = static_cast<float>(f.origin.z + z0) + 3.5f - c.az - c.abz;
       const float off = std::sqrt(bx * bx + by * by + bz * bz) - c.radius;
-      if (due[z0 / kDeep] >= enough || off > kHalf + Sweep::kMargin || off < -(kHalf + Sweep::kInner)) continue;
+      if (due[z0 / kRowLength] >= enough || off > kHalf + Sweep::kMargin || off < -(kHalf + Sweep::kInner)) continue;
       const float* const block = f.distance + (x0 * b.stride_x + y0 * b.stride_y + z0);
       for (int row = 0; row < 16; ++row) __builtin_prefetch(block + ((row >> 2) * b.stride_x + (row & 3) * b.stride_y));
     }
@@ -354,30 +354,30 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
       const float by = static_cast<float>(f.origin.y + y0) + 1.5f - c.ay - c.aby;
       float u[16], v[16];
       bool rows_known = false;
-      for (int stretch = b.lo.z & ~(kDeep - 1); stretch <= b.hi.z; stretch += kStretch) {
+      for (int stretch = b.lo.z & ~(kRowLength - 1); stretch <= b.hi.z; stretch += kStretch) {
         std::uint64_t live[16] = {};
-        SlackRows slack_of;
+        SafeTravelRows safe_travel_of;
         bool listed = false;
         const int end = std::min(b.hi.z, stretch + kStretch - 1);
-        for (int z0 = stretch; z0 <= end; z0 += kDeep) {
-          float& block_due = due[z0 / kDeep];
+        for (int z0 = stretch; z0 <= end; z0 += kRowLength) {
+          float& block_due = due[z0 / kRowLength];
           if (block_due >= enough) continue;
           const float bz = static_cast<float>(f.origin.z + z0) + 3.5f - c.az - c.abz;
           const float away = std::sqrt(bx * bx + by * by + bz * bz) - (kHalf + outer + b.slip);
           if (away - length >= b.ahead) {
-            block_due = b.way + away;
+            block_due = b.path_length + away;
             continue;
           }
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
-                             z0 + kDeep - 1 <= b.held_hi.z;
+                             z0 + kRowLength - 1 <= b.held_hi.z;
           // The sample in the middle shows whether the block can change, because distance and depth change by at most 1
           // per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
-            const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
-            if (least >= Sweep::kInner || slack >= b.ahead) {
-              block_due = least >= Sweep::kInner ? kNever : b.way + slack;
+            const float least = middle - kHalf - b.slip, safe_travel = least - (length - Sweep::kMargin - away);
+            if (least >= Sweep::kInner || safe_travel >= b.ahead) {
+              block_due = least >= Sweep::kInner ? kNever : b.path_length + safe_travel;
               continue;
             }
           }
@@ -392,7 +392,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           }
           const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
           const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
-          F8 min_slack = F8{} + kNever;
+          F8 min_safe_travel = F8{} + kNever;
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
@@ -410,16 +410,16 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
             // Distance of approach until the depth exceeds the value; a sample at kInner never changes.
-            F8 slack = (raised ? now : least) - depth;
-            slack = now >= Sweep::kInner ? F8{} + kNever : slack;
-            min_slack = slack < min_slack ? slack : min_slack;
-            slack_of.put(row, z0 - stretch, slack);
-            live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
+            F8 safe_travel = (raised ? now : least) - depth;
+            safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
+            min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
+            safe_travel_of.put(row, z0 - stretch, safe_travel);
+            live[row] |= static_cast<std::uint64_t>(bits_of(safe_travel < b.ahead + b.slip)) << (z0 - stretch);
             __builtin_prefetch(b.tissue + first);  // prefetches the labels, which the list will read soon
           }
-          float slack = min_slack[0];
-          for (int i = 1; i < 8; ++i) slack = std::min(slack, min_slack[i]);
-          block_due = whole ? b.way + (slack - b.slip) : b.way;
+          float safe_travel = min_safe_travel[0];
+          for (int i = 1; i < 8; ++i) safe_travel = std::min(safe_travel, min_safe_travel[i]);
+          block_due = whole ? b.path_length + (safe_travel - b.slip) : b.path_length;
           listed = true;
         }
         if (!listed || !(b.ahead > 0)) continue;
@@ -434,13 +434,13 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             const bool narrow = b.lanes > CutFront::kNarrowest &&
                                 (from_here & ((std::uint64_t{1} << samples) - 1)) >> CutFront::kNarrowest == 0;
             if (narrow) samples = std::min(samples, CutFront::kNarrowest);
-            b.found[std::min(b.listed++, b.room)] = {
+            b.found[std::min(b.listed++, b.capacity)] = {
                 static_cast<float>(x),
                 static_cast<float>(y),
                 stretch + z,
                 at,
                 side_of(c, f.origin + glm::ivec3(x, y, stretch + z), narrow ? CutFront::kNarrowest : b.lanes),
-                stage_of(slack_of.least(row, z, from_here) - b.slip, b.ahead),
+                stage_of(safe_travel_of.least(row, z, from_here) - b.slip, b.ahead),
                 narrow,
                 static_cast<std::uint8_t>(samples),
                 label};
@@ -482,12 +482,12 @@ bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        RemovedVolume* removed) const noexcept {
   front.keep_listed(patch_lo, n, holds_listed(patch_lo, n));
-  const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
+  const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   // Extends beyond the sweep, because groups are longer, and because lists are used up to one voxel later.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
-  const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
+  const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
                      .origin = origin - base_,
                      .distance = distance + at,
@@ -505,7 +505,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .due = front.due_.data(),
                .due_x = front.size_.y * front.size_.z,
                .due_y = front.size_.z,
-               .way = static_cast<float>(front.way_),
+               .path_length = static_cast<float>(front.path_length_),
                .ahead = 0,
                .slip = 1e-3f + 2e-6f * (radius_ + kMargin),
                .lanes = front.lanes_,
@@ -514,7 +514,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .first_layer = front.part_of(0),
                .found = nullptr,
                .listed = 0,
-               .room = front.parts_[0].room()};
+               .capacity = front.parts_[0].capacity()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
   CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfBall);
@@ -524,7 +524,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
     if (renewal.keeps(part)) {
       b.f.groups = groups.listed();
       b.f.wide.count = b.f.narrow.count = 0;
-      const int stage = groups.stage(front.way_);
+      const int stage = groups.stage(front.path_length_);
       for (int r = 0, side = -1; r < groups.run_count; ++r) {
         const CutFront::Run& run = groups.runs[static_cast<std::size_t>(r)];
         if (run.stage > stage) continue;
@@ -544,7 +544,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
     changed |= capsule ? carve_due_capsule(&b, removed) : carve_due_ball(&b, removed);
     groups.until = -1;
     groups.count = 0;
-    if (lasts > 0) groups.renew(b.listed, front.way_, lasts);
+    if (lasts > 0) groups.renew(b.listed, front.path_length_, lasts);
   }
   return changed;
 }

@@ -5,9 +5,9 @@
 
 namespace typodont::haptics {
 
-inline constexpr int kRows = 4, kDeep = 8;  // a block has kRows × kRows rows of kDeep samples
+inline constexpr int kRows = 4, kRowLength = 8;  // a block has kRows × kRows rows of kRowLength samples
 // Centre of a block, relative to its first sample.
-inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
+inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kRowLength - 1) / 2.0f};
 // voxels, distance from the centre to a corner: |(1.5, 1.5, 3.5)|, rounded up
 inline constexpr float kHalf = 4.1f;
 

@@ -1,4 +1,4 @@
-// Cuts and fillings in a patch, and their transfer to a newer patch.
+// Cuts and fillings in a tissue patch, and their transfer to a newer patch.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
 constexpr int kRelabelled = 1;
 
 /// Updates the labels of filled samples after distances have changed.
-bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
+bool relabel(TissuePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
   const glm::ivec3 lo = glm::max(glm::max(changed_lo - kRelabelled, patch.filled_lo), patch.lo + 1);
   const glm::ivec3 hi = glm::min(glm::min(changed_hi + kRelabelled, patch.filled_hi), patch.lo + patch.n - 2);
   if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
@@ -48,10 +48,10 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Cuts in a box of the patch, with sweeps or whole voxels. `make` writes the distances from a to b, and returns true
-/// if a sample changed.
+/// Cuts in a box of the tissue patch, with sweeps or whole voxels. `make` writes the distances from a to b, and returns
+/// true if a sample changed.
 template <class Make>
-PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
+PerTissue carve_box(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {
   if (changed) *changed = false;
   if (hardened) *hardened = {};
@@ -76,7 +76,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
 
 }  // namespace
 
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
+PerTissue carve(TissuePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
   const std::size_t edge = static_cast<std::size_t>(patch.n);
   return carve_box(patch, sweep.lo(), sweep.hi(), changed, front, hardened,
                    [&](const glm::ivec3& a, const glm::ivec3& b, RemovedVolume& removed) {
@@ -88,7 +88,7 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront
                    });
 }
 
-PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed, PerTissue* hardened) noexcept {
+PerTissue carve(TissuePatch& patch, const VoxelStamp& stamp, bool* changed, PerTissue* hardened) noexcept {
   const std::size_t edge = static_cast<std::size_t>(patch.n);
   return carve_box(patch, stamp.lo(), stamp.hi(), changed, nullptr, hardened,
                    [&](const glm::ivec3& a, const glm::ivec3& b, RemovedVolume& removed) {
@@ -98,7 +98,7 @@ PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed, Per
                    });
 }
 
-PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept {
+PerTissue fill(TissuePatch& patch, const Fill& filling, bool* changed) noexcept {
   PerTissue added{};
   *changed = false;
   const glm::ivec3 a = glm::max(filling.lo() - patch.lo, 0), b = glm::min(filling.hi() - patch.lo, patch.n - 1);
@@ -124,7 +124,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   return added;
 }
 
-void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_lo, const glm::ivec3& box_hi,
+void merge(TissuePatch& patch, const TissuePatch& old, const glm::ivec3& box_lo, const glm::ivec3& box_hi,
            bool filled) noexcept {
   const glm::ivec3 lo = glm::max(box_lo, glm::max(patch.lo, old.lo));
   const glm::ivec3 hi = glm::min(box_hi, glm::min(patch.lo + patch.n, old.lo + old.n) - 1);
@@ -148,7 +148,7 @@ void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_l
   relabel(patch, lo, hi);
 }
 
-void mark_merged(SurfacePatch& patch, const glm::ivec3& box_lo, const glm::ivec3& box_hi, bool filled) noexcept {
+void mark_merged(TissuePatch& patch, const glm::ivec3& box_lo, const glm::ivec3& box_hi, bool filled) noexcept {
   const glm::ivec3 lo = glm::max(box_lo, patch.lo), hi = glm::min(box_hi, patch.lo + patch.n - 1);
   if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return;
   mark_cut(patch, lo, hi);

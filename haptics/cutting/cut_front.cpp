@@ -12,7 +12,7 @@ namespace typodont::haptics {
 namespace {
 
 // additional blocks around the front, so that it moves seldom
-constexpr int kRoom = 2;
+constexpr int kBorder = 2;
 // largest number of groups; fronts of dental burs have fewer
 constexpr std::size_t kGroups = 1 << 15;
 
@@ -27,25 +27,25 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   double reach = 0;
   for (const Tool& tool : tools) reach = std::max(reach, tool.reach() / voxel);
   const double edge = 2 * (reach + static_cast<double>(Sweep::kMargin) + 4);
-  const int across = static_cast<int>(std::ceil(edge / kRows)) + 1 + 2 * kRoom;
-  size_ = {across, across, static_cast<int>(std::ceil(edge / kDeep)) + 1 + 2 * kRoom};
+  const int across = static_cast<int>(std::ceil(edge / kRows)) + 1 + 2 * kBorder;
+  size_ = {across, across, static_cast<int>(std::ceil(edge / kRowLength)) + 1 + 2 * kBorder};
   const std::size_t count = static_cast<std::size_t>(size_.x) * size_.y * size_.z;
   due_.assign(count + 8, 0);
   moved_ = due_;
-  heights_.assign(static_cast<std::size_t>(3 * (size_.z * kDeep + kBeyond)), 0);
-  const int layers = across - 2 * kRoom;
+  heights_.assign(static_cast<std::size_t>(3 * (size_.z * kRowLength + kBeyond)), 0);
+  const int layers = across - 2 * kBorder;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMaxParts)));
   // Memory for the groups of one part: twice the average, because parts in the middle of the head have more groups.
-  const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
+  const std::size_t capacity = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kPadding;
   for (Groups& part : parts_) {
-    part.x.assign(room, 0);
-    part.y.assign(room, 0);
-    part.z.assign(room, 0);
-    part.at.assign(room, 0);
-    part.length.assign(room, 0);
-    part.label.assign(room, 0);
-    part.found.assign(room, {});
+    part.x.assign(capacity, 0);
+    part.y.assign(capacity, 0);
+    part.z.assign(capacity, 0);
+    part.at.assign(capacity, 0);
+    part.length.assign(capacity, 0);
+    part.label.assign(capacity, 0);
+    part.found.assign(capacity, {});
   }
 }
 
@@ -73,28 +73,28 @@ void CutFront::Groups::sort(int listed) noexcept {
   count = listed;
 }
 
-void CutFront::Groups::renew(int listed, double way, double valid_for) noexcept {
-  if (listed > room()) return;
+void CutFront::Groups::renew(int listed, double path_length, double valid_for) noexcept {
+  if (listed > capacity()) return;
   sort(listed);
-  until = way + valid_for;
+  until = path_length + valid_for;
   lasts = valid_for;
 }
 
 bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
-  return glm::all(glm::lessThan(blocks(hi, kRows, kDeep) - blocks(lo, kRows, kDeep), size_));
+  return glm::all(glm::lessThan(blocks(hi, kRows, kRowLength) - blocks(lo, kRows, kRowLength), size_));
 }
 
-void CutFront::advance_to(const Pose& X_V, double way) noexcept {
+void CutFront::advance_to(const Pose& X_V, double travel) noexcept {
   X_V_ = X_V;
-  way_ += way;
-  if (way_ < kRound) return;
-  for (float& due : due_) due -= static_cast<float>(way_);
-  for (Groups& part : parts_) part.until -= way_;
-  way_ = 0;
+  path_length_ += travel;
+  if (path_length_ < kRound) return;
+  for (float& due : due_) due -= static_cast<float>(path_length_);
+  for (Groups& part : parts_) part.until -= path_length_;
+  path_length_ = 0;
 }
 
 void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept {
-  const glm::ivec3 from = blocks(lo, kRows, kDeep), to = blocks(hi, kRows, kDeep);
+  const glm::ivec3 from = blocks(lo, kRows, kRowLength), to = blocks(hi, kRows, kRowLength);
   const bool inside = glm::all(glm::lessThanEqual(first_, from)) && glm::all(glm::lessThan(to - first_, size_));
   if (known_ && inside) return;
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
@@ -115,7 +115,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   first_ = first;
   for (Groups& part : parts_) {
     if (!known_) part.until = -1;
-    const glm::ivec3 by = shift * glm::ivec3(kRows, kRows, kDeep);
+    const glm::ivec3 by = shift * glm::ivec3(kRows, kRows, kRowLength);
     const int by_at = (by.x * listed_n_ + by.y) * listed_n_ + by.z;
     for (int i = 0; i < part.count; ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -133,7 +133,7 @@ void CutFront::keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexce
 }
 
 std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int n) const {
-  const glm::ivec3 origin = first_ * glm::ivec3(kRows, kRows, kDeep) - patch_lo;
+  const glm::ivec3 origin = first_ * glm::ivec3(kRows, kRows, kRowLength) - patch_lo;
   const std::ptrdiff_t first = (static_cast<std::ptrdiff_t>(origin.x) * n + origin.y) * n + origin.z;
   std::vector<Place> list;
   for (const Groups& part : parts_) {
@@ -148,13 +148,13 @@ std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int
 
 int CutFront::outdated() const noexcept {
   return static_cast<int>(
-      std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
+      std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return path_length_ > part.until; }));
 }
 
-int CutFront::renewed_early(double way) const noexcept {
-  if (outdated() > 0 || !(way > 0)) return -1;
+int CutFront::renewed_early(double travel) const noexcept {
+  if (outdated() > 0 || !(travel > 0)) return -1;
   std::array<double, kMaxParts> ticks_left;
-  for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
+  for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - path_length_) / travel;
   // At most one part per tick may be renewed early. If at most n lists expire in the next n ticks, for every n, all can
   // be renewed in time; otherwise the first to expire is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());

@@ -1,6 +1,6 @@
-// The active front (docs/cutting.md) tells which samples the next cuts can change. Slack of a sample: distance that the
-// head can surely move before the sample changes. A block is due when one slack is used up. Lists contain the samples
-// just ahead.
+// The active front (docs/cutting.md) tells which samples the next cuts can change. Safe travel of a sample: distance
+// that the head can surely move before the sample changes. A block must be examined again when the safe travel of one
+// of its samples is used up. Lists contain the samples just ahead.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ namespace typodont::haptics {
 /// Number of samples along z in a group: 8 or 16, as many as one vector instruction of this processor handles.
 int widest_group() noexcept;
 
-/// The front of one tool; remains valid when the patch is replaced. Blocks: 4 × 4 × 8 voxels, z is the fastest index.
-/// Allocates at set-up only.
+/// The front of one tool; remains valid when the tissue patch is replaced. Blocks: 4 × 4 × 8 voxels, z is the fastest
+/// index. Allocates at set-up only.
 class CutFront {
  public:
   /// Allocates buffers for each of these tools. `voxel`: m. `lanes`: 8 or 16; the results do not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Number n of parts. Part i contains every n-th layer of blocks along x, from layer i on. Larger heads have more
-  /// parts, so that one tick can renew a part.
+  /// parts, so that one tick can make the lists of one part again.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
@@ -57,9 +57,9 @@ class CutFront {
     std::uint8_t* label;   // tissue of these samples
   };
 
-  /// Call it after a filling, an undo or cuts by another tool, because they make all slacks invalid.
+  /// Call it after a filling, an undo or cuts by another tool, because they make every safe travel invalid.
   void forget() noexcept { known_ = false; }
-  /// Position of a group in a patch with the edge n that starts at voxel `patch_lo`.
+  /// Position of a group in a tissue patch with the edge n that starts at voxel `patch_lo`.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -73,7 +73,7 @@ class CutFront {
  private:
   friend class Sweep;
 
-  static constexpr int kRows = 4, kDeep = 8;
+  static constexpr int kRows = 4, kRowLength = 8;
   // voxels; beyond this, the path length is reset, so that floats remain precise
   static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
@@ -93,12 +93,12 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    // voxels: path length at which the list expires, and its lifetime
+    // voxels: path length at which the list expires, and path length for which it is valid
     double until = -1, lasts = 0;
-    int room() const { return static_cast<int>(x.size()) - kRoom; }
+    int capacity() const { return static_cast<int>(x.size()) - kPadding; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     // spare elements for vector loads beyond the last group
-    static constexpr int kRoom = 40;
+    static constexpr int kPadding = 40;
 
     // The groups before they are sorted by kind and stage (Run). For a ball, the kind is the position of the group:
     // ahead of, beside or behind the ball.
@@ -107,10 +107,12 @@ class CutFront {
     int run_count = 0;
     void sort(int listed) noexcept;
     /// Makes the list from the first `listed` groups in `found`. It is valid for `valid_for` voxels from the path
-    /// length `way`. If `found` was too small, the part gets no list.
-    void renew(int listed, double way, double valid_for) noexcept;
-    /// Stage at the path length `way` (voxels); each stage is an eighth of the lifetime.
-    int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
+    /// length `path_length`. If `found` was too small, the part gets no list.
+    void renew(int listed, double path_length, double valid_for) noexcept;
+    /// Stage at the path length `path_length` (voxels); each stage is an eighth of the lifetime.
+    int stage(double path_length) const noexcept {
+      return static_cast<int>((path_length - (until - lasts)) / lasts * kStages);
+    }
   };
 
   /// Call it before each sweep. Lists made while a drill moves along its axis lack the samples beside its flank, so
@@ -121,9 +123,9 @@ class CutFront {
   }
   /// Returns true if the front has room for all blocks around the voxels lo to hi.
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
-  /// Sets the head's pose `X_V` (voxels), and adds `way` (voxels), the motion of the head's farthest point, to the path
-  /// length.
-  void advance_to(const Pose& X_V, double way) noexcept;
+  /// Sets the head's pose `X_V` (voxels), and adds `travel` (voxels), the motion of the head's farthest point, to the
+  /// path length.
+  void advance_to(const Pose& X_V, double travel) noexcept;
   /// Moves the front so that it contains all blocks around the voxels lo to hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {
@@ -139,11 +141,11 @@ class CutFront {
   };
   /// Blocks that this cut or the next voxel of path can change. `lo`, `hi`: box of the sweep, voxels.
   Blocks reached(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
-    const glm::ivec3 step(kRows, kRows, kDeep), origin = first_ * step;
+    const glm::ivec3 step(kRows, kRows, kRowLength), origin = first_ * step;
     return {(lo - 1 - origin) / step, (hi + 1 - origin) / step};
   }
   /// Path length (voxels) before a cut of length `travel`.
-  float way_before(double travel) const noexcept { return static_cast<float>(way_ - travel); }
+  float path_length_before(double travel) const noexcept { return static_cast<float>(path_length_ - travel); }
   /// Decides which parts get new lists in a cut. Of the parts that the head reaches, at least one and at most an eighth
   /// get lists, so that the first cut in new tissue is fast. Other parts get empty lists.
   class Renewal {
@@ -152,7 +154,7 @@ class CutFront {
     Renewal(const CutFront& front, const Blocks& reached, double travel, double listed) noexcept;
     /// Returns true if this cut keeps the part's list.
     bool keeps(int part) const noexcept {
-      return front_.way_ <= front_.parts_[static_cast<std::size_t>(part)].until && part != early_;
+      return front_.path_length_ <= front_.parts_[static_cast<std::size_t>(part)].until && part != early_;
     }
     /// Lifetime of a new list in voxels; 0: no list in this cut. Call it once for each part whose list is not kept.
     double lasts(int part) noexcept;
@@ -167,17 +169,18 @@ class CutFront {
     int early_;  // part renewed although its list is valid; -1: none
     int made_ = 0, empty_ = 0;
   };
-  /// `holds`: the new patch contains all listed samples, so the lists remain valid. `n`: edge of the patch in samples.
+  /// `holds`: the new tissue patch contains all listed samples, so the lists remain valid. `n`: edge of the patch in
+  /// samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Part that should be renewed now, because several lists would expire in one later tick; -1: none. `way`: voxels per
-  /// tick.
-  int renewed_early(double way) const noexcept;
+  /// Part that should be renewed now, because several lists would expire in one later tick; -1: none. `travel`: voxels
+  /// per tick.
+  int renewed_early(double travel) const noexcept;
 
   /// Table of the distance's terms that depend only on z.
-  float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
+  float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kRowLength + kBeyond); }
 
   // Spare elements of each table, because a group may begin at the front's last sample.
   static constexpr int kBeyond = 32;
@@ -189,13 +192,13 @@ class CutFront {
   static constexpr int kMaxParts = 16;
   // The number of parts is a power of two. Positions are relative to the front's first voxel.
   std::vector<Groups> parts_;
-  // First voxel and edge (samples) of the lists' patch.
+  // First voxel and edge (samples) of the lists' tissue patch.
   glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
   bool along_axis_ = false;  // true: the last sweep moved a drill along its axis
-  double way_ = 0;           // voxels, farthest point's path length since the last reset
+  double path_length_ = 0;   // voxels, farthest point's path length since the last reset
   Pose X_V_;                 // pose of the head in frame V, voxels
 };
 

@@ -11,7 +11,7 @@
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
-#include "haptics/cutting/way.h"
+#include "haptics/cutting/path.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -41,15 +41,15 @@ struct HeadBlock {
   /// Upper bound of depth in the row (ix, iy), voxels.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
-           std::max((kDeep - 1) * bound_z, 0.0f);
+           std::max((kRowLength - 1) * bound_z, 0.0f);
   }
 };
 
 /// Further inputs and results of carve_head_block().
-struct BlockSlack {
+struct BlockSafeTravel {
   // input: voxels of path for which `live` will be valid
   float ahead = 0;
-  float slack = kNoEnd;  // voxels of motion until a processed sample can change
+  float safe_travel = kNoEnd;  // voxels of motion until a processed sample can change
   // Output, may be null: for each row of the column (y is the fastest index), a bit mask of samples that may change.
   std::uint64_t* live = nullptr;
   int shift = 0;         // bit of the first sample in each element of `live`
@@ -64,8 +64,8 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 #include "haptics/cutting/row_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 // Included last, because they use the four files above.
 #include "haptics/cutting/head_block_kernel.h"
 #include "haptics/cutting/leaf_block_kernel.h"
@@ -77,7 +77,7 @@ void raise_in_leaf(const HeadPose* pose, const HeadBlock* block, RaisedBlock* ra
 
 TYPODONT_DISPATCH("avx2", "default")
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
-                BlockSlack* found) {
+                BlockSafeTravel* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
 
@@ -92,13 +92,13 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 #include "haptics/cutting/row_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 // Included last, because it uses the four files above.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
-                BlockSlack* found) {
+                BlockSafeTravel* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
 
@@ -194,7 +194,7 @@ const bool kMasked = __builtin_cpu_supports("x86-64-v4") != 0;
 #endif
 
 bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
-                      RemovedVolume* removed, BlockSlack& found) {
+                      RemovedVolume* removed, BlockSafeTravel& found) {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
@@ -289,7 +289,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds the block with this first voxel. Returns true if there are eight; then call look().
+  /// Adds the block with this first voxel. Returns true if there are eight; then call examine().
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -299,7 +299,7 @@ class HeadPass {
   int lanes() const { return lanes_; }
 
   /// Computes distance and nearest pieces for the added blocks; call it before near() and what().
-  void look() {
+  void examine() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
     }
@@ -318,27 +318,27 @@ class HeadPass {
   }
 
   /// Returns true if samples must be read to decide for `ahead`; `block` receives the part in the target. Otherwise
-  /// `slack` is set.
-  bool near(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
+  /// `safe_travel` is set.
+  bool near(int lane, const HeadTarget& target, HeadBlock& block, float& safe_travel, bool& clipped) const {
     const float d = seen_.distance[lane];
-    slack = d - (Sweep::kMargin + kHalf);
-    const float way = after_ ? back_.longest : 0;
-    if (slack > std::max(ahead_, way)) return false;
+    safe_travel = d - (Sweep::kMargin + kHalf);
+    const float path_length = after_ ? back_.longest : 0;
+    if (safe_travel > std::max(ahead_, path_length)) return false;
     // For a motion along the axis: above the rim and beside the flank, nothing changes (Straight::still_above). In a
     // block, z and rho + z differ from the centre's by at most kHalf and √2 kHalf.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
-      slack = 0;
+      safe_travel = 0;
       return false;
     }
-    slack = kNoEnd;
-    // Deep inside at the other pose: the block is empty.
-    if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
+    safe_travel = kNoEnd;
+    // The block is deep inside the head at the other pose, so it is already empty.
+    if (after_ && d < -(Sweep::kInner + kHalf + path_length)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
     block.at = inside.x * block.stride_x + inside.y * block.stride_y + inside.z;
-    const int extent[3] = {kRows, kRows, kDeep};
+    const int extent[3] = {kRows, kRows, kRowLength};
     clipped = false;
     for (int i = 0; i < 3; ++i) {
       block.from[i] = std::max(-inside[i], 0);
@@ -348,21 +348,22 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block is not read. kLook: it is read, but the head recedes from all its samples. kRaise: it may change.
-  enum class Work { kNone, kLook, kRaise };
-  /// Call it after near(). Returns kNone, and sets `slack`, if nothing can change within `ahead`.
-  Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
-    const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
+  // kNone: the block is not read. kExamine: it is read, but the head recedes from all its samples. kRaise: it may
+  // change.
+  enum class Work { kNone, kExamine, kRaise };
+  /// Call it after near(). Returns kNone, and sets `safe_travel`, if nothing can change within `ahead`.
+  Work what(int lane, HeadBlock& block, float& safe_travel, bool clipped) const {
+    const float d = seen_.distance[lane], path_length = after_ ? back_.longest : 0;
     // The middle sample shows if the block is far away: field and depth change by at most one per voxel.
     if (!clipped) {
-      slack = *block.middle() + d - 2 * kHalf;
-      if (slack > 1 + way) return Work::kNone;
+      safe_travel = *block.middle() + d - 2 * kHalf;
+      if (safe_travel > 1 + path_length) return Work::kNone;
     }
     const MeridianPiece* const pieces = back_.pieces;
     unsigned set = 0;
     int first = 0, last = 0;
     for (int i = back_.count - 1; i >= 0; --i) {
-      if (!(seen_.to_piece[i][lane] < std::abs(d) + 2 * (kHalf + std::max(ahead_, way)))) continue;
+      if (!(seen_.to_piece[i][lane] < std::abs(d) + 2 * (kHalf + std::max(ahead_, path_length)))) continue;
       last = set == 0 ? i : last;
       first = i;
       set |= 1u << i;
@@ -378,7 +379,7 @@ class HeadPass {
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
                         T[1] * at.x + T[4] * at.y + (T[7] * at.z + shift[1]),
                         T[2] * at.x + T[5] * at.y + (T[8] * at.z + shift[2]));
-      const Advance advance = advance_beside(pieces[first], pieces[last], at, rho, kHalf + way, w);
+      const Advance advance = advance_beside(pieces[first], pieces[last], at, rho, kHalf + path_length, w);
       const float turned = back_.turned * kHalf;
       recedes = advance.fastest + turned <= -rounding_;
       block.slowest = advance.slowest - turned;
@@ -404,13 +405,13 @@ class HeadPass {
     const MeridianPiece& only = pieces[nearest];
     float from_a, from_b, below;
     ends_of(only, rho, at.z, from_a, from_b, below);
-    const float reach = kHalf + std::max(ahead_, way), deepest = std::max(reach - d, 0.0f);
+    const float reach = kHalf + std::max(ahead_, path_length), deepest = std::max(reach - d, 0.0f);
     const bool smooth = from_a > reach + (nearest > first ? kBent + deepest * only.corner_a : 0.0f) &&
                         from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
                         nearest - first <= 1 && last - nearest <= 1;
     block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
-    block.beside &= !(smooth && rho - kHalf - way > smooth_from(back_, only));
-    return recedes ? Work::kLook : Work::kRaise;
+    block.beside &= !(smooth && rho - kHalf - path_length > smooth_from(back_, only));
+    return recedes ? Work::kExamine : Work::kRaise;
   }
 
  private:
@@ -424,7 +425,7 @@ class HeadPass {
   int lanes_ = 0;
 };
 
-/// look(), choose() and carve() are called in turn (Sweep::carve_due_blocks()), so that one batch is loaded while
+/// examine(), choose() and carve() are called in turn (Sweep::carve_due_blocks()), so that one batch is loaded while
 /// another is computed.
 class HeadBatch {
  public:
@@ -435,19 +436,19 @@ class HeadBatch {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
   }
-  void look(const HeadTarget& target) {
+  void examine(const HeadTarget& target) {
     lanes_ = pass_.lanes();
     if (lanes_ == 0) return;
-    pass_.look();
+    pass_.examine();
     for (int lane = 0; lane < lanes_; ++lane) {
-      near_[lane] = pass_.near(lane, target, block_[lane], slack_[lane], clipped_[lane]);
+      near_[lane] = pass_.near(lane, target, block_[lane], safe_travel_[lane], clipped_[lane]);
       if (near_[lane] && !clipped_[lane]) __builtin_prefetch(block_[lane].middle());
     }
   }
   void choose() {
     for (int lane = 0; lane < lanes_; ++lane) {
       HeadBlock& block = block_[lane];
-      work_[lane] = near_[lane] ? pass_.what(lane, block, slack_[lane], clipped_[lane]) : HeadPass::Work::kNone;
+      work_[lane] = near_[lane] ? pass_.what(lane, block, safe_travel_[lane], clipped_[lane]) : HeadPass::Work::kNone;
       if (work_[lane] == HeadPass::Work::kNone) continue;
       for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
         for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -457,18 +458,18 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch and sets when its blocks are due next. `way`: path length so far; `again`: due at once.
-  bool carve(PathMaxima& tops, float slip, float way, bool again) {
+  /// Cuts the batch and sets when its blocks are due next. `path_length`: path length so far; `again`: due at once.
+  bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
       if (work_[lane] != HeadPass::Work::kNone) {
-        BlockSlack found{.ahead = slip};
+        BlockSafeTravel found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // A block partly outside the patch has slack 0.
-        slack_[lane] = clipped_[lane] ? 0 : found.slack;
+        // A block partly outside the tissue patch has safe travel 0.
+        safe_travel_[lane] = clipped_[lane] ? 0 : found.safe_travel;
       }
-      *due_[lane] = again ? way : way + (slack_[lane] - slip);
+      *due_[lane] = again ? path_length : path_length + (safe_travel_[lane] - slip);
     }
     lanes_ = 0;
     return changed;
@@ -479,7 +480,7 @@ class HeadBatch {
   int lanes_ = 0;
   float* due_[8];
   HeadBlock block_[8];
-  float slack_[8];
+  float safe_travel_[8];
   bool near_[8], clipped_[8];
   HeadPass::Work work_[8];
 };
@@ -499,26 +500,26 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   const HeadTarget target{
       lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
-  const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
+  const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kRowLength)), last = lo + size - 1;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    PathMaxima tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), removed);
+    PathMaxima tops(k == 0 ? straight_path(X_VA_, X_VA_, pieces_, back_.count, reach_) : path_back(), removed);
     HeadPass pass(tops.back, k > 0, reach_, 0);
     const auto carve = [&] {
       const int lanes = pass.lanes();
-      pass.look();
+      pass.examine();
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
-        float slack;
+        float safe_travel;
         bool clipped;
-        BlockSlack found;
-        if (pass.near(lane, target, block, slack, clipped) &&
-            pass.what(lane, block, slack, clipped) == HeadPass::Work::kRaise)
+        BlockSafeTravel found;
+        if (pass.near(lane, target, block, safe_travel, clipped) &&
+            pass.what(lane, block, safe_travel, clipped) == HeadPass::Work::kRaise)
           changed |= carve_head_block(pass.pose(), block, true, tops, removed, found);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
-        for (int z0 = first.z; z0 <= last.z; z0 += kDeep) {
+        for (int z0 = first.z; z0 <= last.z; z0 += kRowLength) {
           if (pass.add({x0, y0, z0})) carve();
         }
       }
@@ -531,25 +532,25 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 }
 
 void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept {
-  static_assert(Leaf::kBlocks * kRows * kRows == kLeaf * kLeaf && kDeep == kLeaf);
+  static_assert(Leaf::kBlocks * kRows * kRows == kLeaf * kLeaf && kRowLength == kLeaf);
   const float slip = rounding_of_depth();
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    PathMaxima tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), nullptr);
+    PathMaxima tops(k == 0 ? straight_path(X_VA_, X_VA_, pieces_, back_.count, reach_) : path_back(), nullptr);
     HeadPass pass(tops.back, k > 0, reach_, 0);
     struct {
       Leaf* leaf;
       float* due;
     } added[8];
-    /// Cuts a block and returns its slack.
+    /// Cuts a block and returns its safe travel.
     const auto carve_block = [&](int lane, Leaf& leaf) {
       HeadBlock block;
-      float slack;
+      float safe_travel;
       bool clipped;
-      if (!pass.near(lane, {leaf.lo, glm::ivec3(kLeaf), leaf.distance, kLeaf * kLeaf, kLeaf, nullptr}, block, slack,
-                     clipped))
-        return slack;
-      const HeadPass::Work work = pass.what(lane, block, slack, clipped);
-      if (work == HeadPass::Work::kNone) return slack;
+      if (!pass.near(lane, {leaf.lo, glm::ivec3(kLeaf), leaf.distance, kLeaf * kLeaf, kLeaf, nullptr}, block,
+                     safe_travel, clipped))
+        return safe_travel;
+      const HeadPass::Work work = pass.what(lane, block, safe_travel, clipped);
+      if (work == HeadPass::Work::kNone) return safe_travel;
       bool raise = work == HeadPass::Work::kRaise;
       if (raise && !block.beside && tops.back.still_above == kNoEnd) {
         const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
@@ -557,21 +558,21 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
         if (raised.changed) return 0.0f;  // raised samples are now at the surface, so any motion may raise them again
         raise = false;
       }
-      BlockSlack found;
+      BlockSafeTravel found;
       leaf.changed |= carve_head_block(pass.pose(), block, raise, tops, nullptr, found);
       leaf.emptied |= found.emptied;
       if (tops.count > 0) tops.carve();
       leaf.changed |= tops.changed, leaf.emptied |= tops.changed;
       tops.changed = false;
-      return found.slack;
+      return found.safe_travel;
     };
     const auto carve = [&] {
       const int lanes = pass.lanes();
-      pass.look();
+      pass.examine();
       for (int lane = 0; lane < lanes; ++lane) {
-        const float slack = carve_block(lane, *added[lane].leaf);
+        const float safe_travel = carve_block(lane, *added[lane].leaf);
         // while pose A is examined (k = 0), all blocks stay due, because pose B follows
-        if (k > 0) *added[lane].due = path + (slack - slip);
+        if (k > 0) *added[lane].due = path + (safe_travel - slip);
       }
     };
     for (Leaf& leaf : leaves) {
@@ -594,15 +595,16 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   const Straight& back = tops.back;
   const unsigned all = (1u << back.count) - 1;
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
-  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
-  const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
+  const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();
+  const glm::ivec3 step(kRows, kRows, kRowLength), held = patch_lo - front.first_ * step;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   const auto [first, last] = front.reached(lo_, hi_);
   bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    const Straight way_here = k == 0 ? straight_way(X_VA_, X_VA_, back.pieces, back.count, reach_) : back;
-    HeadPass pass(way_here, k > 0, reach_, ahead + slip);
-    const float due_by = k == 0 ? front.way_before(travel_) : way + ahead;  // blocks that are due later are skipped
+    const Straight path_here = k == 0 ? straight_path(X_VA_, X_VA_, back.pieces, back.count, reach_) : back;
+    HeadPass pass(path_here, k > 0, reach_, ahead + slip);
+    const float due_by =
+        k == 0 ? front.path_length_before(travel_) : path_length + ahead;  // blocks that are due later are skipped
     for (int x = first.x; x <= last.x; ++x) {
       if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
@@ -618,31 +620,31 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
           std::uint64_t live[kRows * kRows] = {};
           int kinds[8];
           std::fill_n(kinds, 8, kManyPieces + static_cast<int>(all));
-          pass.look();
+          pass.examine();
           for (int lane = 0; lane < lanes; ++lane) {
             HeadBlock block;
-            float slack;
+            float safe_travel;
             bool clipped;
             const int z = which[lane];
-            const HeadPass::Work work = pass.near(lane, target, block, slack, clipped)
-                                            ? pass.what(lane, block, slack, clipped)
+            const HeadPass::Work work = pass.near(lane, target, block, safe_travel, clipped)
+                                            ? pass.what(lane, block, safe_travel, clipped)
                                             : HeadPass::Work::kNone;
             if (work != HeadPass::Work::kNone) {
-              BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
+              BlockSafeTravel found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kRowLength};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // A block partly outside the target has slack 0.
-              slack = clipped ? 0 : found.slack;
+              // A block partly outside the target has safe travel 0.
+              safe_travel = clipped ? 0 : found.safe_travel;
               kinds[z - z0] = block.kind;
             }
             // After pose A (k = 0), all blocks are due at once, because pose B follows.
-            row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
+            row[z] = k == 0 ? -CutFront::kNever : path_length + (safe_travel - slip);
           }
           if (k == 0) continue;
           for (int r = 0; r < kRows * kRows; ++r) {
             for (std::uint64_t rest = live[r]; rest != 0;) {
               const int z = std::countr_zero(rest);
-              const int gx = x * kRows + r / kRows, gy = y * kRows + r % kRows, gz = z0 * kDeep + z;
+              const int gx = x * kRows + r / kRows, gy = y * kRows + r % kRows, gz = z0 * kRowLength + z;
               const int at = (gx * n + gy) * n + gz;
               std::uint8_t label;
               const int end = std::min(
@@ -650,13 +652,14 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               const std::uint64_t these = end < kStretch ? rest & ((std::uint64_t{1} << end) - 1) : rest;
               rest &= ~these;
               const int last_live = static_cast<int>(std::bit_width(these)) - 1;
-              int kind = kinds[z / kDeep];
-              for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
+              int kind = kinds[z / kRowLength];
+              for (int block = z / kRowLength + 1; block <= last_live / kRowLength; ++block)
+                kind = kind_of(kind, kinds[block]);
               const int live_lanes = last_live - z + 1;
               if (kind >= kManyPieces)
                 kind = pass.kind_of_group(front.first_ * step + glm::ivec3(gx, gy, gz), kind, live_lanes);
               const bool narrow = live_lanes <= CutFront::kNarrowest && front.lanes_ > CutFront::kNarrowest;
-              groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
+              groups.found[static_cast<std::size_t>(std::min(listed++, groups.capacity()))] = {
                   static_cast<float>(gx),
                   static_cast<float>(gy),
                   gz,
@@ -679,22 +682,23 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 /// in batches of eight: request one sample each; decide and request rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
-  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
-  const glm::ivec3 step(kRows, kRows, kDeep);
+  const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();
+  const glm::ivec3 step(kRows, kRows, kRowLength);
   const auto [first, last] = front.reached(lo_, hi_);
   bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    const Straight way_here =
-        k == 0 ? straight_way(X_VA_, X_VA_, tops.back.pieces, tops.back.count, reach_) : tops.back;
-    const HeadPass none(way_here, k > 0, reach_, slip);
-    const float due_by = k == 0 ? front.way_before(travel_) : way;  // blocks that are due later are skipped
+    const Straight path_here =
+        k == 0 ? straight_path(X_VA_, X_VA_, tops.back.pieces, tops.back.count, reach_) : tops.back;
+    const HeadPass none(path_here, k > 0, reach_, slip);
+    const float due_by =
+        k == 0 ? front.path_length_before(travel_) : path_length;  // blocks that are due later are skipped
     HeadBatch batches[3] = {HeadBatch(none), HeadBatch(none), HeadBatch(none)};
     int newest = 0;
     const auto advance = [&] {
-      batches[newest].look(target);
+      batches[newest].examine(target);
       batches[(newest + 2) % 3].choose();
       HeadBatch& oldest = batches[(newest + 1) % 3];
-      changed |= oldest.carve(tops, slip, k == 0 ? -CutFront::kNever : way, k == 0);
+      changed |= oldest.carve(tops, slip, k == 0 ? -CutFront::kNever : path_length, k == 0);
       newest = (newest + 1) % 3;
     };
     for (int x = first.x; x <= last.x; ++x) {
@@ -714,14 +718,14 @@ bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
 
 bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        RemovedVolume* removed) const noexcept {
-  static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
+  static_assert(kRows == CutFront::kRows && kRowLength == CutFront::kRowLength && kStretch == 8 * kRowLength);
   static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
-  const glm::ivec3 step(kRows, kRows, kDeep), from = front.first_ * step, held = patch_lo - from;
+  const glm::ivec3 step(kRows, kRows, kRowLength), from = front.first_ * step, held = patch_lo - from;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   front.keep_listed(patch_lo, n, continues_ && holds_listed(patch_lo, n));
   if (!continues_) front.drop_listed();
 
-  PathMaxima tops(way_back(), removed);
+  PathMaxima tops(path_back(), removed);
   HeadFront f{.pose = tops.back.from,
               .pieces = pieces_,
               .origin = from - tops.back.from.base,
@@ -736,7 +740,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     // motion along the axis, the box contains only the end, but earlier lists extend farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
-              hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
+              hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kRowLength - 1);
     fill_heights(&f, lo, hi + 16);
   }
   CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfHead);
@@ -759,7 +763,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     }
     int listed = 0;
     changed |= carve_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
-    groups.renew(listed, front.way_, lasts);
+    groups.renew(listed, front.path_length_, lasts);
   }
   if (unlisted != 0) {
     changed |= carve_due_blocks(front, unlisted, tops, {patch_lo, glm::ivec3(n), distance, n * n, n, tissue});

@@ -1,15 +1,15 @@
-// Included once in each namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h and way_kernel.h.
+// Included once in each namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h and path_kernel.h.
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
 /// Returns true if a sample changed. `may_raise` false: only computes `found`. `tops`: receives samples that may have
 /// been deeper earlier in the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
-                                      RemovedVolume* removed, BlockSlack& found) {
-  static_assert(kLanes == kDeep);
+                                      RemovedVolume* removed, BlockSafeTravel& found) {
+  static_assert(kLanes == kRowLength);
   alignas(32) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7};
   const int* const from = block.from;
   const int* const to = block.to;
-  const bool whole = from[2] == 0 && to[2] == kDeep;
+  const bool whole = from[2] == 0 && to[2] == kRowLength;
   const float* const R = pose.R;
   const Floats steps = load(kSteps), zero = all(0.0f), inner = all(Sweep::kInner), no_end = all(kNoEnd);
   const Floats vz = all(static_cast<float>(block.first.z)) + steps - all(pose.p[2]);
@@ -19,10 +19,10 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
   const MeridianPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
   bool changed = false;
   Taken taken{removed};
-  Floats min_slack = no_end;
+  Floats min_safe_travel = no_end;
   Mask emptied = nowhere();
   const bool beside = block.beside && may_raise;
-  if (beside) tops.make_room(kRows * kRows * kDeep);
+  if (beside) tops.make_room(kRows * kRows * kRowLength);
   const float near = found.ahead, looked_at = beside ? std::max(near, kTop - block.slowest) : near;
   for (int ix = from[0]; ix < to[0]; ++ix) {
     for (int iy = from[1]; iy < to[1]; ++iy) {
@@ -33,8 +33,8 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
       const Floats most = lesser(bound + all(bound_here), inner);
       const Floats least = greater(old, all(-Sweep::kMargin));
       const Mask full = no_less(old, inner);  // the sample already has the largest value
-      Floats room = pick(full, no_end, least - most);
-      if (any(more(all(looked_at), room))) {
+      Floats travel = pick(full, no_end, least - most);
+      if (any(more(all(looked_at), travel))) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
         const float vy = static_cast<float>(block.first.y + iy) - pose.p[1];
         const Floats x = all(R[0] * vx + R[3] * vy) + along_x, y = all(R[1] * vx + R[4] * vy) + along_y;
@@ -54,13 +54,13 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           if (any(close)) {
             const float* const T = tops.back.turn;
             const float* const shift = tops.back.shift;
-            const Floats way_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(shift[0])),
-                         way_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(shift[1]));
-            const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(shift[2]));
+            const Floats motion_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(shift[0])),
+                         motion_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(shift[1]));
+            const Floats motion_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(shift[2]));
             const unsigned set =
                 block.kind < kManyPieces ? 1u << block.kind : static_cast<unsigned>(block.kind - kManyPieces);
-            const Mask deeper =
-                nearest_on_way(pieces, set, rho, z, x * way_x + y * way_y, rho * way_z).deeper(rho, depth, least);
+            const Mask deeper = nearest_on_path(pieces, set, rho, z, x * motion_x + y * motion_y, rho * motion_z)
+                                    .deeper(rho, depth, least);
             for (unsigned left = bits(close & deeper); left != 0; left &= left - 1) {
               const int i = std::countr_zero(left);
               const std::uint8_t label =
@@ -72,15 +72,15 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
         }
         depth = lesser(depth, inner);
         // `moving` puts samples that a motion along the axis leaves unchanged far outside. The list is for this motion,
-        // so it uses `moving`; slack is for any later motion, so it uses `depth`.
+        // so it uses `moving`; safe travel is for any later motion, so it uses `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
-        room = pick(raised, zero, least - depth);
-        room = pick(full | no_less(depth, inner), no_end, room);
+        travel = pick(raised, zero, least - depth);
+        travel = pick(full | no_less(depth, inner), no_end, travel);
         if (found.live) {
           // prefetches the labels, which the list will read soon
           __builtin_prefetch(block.tissue + (row - block.distance));
-          const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
+          const Mask changes = more_where(more(all(near), travel), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;
         }
         if (may_raise && any(raised)) {
@@ -90,13 +90,13 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           samples.write(old, now, removed ? block.tissue + (row - block.distance) : nullptr, taken);
         }
       }
-      min_slack = lesser(room, min_slack);
+      min_safe_travel = lesser(travel, min_safe_travel);
     }
   }
   if (removed) taken.close();
-  alignas(32) float slack[kLanes];
-  store(slack, min_slack);
-  found.slack = *std::min_element(slack, slack + kLanes);
+  alignas(32) float safe_travel[kLanes];
+  store(safe_travel, min_safe_travel);
+  found.safe_travel = *std::min_element(safe_travel, safe_travel + kLanes);
   found.emptied = any(emptied);
   return changed;
 }

@@ -72,7 +72,7 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   // A leaf farther from B than the sweep is unchanged.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
-  cut.slack -= slip;
+  cut.safe_travel -= slip;
   return cut;
 }
 

@@ -5,20 +5,20 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// As carve_head_block() for a whole block of a leaf, but without volume and slack. Only for blocks in which no sample
-/// was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
+/// As carve_head_block() for a whole block of a leaf, but without volume and safe travel. Only for blocks in which no
+/// sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
-  constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
-  static_assert(n == kDeep && kGroups * kTogether == kRows);
+  constexpr int n = Sweep::kLeaf, kTogether = kLanes / kRowLength, kGroups = kRows / kTogether;
+  static_assert(n == kRowLength && kGroups * kTogether == kRows);
   // Rows along y are consecutive in memory, so a group may consist of two rows.
   struct Lanes {
     Floats x, y, z, bound;
   };
   alignas(64) float height[kLanes], bound_z[kLanes];
   for (int i = 0; i < kLanes; ++i) {
-    height[i] = static_cast<float>(block.first.z) + static_cast<float>(i % kDeep) - pose.p[2];
-    bound_z[i] = block.bound + static_cast<float>(i % kDeep) * block.bound_z;
+    height[i] = static_cast<float>(block.first.z) + static_cast<float>(i % kRowLength) - pose.p[2];
+    bound_z[i] = block.bound + static_cast<float>(i % kRowLength) * block.bound_z;
   }
   const Floats vz = load(height);
   const Floats along_x = all(pose.R[6]) * vz, along_y = all(pose.R[7]) * vz, along_z = all(pose.R[8]) * vz;
@@ -26,7 +26,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   for (int g = 0; g < kGroups; ++g) {
     alignas(64) float vy[kLanes], bound[kLanes];
     for (int i = 0; i < kLanes; ++i) {
-      const int iy = g * kTogether + i / kDeep;
+      const int iy = g * kTogether + i / kRowLength;
       vy[i] = static_cast<float>(block.first.y + iy) - pose.p[1];
       bound[i] = bound_z[i] + static_cast<float>(iy) * block.bound_y;
     }

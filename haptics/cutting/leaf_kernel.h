@@ -106,16 +106,17 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // Raised samples are now at the ball's surface: slack 0.
+  // Raised samples are now at the ball's surface: safe travel 0.
   if (any(raised)) return {true, any(emptied), 0};
-  Floats min_slack = never;
-  const auto take_slack = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
+  Floats min_safe_travel = never;
+  const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
     // distance of approach until the sample changes; a sample at kInner (3 voxels) never changes
     const Floats now = load(at);
-    min_slack = lesser(min_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
+    min_safe_travel =
+        lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   };
-  for (int group = 0; group < LeafGroups::kCount; ++group) visit_group(group, take_slack);
-  alignas(64) float slack[kLanes];
-  store(slack, min_slack);
-  return {false, false, *std::min_element(slack, slack + kLanes)};
+  for (int group = 0; group < LeafGroups::kCount; ++group) visit_group(group, take_safe_travel);
+  alignas(64) float safe_travel[kLanes];
+  store(safe_travel, min_safe_travel);
+  return {false, false, *std::min_element(safe_travel, safe_travel + kLanes)};
 }

@@ -17,7 +17,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 // Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
@@ -40,7 +40,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 // Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
@@ -64,7 +64,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 // Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 
@@ -86,7 +86,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 // Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
 

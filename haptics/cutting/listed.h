@@ -11,7 +11,7 @@
 #include "haptics/cutting/cut_front.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/meridian.h"
-#include "haptics/cutting/way.h"
+#include "haptics/cutting/path.h"
 #include "haptics/volume/label.h"
 
 namespace typodont::haptics {

@@ -115,14 +115,15 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 /// Input of may_be_deeper(): motion × rho, away from the axis and along it; smallest depth that changes a sample. The
 /// following structs compute the depth below one kind of piece each.
 struct Passed {
-  Floats way_rho, way_z, least;
+  Floats motion_rho, motion_z, least;
 };
 struct BelowLine {
   MeridianPiece piece;
   TYPODONT_INLINE Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
   TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const Floats below = depth(rho, z);
-    deeper = may_be_deeper(below, on.least, all(0.0f) - (on.way_rho * all(piece.nax) + on.way_z * all(piece.naz)), rho);
+    deeper = may_be_deeper(below, on.least, all(0.0f) - (on.motion_rho * all(piece.nax) + on.motion_z * all(piece.naz)),
+                           rho);
     return below;
   }
 };
@@ -136,7 +137,7 @@ struct BelowArc {
   TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const Floats below = depth(rho, z);
     deeper = may_be_deeper(below, on.least,
-                           all(0.0f) - ((rho - all(piece.cx)) * on.way_rho + (z - all(piece.cz)) * on.way_z),
+                           all(0.0f) - ((rho - all(piece.cx)) * on.motion_rho + (z - all(piece.cz)) * on.motion_z),
                            (all(piece.radius) - below) * rho);
     return below;
   }
@@ -152,12 +153,12 @@ struct BelowEnds {
     return nearest.depth();
   }
   TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
-    NearestOnWay found{no_piece_yet(), all(0.0f)};
-    first_bent ? found.meet_arc(pieces[0], rho, z, on.way_rho, on.way_z)
-               : found.meet_line(pieces[0], rho, z, on.way_rho, on.way_z);
+    NearestOnPath found{no_piece_yet(), all(0.0f)};
+    first_bent ? found.meet_arc(pieces[0], rho, z, on.motion_rho, on.motion_z)
+               : found.meet_line(pieces[0], rho, z, on.motion_rho, on.motion_z);
     if constexpr (second) {
-      second_bent ? found.meet_arc(pieces[1], rho, z, on.way_rho, on.way_z)
-                  : found.meet_line(pieces[1], rho, z, on.way_rho, on.way_z);
+      second_bent ? found.meet_arc(pieces[1], rho, z, on.motion_rho, on.motion_z)
+                  : found.meet_line(pieces[1], rho, z, on.motion_rho, on.motion_z);
     }
     const Floats below = found.nearest.depth();
     deeper = found.deeper(rho, below, on.least);
@@ -182,7 +183,7 @@ struct BelowAny {
   unsigned set;
   TYPODONT_INLINE Floats depth(Floats rho, Floats z) const { return depth_below_pieces(pieces, set, rho, z); }
   TYPODONT_INLINE Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
-    const NearestOnWay found = nearest_on_way(pieces, set, rho, z, on.way_rho, on.way_z);
+    const NearestOnPath found = nearest_on_path(pieces, set, rho, z, on.motion_rho, on.motion_z);
     const Floats below = found.nearest.depth();
     deeper = found.deeper(rho, below, on.least);
     return below;
@@ -193,7 +194,7 @@ struct BelowAny {
 /// to the last pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
-  alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
+  alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
 };
 
 /// Bounds at the middle of each group.
@@ -201,8 +202,8 @@ struct HeadSides {
   // voxels: half the length of a group along z; the component of this across the axis
   float half, off;
   float across;  // voxels, motion across the axis
-  // Voxels. bend: difference of the motion between neighbouring samples; turned: largest difference between the middle
-  // and a sample.
+  // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the
+  // motions of a sample and of the group's middle.
   float bend[3], turned;
 
   TYPODONT_INLINE HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -226,18 +227,19 @@ struct HeadSides {
     const Mask sharp = more(all(smooth), rho);
     if (!any(sharp)) return 0;
     const float* const T = back.turn;
-    const Floats way_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(back.shift[0]));
-    const Floats way_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(back.shift[1]));
-    const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
-    store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
-    store(rows.way_z + g, way_z - all(half * bend[2]));
+    const Floats motion_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(back.shift[0]));
+    const Floats motion_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(back.shift[1]));
+    const Floats motion_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
+    store(rows.motion_x + g, motion_x - all(half * bend[0])), store(rows.motion_y + g, motion_y - all(half * bend[1]));
+    store(rows.motion_z + g, motion_z - all(half * bend[2]));
     // Each sample has its own direction away from the axis, so this component of the motion is bounded for the whole
     // group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
     const Floats slowest =
-        all(-turned) - fastest_advance(first, last, tip, err - (x * way_x + y * way_y) * inverse, all(0.0f) - way_z);
+        all(-turned) -
+        fastest_advance(first, last, tip, err - (x * motion_x + y * motion_y) * inverse, all(0.0f) - motion_z);
     return bits(more_where(sharp, all(-0.5f * kTop), slowest));
   }
 };
@@ -259,11 +261,12 @@ TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const 
       const Floats x = all(rows.x[g]) + load(f.along[0] + height), y = all(rows.y[g]) + load(f.along[1] + height),
                    rho = root(x * x + y * y);
       if constexpr (beside) {
-        const Floats steps = load(kSteps), way_x = all(rows.way_x[g]) + steps * all(bend[0]),
-                     way_y = all(rows.way_y[g]) + steps * all(bend[1]);
-        const Floats way_z = all(rows.way_z[g]) + steps * all(bend[2]);
+        const Floats steps = load(kSteps), motion_x = all(rows.motion_x[g]) + steps * all(bend[0]),
+                     motion_y = all(rows.motion_y[g]) + steps * all(bend[1]);
+        const Floats motion_z = all(rows.motion_z[g]) + steps * all(bend[2]);
         Mask deeper;
-        depth = below.depth(rho, z, {x * way_x + y * way_y, rho * way_z, greater(old, all(-Sweep::kMargin))}, deeper);
+        depth = below.depth(rho, z, {x * motion_x + y * motion_y, rho * motion_z, greater(old, all(-Sweep::kMargin))},
+                            deeper);
         for (unsigned left = bits(more_where(deeper & may, all(Sweep::kInner), depth)); left != 0; left &= left - 1) {
           const int i = std::countr_zero(left);
           f.tops->add(f.groups.x[g0 + g] + static_cast<float>(f.origin.x),

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// A head at one pose. Patch and volume both use carve(), so their bits agree.
+/// A head at one pose. Tissue patch and volume both use carve(), so their bits agree.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);

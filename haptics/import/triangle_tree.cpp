@@ -84,7 +84,7 @@ int TriangleTree::winding(const dvec3& p) const {
   static const dvec3 kWays[3] = {glm::normalize(dvec3(0.5773, 0.2113, 0.7886)),
                                  glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
                                  glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
-  const auto turns = [&](const dvec3& way) { return crossings(0, p, way, 1.0 / way); };
+  const auto turns = [&](const dvec3& direction) { return crossings(0, p, direction, 1.0 / direction); };
   // If two rays agree, their result counts.
   const int first = turns(kWays[0]), second = turns(kWays[1]);
   return first == second ? first : std::clamp(turns(kWays[2]), std::min(first, second), std::max(first, second));
@@ -96,29 +96,30 @@ int TriangleTree::winding_sixths(const dvec3& p) const {
   int sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double side : {1.0, -1.0}) {
-      dvec3 way;
-      way[axis] = side, way[(axis + 1) % 3] = kTilt, way[(axis + 2) % 3] = kOtherTilt;
-      sum += crossings(0, p, way, 1.0 / way);
+      dvec3 direction;
+      direction[axis] = side, direction[(axis + 1) % 3] = kTilt, direction[(axis + 2) % 3] = kOtherTilt;
+      sum += crossings(0, p, direction, 1.0 / direction);
     }
   }
   return sum;
 }
 
-int TriangleTree::crossings(std::size_t index, const dvec3& p, const dvec3& way, const dvec3& inverse) const {
+int TriangleTree::crossings(std::size_t index, const dvec3& p, const dvec3& direction, const dvec3& inverse) const {
   const Node& node = nodes_[index];
   const dvec3 a = (node.lo - p) * inverse, b = (node.hi - p) * inverse;
   const dvec3 in = glm::min(a, b), out = glm::max(a, b);
   if (std::max({in.x, in.y, in.z, 0.0}) > std::min({out.x, out.y, out.z})) return 0;
-  if (node.count == 0) return crossings(node.left, p, way, inverse) + crossings(node.right, p, way, inverse);
+  if (node.count == 0)
+    return crossings(node.left, p, direction, inverse) + crossings(node.right, p, direction, inverse);
   int sum = 0;
   for (std::size_t i = node.first; i < node.first + node.count; ++i) {
     // Intersection of ray and triangle, Moeller & Trumbore 1997.
     const Triangle& t = triangles_[i];
-    const dvec3 e1 = t.b - t.a, e2 = t.c - t.a, h = glm::cross(way, e2);
+    const dvec3 e1 = t.b - t.a, e2 = t.c - t.a, h = glm::cross(direction, e2);
     const double det = glm::dot(e1, h);
     if (!(std::abs(det) > 0)) continue;
     const dvec3 s = p - t.a, q = glm::cross(s, e1);
-    const double u = glm::dot(s, h) / det, v = glm::dot(way, q) / det;
+    const double u = glm::dot(s, h) / det, v = glm::dot(direction, q) / det;
     // det < 0: the ray leaves the mesh.
     if (u >= 0 && v >= 0 && u + v <= 1 && glm::dot(e2, q) / det > 0) sum += det < 0 ? 1 : -1;
   }

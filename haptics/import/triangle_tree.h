@@ -42,7 +42,7 @@ class TriangleTree {
   std::size_t build(std::size_t first, std::size_t end);
   void nearest(std::size_t index, const glm::dvec3& p, Nearest& best) const;
   /// Sum over the crossings of a ray: +1 where it leaves the mesh, −1 where it enters.
-  int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
+  int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& direction, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;  // triangles in the order of the leaves
   std::vector<std::size_t> given_;   // for each triangle: its index in the list that the constructor received

@@ -65,8 +65,8 @@ class EditableMesh {
   Index face_range() const noexcept { return faces_used_; }
   std::size_t vertex_count() const noexcept { return vertex_count_; }
   std::size_t face_count() const noexcept { return face_count_; }
-  std::size_t vertex_room() const noexcept { return vertices_.size(); }
-  std::size_t face_room() const noexcept { return faces_.size(); }
+  std::size_t vertex_capacity() const noexcept { return vertices_.size(); }
+  std::size_t face_capacity() const noexcept { return faces_.size(); }
   std::size_t border_edges() const noexcept;
   /// Mesh as a TissueMesh, without unused vertices and faces.
   TissueMesh copy() const;

@@ -42,8 +42,8 @@ SurfacePieces::SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, con
       parameters_(parameters),
       cell_(cell_for(mesh, parameters)),
       open_(mesh.border_edges() > 0),
-      piece_of_(mesh.face_room(), kNoPiece),
-      locals_(mesh.vertex_room()) {
+      piece_of_(mesh.face_capacity(), kNoPiece),
+      locals_(mesh.vertex_capacity()) {
   mesh_.list_changes();
   for (Index f = 0; f < mesh_.face_range(); ++f)
     if (mesh_.uses(f)) put(f);

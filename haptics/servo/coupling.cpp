@@ -257,14 +257,14 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
   if (!(head.sink_yield > 0 && !head.cuts && !now.contact.lost)) return;
   const TipLaw law{head.sink_yield};
   const double k = settings.stiffness * coupling.relative_stiffness;
-  if (tip.sunk <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
+  if (tip.penetration <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
       coupling.normal_force > law.yield) {
     tip = {1e-9, now.contact.p_WG, now.normal};
   }
-  if (!(tip.sunk > 0)) return;
+  if (!(tip.penetration > 0)) return;
   const dvec3 ahead = tip.p - (head.reach() + settings.frame.voxel) * tip.n;
   now.force = tip_force(law, now.X_WT.p, k, model->tissue_at(ahead) == Tissue::kCaries, tip);
-  if (!(tip.sunk > 0)) return;
+  if (!(tip.penetration > 0)) return;
   now.p_held = tip.p;
   now.out.depth = glm::length(now.p_held - now.X_WT.p);
   now.out.tissue = Tissue::kCaries;

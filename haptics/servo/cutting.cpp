@@ -26,8 +26,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge that the hand draws cuts with the hand's work: force × displacement along the surface.
-    const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
-    power = bur.scrapes * coupling.head_force * way / now.dt / now.energy_ratio;
+    const double distance = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
+    power = bur.scrapes * coupling.head_force * distance / now.dt / now.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
     // Tangential force μ_c F_n (Preston, Archard), limited by the motor.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
@@ -42,7 +42,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // Limits the debt of a bur that started in tissue; with a large debt, it could not cut for a long time.
+    // Limits the energy deficit of a bur that started in tissue; with a large deficit, it could not cut for a long
+    // time.
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));

@@ -111,7 +111,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   double most = 0;                                                   // N, largest allowed force
   if (retreat > 0) {
     // The hand may retreat as fast as it advanced.
-    const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
+    const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.speed.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
     // The coupling stores more energy than the ledger has: an increase during retreat would overdraw it, so it is
     // limited.
@@ -150,8 +150,8 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // After contact, a debt is cancelled, because it would allow no force at the next contact.
-  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
+  // After contact, an energy deficit is cancelled, because it would allow no force at the next contact.
+  if (!now.touching() && coupling.tip.penetration <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_deficit());
   l.stored = now.stored;
   // A device without torque does not resist rotation, so the ledger ignores rotation.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);

@@ -60,8 +60,8 @@ struct LimitParameters {
   static constexpr double drilling_slew = 18.5;
   // N; of the change by the hand's own motion, drilling_slew may delay at most this (held_back in limits.cpp)
   static constexpr double lag_limit = 0.05;
-  // J; a smaller debt counts as rounding error
-  static constexpr double debt = 2e-9;
+  // J; a smaller energy deficit counts as rounding error
+  static constexpr double deficit = 2e-9;
   // N, force that is always allowed
   static constexpr double unpaid_force = 0.1;
   // Force of the coupling / force that the ledger can pay, above which the ledger limits the force.
@@ -82,7 +82,7 @@ struct LimitParameters {
 struct ScaleParameters {
   // N/m, stiffness of a tooth scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
-  static constexpr double credit = 1e-10;  // J, allowed debt in a tooth scene
+  static constexpr double credit = 1e-10;  // J, allowed energy deficit in a tooth scene
   static constexpr double turning = 1.2;   // m/s², acceleration of an unknown hand in a tooth scene
 };
 

@@ -76,11 +76,11 @@ struct Servo::State {
     Pose last_hand;
     // orientation of the hand as received, and normalised
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
-    double leap = 0;        // s left in which the proxy follows a jump of the hand
-    double due_for = 0;     // s, time for which a new snapshot has been due
-    bool idle = false;      // true: the last tick left no force or contact
-    bool released = false;  // true: the model's release() was called after the last contact
-    double room = 0;        // m, distance that a free tool may move before the clearance is computed again
+    double leap = 0;         // s left in which the proxy follows a jump of the hand
+    double due_for = 0;      // s, time for which a new snapshot has been due
+    bool idle = false;       // true: the last tick left no force or contact
+    bool released = false;   // true: the model's release() was called after the last contact
+    double free_travel = 0;  // m, distance that a free tool may move before the clearance is computed again
   };
   /// State of the spindle, and of the energy that may be spent on the removal of tissue.
   struct Cutting {
@@ -103,8 +103,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force on the head, not the shank
     dvec3 normal{0};
-    // Unit vector in which the contacts push the head. The limit for a bur in debt (energy used before the motor
-    // supplied it) counts as a contact.
+    // Unit vector in which the contacts push the head. The limit for a bur with an energy deficit (energy used before
+    // the motor supplied it) counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed` × `teeth_fraction`
     // 0..1, fraction of the coupling's force that presses the cutting edges. Below 1 for drills whose contact is
@@ -129,7 +129,7 @@ struct Servo::State {
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
-    // tissue. The ledger allows it during the contact; afterwards it is set to the ledger's debt.
+    // tissue. The ledger allows it during the contact; afterwards it is set to the ledger's deficit.
     double given = 0;
     /// true: the ledger has far less energy than the coupling stores, so it limits the force
     bool unpaid = false;
@@ -188,13 +188,14 @@ struct Servo::State {
   };
   EdgeMeans edge_means() const noexcept;
 
-  /// Limit of the energy ledger's debt, J; at most PassivityLaw::credit. A larger debt is cancelled, because it would
-  /// allow no force, so the hand could never supply the missing energy.
-  double max_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
+  /// Limit of the energy ledger's deficit, J; at most PassivityLaw::credit. A larger deficit is cancelled, because it
+  /// would allow no force, so the hand could never supply the missing energy.
+  double max_deficit() const noexcept { return std::min(LimitParameters::deficit, limits.law.credit); }
 
-  /// Largest debt that is cancelled when a contact ends, J: usually `limits.given`, which was allowed during the
-  /// contact. A debt above max_debt() is cancelled completely, because it has other causes, such as late ticks.
-  double cancelled_debt() const noexcept { return sums.energy < -max_debt() ? -sums.energy : limits.given; }
+  /// Largest energy deficit that is cancelled when a contact ends, J: usually `limits.given`, which was allowed during
+  /// the contact. A deficit above max_deficit() is cancelled completely, because it has other causes, such as late
+  /// ticks.
+  double cancelled_deficit() const noexcept { return sums.energy < -max_deficit() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
   /// Handles a tick without a valid pose or hand: zero force; the next valid tick starts again.

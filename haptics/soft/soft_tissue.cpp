@@ -95,22 +95,22 @@ SoftTissue::SoftTissue(std::shared_ptr<const SoftSurface> surface, std::span<con
 bool SoftTissue::at_rest(const Pose& X_WG, std::uint32_t tool) noexcept {
   if (!active_.empty() || u_ != dvec3(0)) return false;
   if (tool == tool_) {
-    const dvec3 way = X_WG.p - seen_.p;
+    const dvec3 motion = X_WG.p - seen_.p;
     if (X_WG.R == seen_.R) {
-      if (room_ > 0 && glm::dot(way, way) < room_ * room_) return true;
-    } else if (displacement_bound(seen_, X_WG, shapes_[tool].reach) < room_) {
+      if (gap_ > 0 && glm::dot(motion, motion) < gap_ * gap_) return true;
+    } else if (displacement_bound(seen_, X_WG, shapes_[tool].reach) < gap_) {
       return true;
     }
   }
   tool_ = tool, seen_ = X_WG;
   const Shape& shape = shapes_[tool];
   const dvec3 axis = X_WG.R * dvec3(0, 0, 1);
-  double room = 1;
+  double gap = 1;
   for (const Shape::Ball& ball : shape.balls) {
-    room = std::min(room, surface_->clearance(X_WG.p + ball.z * axis) - ball.r);
+    gap = std::min(gap, surface_->clearance(X_WG.p + ball.z * axis) - ball.r);
   }
-  room_ = room;
-  if (!(room > 0)) return false;
+  gap_ = gap;
+  if (!(gap > 0)) return false;
   placed_ = false;
   return true;
 }
@@ -160,7 +160,7 @@ bool SoftTissue::activate(std::uint32_t point) noexcept {
 
 SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   if (in.tool != tool_) release(), tool_ = in.tool;
-  room_ = -1;
+  gap_ = -1;
   const Shape& shape = shapes_[in.tool];
   const double moved = placed_ ? displacement_bound(last_, in.X_WG, shape.reach) : 0.0;
   const double hand = P::hand_speed * in.dt;  // m, largest plausible motion of the hand in a tick
@@ -279,9 +279,9 @@ void SoftTissue::place_tool(double most) noexcept {
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};
-    const double room = std::max(a.limit - cut_[a.point] - free, 0.0), way = a.weight * over;
-    Force f{std::min(way, room) / a.yield, std::max(way - room, 0.0) * P::stop / a.yield, a.weight / a.yield};
-    if (way > room) f.slope *= P::stop;
+    const double gap = std::max(a.limit - cut_[a.point] - free, 0.0), motion = a.weight * over;
+    Force f{std::min(motion, gap) / a.yield, std::max(motion - gap, 0.0) * P::stop / a.yield, a.weight / a.yield};
+    if (motion > gap) f.slope *= P::stop;
     return f;
   };
   dvec3 u = u_;

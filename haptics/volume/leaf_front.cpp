@@ -44,7 +44,7 @@ void LeafFront::move_window(const glm::ivec3& lo, const glm::ivec3& hi) {
   const glm::ivec3 end = first_ + size_;
   const bool inside = glm::all(glm::lessThanEqual(first_, lo)) && glm::all(glm::lessThan(hi, end));
   if (last_ && inside) return;
-  const glm::ivec3 first = lo - kRoom, size = hi - lo + 1 + 2 * kRoom;
+  const glm::ivec3 first = lo - kBorder, size = hi - lo + 1 + 2 * kBorder;
   const auto count = static_cast<std::size_t>(size.x) * size.y * size.z;
   due_moved_.assign(count + kUnused, kNow);
   found_.resize(static_cast<std::size_t>(size.z));

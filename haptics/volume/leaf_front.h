@@ -1,5 +1,5 @@
-// The active front of the carver: a leaf whose samples cannot change before the head has moved by `slack` voxels is
-// skipped until then. Private to haptics/volume.
+// The active front of the carver: a leaf whose samples cannot change before the head has moved by `safe_travel` voxels
+// is skipped until then. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -55,7 +55,7 @@ class LeafFront {
 
  private:
   // additional leaves around the sweep, so the window moves seldom
-  static constexpr int kRoom = 2;
+  static constexpr int kBorder = 2;
   // voxels; at this path length a float resolves 6e-5, so the path restarts at 0
   static constexpr double kLongest = 512;
 

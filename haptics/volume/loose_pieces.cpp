@@ -148,8 +148,8 @@ class LoosePieces::KnownBlocks {
 
   /// Begins a search without any flood fill.
   void begin_search() {
-    ++look_;
-    looked_at_ = 0;
+    ++search_;
+    examined_ = 0;
     parts_.clear(), part_bits_.clear(), part_shapes_.clear();
     flood_count_ = 0;
     cut_blocks_.clear(), touches_.clear();
@@ -225,14 +225,14 @@ class LoosePieces::KnownBlocks {
     return out;
   }
   /// Number of blocks that this search has visited.
-  std::int64_t looked_at() const { return looked_at_; }
+  std::int64_t examined() const { return examined_; }
 
  private:
   /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. Two cache
   /// lines.
   struct alignas(32) Block {
     // last search that visited the block, and its results
-    std::uint32_t look = 0;
+    std::uint32_t search = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // neighbours over the six faces; -1: not known
     int beside[6] = {-1, -1, -1, -1, -1, -1};
@@ -303,7 +303,7 @@ class LoosePieces::KnownBlocks {
       for (std::size_t face = 1; face < 6; face += 2) {
         if (faces[face] == 0) continue;
         const Block& next = blocks_[static_cast<std::size_t>(find_beside(volume, part.block, face))];
-        if (next.look != look_) continue;
+        if (next.search != search_) continue;
         for (int j = next.first_part; j < next.first_part + next.part_count; ++j) {
           const Part& beside = parts_[static_cast<std::size_t>(j)];
           if (beside.flood < 0 || (shape_of(beside).faces[face ^ 1] & faces[face]) == 0) continue;
@@ -347,9 +347,9 @@ class LoosePieces::KnownBlocks {
   }
   const Block& with_parts(int index) {
     Block& block = blocks_[static_cast<std::size_t>(index)];
-    if (block.look == look_) return block;
-    block.look = look_;
-    ++looked_at_;
+    if (block.search == search_) return block;
+    block.search = search_;
+    ++examined_;
     block.first_part = static_cast<int>(parts_.size());
     if (!block.one_part) {
       for_each_part(bits_[static_cast<std::size_t>(index)], [&](const SolidBits& bits) {
@@ -420,8 +420,8 @@ class LoosePieces::KnownBlocks {
   std::vector<Block> blocks_;
   std::vector<glm::ivec3> keys_;
   std::vector<SolidBits> bits_;
-  std::uint32_t look_ = 0;
-  std::int64_t looked_at_ = 0;
+  std::uint32_t search_ = 0;
+  std::int64_t examined_ = 0;
   std::vector<Part> parts_;  // parts of this search, block by block
   // samples and shapes of parts smaller than their block
   std::vector<SolidBits> part_bits_;
@@ -513,7 +513,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   // No flood fill is needed if all are connected.
   const bool connected = blocks_->connected_around_each_group(volume);
   if (!connected) blocks_->run(volume);
-  credit_ -= blocks_->looked_at();
+  credit_ -= blocks_->examined();
   if (connected || blocks_->apart() < 2) return {};
   const std::vector<TissuePiece> found = blocks_->pieces();
   std::vector<TissuePiece> loose;

@@ -94,7 +94,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
   if (writes.empty() || place.logged == marked) return;
   place.logged = marked;
-  // largest number of logged leaves; with more, copying the whole patch is as fast
+  // largest number of logged leaves; with more, copying the whole tissue patch is as fast
   constexpr std::size_t kMost = 2048;
   Written& written = writes.back();
   if (written.leaves.size() == kMost) written.listed = false;
@@ -137,7 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks with stored writes; each patch needs one, and a session uses fewer at once
+  // largest number of marks with stored writes; each tissue patch needs one, and a session uses fewer at once
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();

@@ -540,7 +540,7 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
-  static_assert(sizeof(Tissue) == 1);  // one byte in patches, int32 in the grid
+  static_assert(sizeof(Tissue) == 1);  // one byte in tissue patches, int32 in the grid
   if (box.distance && box.tissue && has_whole_leaves(box, part))
     return impl_->copy_whole_leaves(box, impl_->leaves_in(part));
   if (box.distance) copy_box(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);

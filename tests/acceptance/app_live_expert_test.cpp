@@ -76,7 +76,7 @@ class LiveExpert : public testing::Test {
     s.record = true;
     s.serve(hand->info());
     SessionRecorder recorder(file(), *scene, session_header(*scene, {}, hand->info(), s.carver.volume(), 1000),
-                             s.wiring.tapes);
+                             s.wiring.event_logs);
     s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
     session::HandMeter meter(1000);
     {

@@ -163,8 +163,8 @@ TEST_F(SoftGum, OfALiveSessionReachesEveryPictureOnTheServosTape) {
   wiring.patch.offer(session.carver, top);
   ServoTurns servo(session, hand, PressingHand::simulated);
   std::map<std::uint32_t, float> seen, seen_in_headset;
-  Tape<ServoEvent>::Reader picture(wiring.tapes.servo), headset(wiring.tapes.servo);
-  const auto read = [](Tape<ServoEvent>::Reader& reader, std::map<std::uint32_t, float>& all) {
+  EventLog<ServoEvent>::Reader picture(wiring.event_logs.servo), headset(wiring.event_logs.servo);
+  const auto read = [](EventLog<ServoEvent>::Reader& reader, std::map<std::uint32_t, float>& all) {
     for (ServoEvent event; reader.next(event);)
       if (const auto* const moves = std::get_if<GumMoves>(&event))
         for (std::uint32_t i = 0; i < moves->count; ++i) all[moves->points[i].point] = moves->points[i].inward;
@@ -217,7 +217,7 @@ TEST_F(SoftGum, IsSeenWhereItIsPressedAndNowhereElseUntilItHasReturned) {
   const SurroundingsShape shape(*with_gum.surroundings);
   SteppedSession session(with_gum, load_tissue(with_gum), 1000);
   SoftGumView view(session.settings().soft, around);
-  Tape<ServoEvent>::Reader reader(session.tapes().servo);
+  EventLog<ServoEvent>::Reader reader(session.event_logs().servo);
   Nanos t = 0;
   const auto hold = [&](double height, double seconds) {
     for (int i = 0; i < 1000 * seconds; ++i, t += 1'000'000) {
@@ -259,7 +259,7 @@ TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
   SteppedSession session(with_gum, load_tissue(with_gum), 1000);
   haptics::SoftTissue& tissue = *session.servo().soft();
   SoftGumView view(session.settings().soft, around);
-  Tape<ServoEvent>::Reader reader(session.tapes().servo);
+  EventLog<ServoEvent>::Reader reader(session.event_logs().servo);
   auto damage = damage_meter(with_gum);
   Nanos t = 0;
   for (int i = 0; i < 1500; ++i, t += 1'000'000) {

@@ -11,7 +11,7 @@
 #include <random>
 
 #include "engine/app/assets.h"
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/stepped.h"
 #include "engine/app/surroundings/surroundings.h"

@@ -153,7 +153,7 @@ template <class Sample>
 double query(benchmark::State& state, double voxel_mm, Sample sample) {
   test::HapticBench scene = scene_of(haptics::TissueVolume(tissue(kBall, voxel_mm)), probe("offset"));
   scene.tick({sliding(0, kPath)});
-  const haptics::SurfacePatch& patch = scene.patch();
+  const haptics::TissuePatch& patch = scene.patch();
   const VoxelFrame& frame = scene.settings.frame;
   std::vector<dvec3> points;
   for (int i = 0; i < 256; ++i)

@@ -421,7 +421,7 @@ REASONS = {
                               "predicts, at forces of 0.06 N",
     ("voxel_penalty", "thin wall"): "without a proxy, nothing stops a hand between two ticks",
     ("voxel_penalty", "fast probe"): "a tip as small as a voxel has few sample points",
-    ("voxel_penalty", "carver stalls"): "there is no tissue outside the patch, and no plane of a last contact",
+    ("voxel_penalty", "carver stalls"): "there is no tissue outside the tissue patch, and no plane of a last contact",
     ("packing", "fast probe"): "gaps between 10,000 spheres are as wide as the tip",
 }
 REASONS["implant", "fast probe"] = REASONS["offset", "fast probe"]

@@ -152,7 +152,7 @@ class Defects : public testing::Test {
     const auto hand = haptics::make_scripted_hand(std::move(path), 1000, false);
     SteppedSession session(scene, load_tissue(scene), hand->info());
     session.omit_times();
-    SessionRecorder recorder(out, scene, hand->info(), session.carver().volume(), session.tapes());
+    SessionRecorder recorder(out, scene, hand->info(), session.carver().volume(), session.event_logs());
     while (session.advance(*hand)) {
       if (undo_at_ && to_seconds(session.last().t) >= *undo_at_) {
         EXPECT_TRUE(session.edit(false));

@@ -60,10 +60,10 @@ struct WorldOf : testing::Test {
     haptics::Carver& carver = session.carver();
     World world(scene);
     world.add_debris(carver.volume());
-    WorldReader reader(world, session.tapes());
+    WorldReader reader(world, session.event_logs());
     const auto stage = stage_of(world);
     TissueView view;
-    SessionRecorder recorder(file, scene, hand->info(), carver.volume(), session.tapes());
+    SessionRecorder recorder(file, scene, hand->info(), carver.volume(), session.event_logs());
     while (session.advance(*hand)) {
       if (session.last().t != from_seconds(kShown)) continue;
       reader.read();

@@ -103,16 +103,16 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   const auto go = [&](double z) {
     const dvec3 hand(0, 0, z);
     energy -= glm::dot(held, hand - at);
-    held = state.sunk > 0 ? tip_force(law, hand, 1000, true, state) : dvec3(0);
+    held = state.penetration > 0 ? tip_force(law, hand, 1000, true, state) : dvec3(0);
     at = hand;
-    deepest = std::max(deepest, state.sunk);
+    deepest = std::max(deepest, state.penetration);
     most = std::min(most, held.z);
   };
   for (int i = 0; i < 1000; ++i) go(-i * 1e-6);
   EXPECT_GT(deepest, 0.1_mm);
   for (int i = 0; i < 2500; ++i) go(-1.0_mm + i * 1e-6);
   EXPECT_LT(most, -0.15);  // the tip had to be pulled out
-  EXPECT_EQ(state.sunk, 0);
+  EXPECT_EQ(state.penetration, 0);
   EXPECT_GT(energy, 0);
 }
 
@@ -422,7 +422,7 @@ TEST(Cutting, ABurThatLeavesTheTissueCutsNothingWhileItsForceFades) {
 TEST(Cutting, RemovalInLayersThinnerThanTwoVoxelsDoesNotDependOnTheVoxelSize) {
   struct Run {
     HeadShape shape;
-    double diameter, length, sunk, swing, speed, free_speed, stall_torque;
+    double diameter, length, penetration, swing, speed, free_speed, stall_torque;
     const char *top, *below;
   };
   for (const Run& run :
@@ -440,7 +440,7 @@ TEST(Cutting, RemovalInLayersThinnerThanTwoVoxelsDoesNotDependOnTheVoxelSize) {
                             R"(", "solid": {"box": {"size_mm": [16,4,3.7]}}}]})",
                         s);
       for (double t = 0; t < 0.5; t += s.tick) {
-        const double z = 2.0_mm + s.tool.half() - run.sunk * std::min(1.0, t / 0.05);
+        const double z = 2.0_mm + s.tool.half() - run.penetration * std::min(1.0, t / 0.05);
         bench.tick({{run.swing * std::sin(run.speed / run.swing * t), 0, z}}, 1);
       }
       for (std::size_t tissue = 1; tissue < bench.last.removed.size(); ++tissue)

@@ -257,7 +257,7 @@ TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
   // speed that could not be predicted. The energy debt must be as small as the force was.
   constexpr const char* kSlab =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [24, 24, 4]}}}]})";
-  int in_debt = 0;
+  int in_deficit = 0;
   for (const double out : {1e-4, 1.5e-4, 3e-4}) {
     for (const double deep : {0.1_mm, 0.3_mm}) {
       HapticBench bench(kSlab, {});
@@ -272,14 +272,14 @@ TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
       for (; at.z < surface + 1.0_mm; at.z += out) bench.tick({at});
       // After three seconds of small motion outside the tissue, the ledger no longer expects fast motion of this hand.
       for (int i = 0; i < 3000; ++i) bench.tick({at + dvec3(0, 0, 0.2_mm * std::sin(2e-3 * kPi * i))});
-      in_debt += bench.last.energy < -1e-10;
+      in_deficit += bench.last.energy < -1e-10;
       ASSERT_GT(bench.last.energy, -2e-9);
       for (; at.z > surface - 0.5_mm; at.z -= 4e-6) bench.tick({at});
       for (int i = 0; i < 20; ++i) bench.tick({at});
       EXPECT_NEAR(bench.last.f_T_W.z, 0.5, 0.025) << out << " " << deep << ", " << bench.last.energy << " J";
     }
   }
-  EXPECT_GT(in_debt, 0) << "none left a debt that the credit does not cover";
+  EXPECT_GT(in_deficit, 0) << "none left a debt that the credit does not cover";
 }
 
 TEST(Passivity, AHandThatDithersAtTheSurfaceGainsNoEnergy) {

@@ -169,7 +169,7 @@ TEST(LoosePieces, UndoRestoresALoosePieceBitForBit) {
 TEST(LoosePieces, TheNextPatchLacksTheLoosePiece) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(kMushroom), {&bur, 1});
-  SurfacePatch patch;
+  TissuePatch patch;
   patch.resize(45);
   ServoTick at;
   carver.take_snapshot({0, 0, 0.8e-3}, patch);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/cutting/cut_front.h"
 #include "haptics/implant_tool.h"
@@ -25,8 +25,8 @@ namespace {
 using namespace literals;
 using haptics::CutFront;
 using haptics::HeadShape;
-using haptics::SurfacePatch;
 using haptics::Sweep;
+using haptics::TissuePatch;
 using haptics::Tool;
 
 struct Random {
@@ -51,8 +51,8 @@ constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 
 /// Returns dentin below z = `top` (voxels), large enough for a head at the origin.
-SurfacePatch block(const Tool& tool, double top) {
-  SurfacePatch patch;
+TissuePatch block(const Tool& tool, double top) {
+  TissuePatch patch;
   patch.resize(2 * static_cast<int>(std::ceil(tool.reach() / kVoxel) + 15));
   patch.lo = glm::ivec3(-patch.n / 2);
   for (std::size_t i = 0; i < patch.distance.size(); ++i) {
@@ -80,9 +80,9 @@ TEST(Sweeps, SlowAndFastTicksRemoveTheVolumeOfAThousandSmallSteps) {
         return Pose{(i - ticks / 2.0) * way, glm::normalize(glm::angleAxis(turn * i, axis) * R)};
       };
 
-      SurfacePatch by_ticks = block(tool, 100);
+      TissuePatch by_ticks = block(tool, 100);
       carve(by_ticks, Sweep(tool, at(0), at(0), kFrame));
-      SurfacePatch by_steps = by_ticks;
+      TissuePatch by_steps = by_ticks;
       CutFront front(std::span(&tool, 1), kVoxel), fine_front(std::span(&tool, 1), kVoxel);
       double ticked = 0, stepped = 0;
       Pose last = at(0);
@@ -108,7 +108,7 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
     for (unsigned seed = 1; seed <= 12; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
       const Tool tool = random.head(shape);
-      SurfacePatch plain = block(tool, -2), known = plain, eight = plain;
+      TissuePatch plain = block(tool, -2), known = plain, eight = plain;
       CutFront front(std::span(&tool, 1), kVoxel), eight_front(std::span(&tool, 1), kVoxel, 8);
       Pose X{3 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
       dvec3 v = random.direction();
@@ -133,7 +133,7 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
 }
 
 /// Copies the samples of a patch that starts at voxel `lo` from a larger patch.
-void copy_window(const SurfacePatch& from, const glm::ivec3& lo, SurfacePatch& to) {
+void copy_window(const TissuePatch& from, const glm::ivec3& lo, TissuePatch& to) {
   to.lo = lo;
   for (int x = 0; x < to.n; ++x) {
     for (int y = 0; y < to.n; ++y) {
@@ -152,8 +152,8 @@ TEST(Sweeps, AFrontThatPassesThroughManyPatchesChangesNoBitOfACutEvenIfAPatchEnd
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
       Tool tool = random.head(shape);
       if (shape == HeadShape::kSphere) tool.length = tool.diameter;
-      const SurfacePatch start = block(tool, -2);
-      SurfacePatch plain, window;
+      const TissuePatch start = block(tool, -2);
+      TissuePatch plain, window;
       // tissue everywhere, so that every sample of the window can change
       plain.resize(start.n + 40);
       plain.lo = start.lo - 20;
@@ -181,7 +181,7 @@ TEST(Sweeps, AFrontThatPassesThroughManyPatchesChangesNoBitOfACutEvenIfAPatchEnd
             << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
         X = Y;
         if (i % 5 != 4) continue;
-        SurfacePatch expected = window;
+        TissuePatch expected = window;
         copy_window(plain, window.lo, expected);
         ASSERT_TRUE(window.distance == expected.distance)
             << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
@@ -199,7 +199,7 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFront) {
       const dquat R = rotation_between({0, 0, 1}, random.direction());
       const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
       const double rate = random.uniform(0.1, 0.4);  // rad, change of the oscillation's phase in a tick
-      SurfacePatch plain = block(tool, 1000), known = plain;
+      TissuePatch plain = block(tool, 1000), known = plain;
       CutFront front(std::span(&tool, 1), kVoxel);
       const auto at = [&](int i) {
         const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // alternately fast and slow
@@ -257,10 +257,10 @@ TEST(Sweeps, ADrillThatMovesAlongItsAxisCutsTheSameBitsWithTheFrontAndInTheTissu
         R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "tissue")));
     const VoxelFrame frame = volume.frame();
     ASSERT_EQ(frame.voxel, kVoxel);
-    SurfacePatch plain = block(drill.tool, 1000);
+    TissuePatch plain = block(drill.tool, 1000);
     plain.lo += glm::ivec3(glm::round(frame.to_voxels(dvec3(0))));
     volume.copy(plain.lo, glm::ivec3(plain.n), plain.distance.data(), plain.tissue.data());
-    SurfacePatch known = plain, eight = plain;
+    TissuePatch known = plain, eight = plain;
     CutFront front(std::span(&drill.tool, 1), kVoxel), eight_front(std::span(&drill.tool, 1), kVoxel, 8);
     double removed = 0;
     for (int i = 0; i < 240; ++i) {
@@ -272,7 +272,7 @@ TEST(Sweeps, ADrillThatMovesAlongItsAxisCutsTheSameBitsWithTheFrontAndInTheTissu
       ASSERT_TRUE(known.distance == plain.distance) << "seed " << seed << ", sweep " << i;
       ASSERT_TRUE(eight.distance == plain.distance) << "seed " << seed << ", sweep " << i;
       if (i % 20 == 19) {
-        SurfacePatch carved = plain;
+        TissuePatch carved = plain;
         volume.copy(carved.lo, glm::ivec3(carved.n), carved.distance.data(), carved.tissue.data());
         ASSERT_TRUE(carved.distance == plain.distance) << "seed " << seed << ", sweep " << i;
       }
@@ -286,7 +286,7 @@ TEST(Sweeps, ADrillThatMovesAlongItsAxisLeavesTheTissueOfTheWholeHeadsSweep) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     DrillInBone end(seed), whole(seed);
     whole.tool.implant = nullptr;  // cuts with its whole head
-    SurfacePatch by_end = block(end.tool, 1000), by_whole = by_end;
+    TissuePatch by_end = block(end.tool, 1000), by_whole = by_end;
     double end_removed = 0, whole_removed = 0;
     for (int i = 0; i < 240; ++i) {
       end_removed += total(carve(by_end, end.next()));
@@ -312,7 +312,7 @@ TEST(Sweeps, TheRemovedVolumeDoesNotDependOnTheOrderOfTicks) {
         const dquat turn = glm::angleAxis(i % 2 * 0.01, random.direction());
         sweeps.emplace_back(tool, X, Pose{X.p + way, glm::normalize(turn * X.R)}, kFrame);
       }
-      SurfacePatch patch = block(tool, -2), backwards = patch;
+      TissuePatch patch = block(tool, -2), backwards = patch;
       double taken = 0, taken_backwards = 0;
       for (const Sweep& sweep : sweeps) taken += total(carve(patch, sweep));
       for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep)

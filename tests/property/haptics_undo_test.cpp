@@ -251,8 +251,8 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
     settings.tool = round_bur(1.2e-3);
     settings.spindle.free_speed = 30000;
     test::HapticBench bench(kBlock, settings);
-    SurfacePatch spare = bench.empty_patch();
-    SurfacePatch check;
+    TissuePatch spare = bench.empty_patch();
+    TissuePatch check;
     check.resize(spare.n);
     std::vector<Cut> waiting;
     int compared = 0, edits = 0, steps = 0, complete = 0;
@@ -279,7 +279,7 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
         ++(spare.from != 0 ? steps : complete);
         due = false;
         // The new patch is on its way to the servo, which continues with the old patch for some ticks.
-        SurfacePatch crossing = spare;
+        TissuePatch crossing = spare;
         for (int k = 0; k < late && i > 0; ++k) {
           if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut))
             waiting.push_back(cut);
@@ -291,7 +291,7 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
       waiting.clear();
       bench.last = tick;
       if (i % 50 != 49 || bench.carver.snapshot_due(bench.last)) continue;
-      const SurfacePatch& held = bench.patch();
+      const TissuePatch& held = bench.patch();
       bench.carver.volume().copy(held.lo, glm::ivec3(held.n), check.distance.data(), check.tissue.data());
       ASSERT_EQ(held.distance, check.distance) << "late " << late << " tick " << i;
       ++compared;

@@ -17,11 +17,11 @@ namespace {
 constexpr double kVoxel = 0.15e-3;  // m
 constexpr int kEdge = 64;           // voxels
 
-/// Computes the sums of look_at_end() voxel by voxel, with the volume's sampler and the rounding of the standard
+/// Computes the sums of scan_end() voxel by voxel, with the volume's sampler and the rounding of the standard
 /// library.
-EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center,
+EndScan summed_one_by_one(const ToolVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center,
                           const dquat& R_WT) {
-  EndLook look;
+  EndScan scan;
   const double h = law.voxel, per_voxel = 1 / h;
   const glm::dmat3 R = glm::mat3_cast(R_WT) * per_voxel;
   const dvec3 ahead = R_WT * dvec3(0, 0, -1);
@@ -39,31 +39,31 @@ EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, c
     const auto t = static_cast<std::size_t>(tissue);
     const double grey = law.grey[t] + law.grey_per_hardness[t] * hardness;
     const double area = static_cast<double>(v.area) * (1 / voxels.ahead_fraction) * std::min(1.0, 1 - gap * per_voxel);
-    look.engaged += area;
-    look.max_grey = std::max(look.max_grey, grey);
-    look.tissue[t] += area;
-    look.hardness[t] += area * hardness;
+    scan.engaged += area;
+    scan.max_grey = std::max(scan.max_grey, grey);
+    scan.tissue[t] += area;
+    scan.hardness[t] += area * hardness;
     if (law.cuts && v.ability > 0 && grey <= law.max_grey) {
       const double u = law.energy[t] * hardness / static_cast<double>(v.ability);
       const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * (1 / std::abs(law.speed));
       drag += cut * facing * static_cast<double>(v.inverse_r);
       turning += cut;
     } else if (std::hypot(v.p.x, v.p.y) <= static_cast<float>(law.width)) {
-      look.free = std::min(look.free, std::max(gap, 0.0));
-      if (gap <= 0.25 * h) look.collided += area;
+      scan.free = std::min(scan.free, std::max(gap, 0.0));
+      if (gap <= 0.25 * h) scan.collided += area;
     }
   }
-  look.wrench.force.z = drag / law.thrust_ratio;
-  look.wrench.torque.z = law.speed < 0 ? turning : -turning;
-  return look;
+  scan.wrench.force.z = drag / law.thrust_ratio;
+  scan.wrench.torque.z = law.speed < 0 ? turning : -turning;
+  return scan;
 }
 
 /// Returns a rough floor of bone at about z = `height` (voxels). If `mixed` is true, tissues, fillings and hardness
 /// vary from voxel to voxel.
-SurfacePatch floor_of_bone(double height, bool graded, bool mixed, std::mt19937& random) {
+TissuePatch floor_of_bone(double height, bool graded, bool mixed, std::mt19937& random) {
   std::uniform_real_distribution<float> rough(-0.3f, 0.3f);
   std::uniform_int_distribution<int> any(0, 255);
-  SurfacePatch patch;
+  TissuePatch patch;
   patch.resize(kEdge);
   patch.lo = {-40, -30, -50};
   if (graded) patch.grade();
@@ -111,15 +111,15 @@ TEST(ImplantEnd, BlocksOfVoxelsInFloatsGiveTheSumVoxelByVoxelWithinAThousandth) 
     const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
     const EndVoxels end(voxels);
     for (int round = 0; round < 24; ++round) {
-      const SurfacePatch patch = floor_of_bone(-35, round % 2 == 0, round % 4 >= 2, random);
+      const TissuePatch patch = floor_of_bone(-35, round % 2 == 0, round % 4 >= 2, random);
       EndLaw law = law_of(tool, round % 3 != 0);
       if (round % 5 == 0) law.speed = -law.speed;
       const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35 + tool.half() / kVoxel + 1.5 * unit(random));
       const dquat R = glm::normalize(dquat(1, 0.1 * unit(random), 0.1 * unit(random), unit(random)));
-      const EndLook slow = summed_one_by_one(voxels, patch, law, center, R);
+      const EndScan slow = summed_one_by_one(voxels, patch, law, center, R);
       // A voxel may count differently if rounding decides its contact or its nearest sample. Here this is one voxel in
       // a thousand.
-      const EndLook floats = look_at_end(end, patch, law, center, R);
+      const EndScan floats = scan_end(end, patch, law, center, R);
       const auto near = [&](double a, double b, double whole) {
         EXPECT_NEAR(a, b, 1e-3 * whole + 1e-15) << tool.name << ", round " << round;
       };
@@ -152,7 +152,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
     EXPECT_LT(merged.count, fine.count / 2) << diameter;
     EXPECT_EQ(as_fine.x, fine.x) << "merged voxels of 0.12 mm would be coarser than the tissue's";
     for (int round = 0; round < 24; ++round) {
-      SurfacePatch patch = floor_of_bone(-35, true, false, random);
+      TissuePatch patch = floor_of_bone(-35, true, false, random);
       // rad per voxel of a wave in the hardness; the wave's amplitude is two fifths
       const double wave = 0.2 + 0.3 * std::abs(unit(random));
       for (int x = 0; x < kEdge; ++x) {
@@ -165,7 +165,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
       const EndLaw law = law_of(tool, true);
       const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35.3 + tool.half() / kVoxel + 0.2 * unit(random));
       const dquat R = glm::normalize(dquat(1, 0.02 * unit(random), 0.02 * unit(random), unit(random)));
-      const EndLook a = look_at_end(fine, patch, law, center, R), b = look_at_end(merged, patch, law, center, R);
+      const EndScan a = scan_end(fine, patch, law, center, R), b = scan_end(merged, patch, law, center, R);
       ASSERT_GT(a.engaged, 0);
       EXPECT_NEAR(b.engaged / a.engaged, 1, 5e-3) << diameter << " mm, round " << round;
       EXPECT_NEAR(b.wrench.force.z / a.wrench.force.z, 1, 1e-2) << diameter << " mm, round " << round;
@@ -179,9 +179,9 @@ TEST(ImplantEnd, AVoxelCountsAsOneQuery) {
   std::mt19937 random(1);
   const Tool tool = test::implant_tool("drill", 2.2, 5, test::drill_block(0, 1));
   const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
-  const SurfacePatch patch = floor_of_bone(-35, false, false, random);
+  const TissuePatch patch = floor_of_bone(-35, false, false, random);
   const std::uint64_t before = queries_of_this_thread();
-  look_at_end(EndVoxels(voxels), patch, law_of(tool, true), {-8, 2, -18}, {1, 0, 0, 0});
+  scan_end(EndVoxels(voxels), patch, law_of(tool, true), {-8, 2, -18}, {1, 0, 0, 0});
   EXPECT_EQ(queries_of_this_thread() - before, voxels.ahead);
 }
 

@@ -371,7 +371,7 @@ TEST(Faults, ACutLostOnItsWayToTheCarverDoesNotChangeTheForceAndEndsTheSessionPr
     Paced hand(400, 1000);
     s.serve(hand.info());
     s.wiring.patch.offer(s.carver, {0, 0, 0.7_mm});
-    for (int i = 0; late && i < 1 << 17; ++i) s.wiring.tapes.servo.write(ServoTick());
+    for (int i = 0; late && i < 1 << 17; ++i) s.wiring.event_logs.servo.write(ServoTick());
     servo_thread(s, hand);
     most[late] = hand.most;
     EXPECT_GT(s.last.cuts, 10u);

@@ -72,7 +72,7 @@ TEST(Campaign, AfterRandomCutsAndFillingsPatchAndVolumeHaveTheSameBits) {
   plugger.fill = Tissue::kAmalgam;
   const PerTissue before = volume.volumes();
   // A patch: a box of the volume as the servo holds it. It is dense, and it is cut and filled by the same functions.
-  haptics::SurfacePatch patch;
+  haptics::TissuePatch patch;
   patch.resize(65);
   patch.lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32;
   volume.copy_for_patch(patch.lo, glm::ivec3(65), patch.distance.data(), patch.tissue.data());

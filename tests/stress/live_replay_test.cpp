@@ -136,7 +136,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   s.operated = random.chance(0.5);
   s.serve(hand.info());
   SessionRecorder recorder(file, scene, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate),
-                           s.wiring.tapes);
+                           s.wiring.event_logs);
   s.wiring.patch.offer(s.carver, RandomHand::start());
   const PerTissue before = s.carver.volume().volumes();
 
@@ -262,14 +262,14 @@ TEST(LiveReplay, ASessionOnItsOwnThreadsIsReplayedBitForBit) {
   s.record = true;
   s.serve(hand.info());
   SessionRecorder recorder(file, scene, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate),
-                           s.wiring.tapes);
+                           s.wiring.event_logs);
   StateStream stream({"ws:0"}, {scene.name, tool_names(scene), hand.info().rate});
   StreamTurns streaming(s, stream, 1000);
   s.wiring.patch.offer(s.carver, RandomHand::start());
   std::jthread servo(servo_thread, std::ref(s), std::ref(hand)), carver(carver_thread, std::ref(s)),
       recording(recorder_thread, std::ref(s), std::ref(recorder)),
       other(stream_thread, std::ref(s), std::ref(streaming));
-  Tape<ServoEvent>::Reader score(s.wiring.tapes.servo);
+  EventLog<ServoEvent>::Reader score(s.wiring.event_logs.servo);
   std::uint64_t ticks = 0, undone = 0;
   for (ServoEvent event; !s.wiring.servo_ended; std::this_thread::sleep_for(std::chrono::milliseconds(3))) {
     while (score.next(event)) ticks += std::holds_alternative<ServoTick>(event);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "engine/base/units.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/contact_method.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
@@ -66,10 +66,10 @@ struct HapticBench {
   }
 
   /// Returns the servo's patch, if the contact model uses a distance field.
-  const haptics::SurfacePatch& patch() const { return dynamic_cast<const haptics::SurfacePatch&>(servo.snapshot()); }
+  const haptics::TissuePatch& patch() const { return dynamic_cast<const haptics::TissuePatch&>(servo.snapshot()); }
   /// Returns an empty patch of the size that the servo needs.
-  haptics::SurfacePatch empty_patch() const {
-    return dynamic_cast<const haptics::SurfacePatch&>(*carver.make_snapshot());
+  haptics::TissuePatch empty_patch() const {
+    return dynamic_cast<const haptics::TissuePatch&>(*carver.make_snapshot());
   }
 
   const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0, std::uint32_t faults = 0) {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/app/hands/mouse_hand.h"
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/stepped.h"
 

@@ -331,7 +331,7 @@ TEST(CarverThread, PaintingInTheAirIsNoStrokeAndNotPartOfAnExercise) {
   s.wiring.stop = true;
   carved.carver.join();
   TissueState tissue;
-  Tape<CarverEvent>::Reader reader(s.wiring.tapes.carver);
+  EventLog<CarverEvent>::Reader reader(s.wiring.event_logs.carver);
   for (CarverEvent event; reader.next(event);)
     if (const auto* const state = std::get_if<TissueState>(&event)) tissue = *state;
   EXPECT_EQ(tissue.painted, 2u);
@@ -376,10 +376,10 @@ TEST(RecorderThread, CountsTheEventsThatEachTapeLost) {
   session::SessionHeader header;
   header.streams = {left_hand_stream(), head_stream(), water_stream()};
   const std::string file = testing::TempDir() + fmt::format("typodont_tapes_{}.h5", ::getpid());
-  Tapes& tapes = s.wiring.tapes;
-  SessionRecorder recorder(file, made.scene, header, tapes);
-  const auto lap = [](auto& tape, std::uint64_t kept, auto event) {
-    for (std::uint64_t i = 0; i < kept + 3; ++i) tape.write(event);
+  EventLogs& event_logs = s.wiring.event_logs;
+  SessionRecorder recorder(file, made.scene, header, event_logs);
+  const auto lap = [](auto& event_log, std::uint64_t kept, auto event) {
+    for (std::uint64_t i = 0; i < kept + 3; ++i) event_log.write(event);
   };
   constexpr std::uint64_t kKept = (1 << 16) - 1;
   for (std::uint64_t i = 0; i < (kKept + 3) / 2; ++i) {
@@ -387,12 +387,12 @@ TEST(RecorderThread, CountsTheEventsThatEachTapeLost) {
     cut.index = i + 1;
     ServoTick tick;
     tick.index = i;
-    tapes.servo.write(cut);
-    tapes.servo.write(tick);
+    event_logs.servo.write(cut);
+    event_logs.servo.write(tick);
   }
-  lap(tapes.carver, (1 << 12) - 1, LoosePiece());
-  lap(tapes.view, (1 << 12) - 1, WaterSwitch());
-  lap(tapes.left, (1 << 13) - 1, haptics::HandSample());
+  lap(event_logs.carver, (1 << 12) - 1, LoosePiece());
+  lap(event_logs.view, (1 << 12) - 1, WaterSwitch());
+  lap(event_logs.left, (1 << 13) - 1, haptics::HandSample());
   s.wiring.nothing_more = true;
   recorder_thread(s, recorder);
   EXPECT_EQ(recorder.writer().status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 2, .other_ring = 9}));

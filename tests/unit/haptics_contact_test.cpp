@@ -208,7 +208,7 @@ TEST(Contact, TheRidgeBetweenTwoCutsIsFeltAtItsPosition) {
 
 TEST(Carving, RepeatedCutsChangeNoBit) {
   HapticBench bench(kBlock, settings(1.0_mm));
-  haptics::SurfacePatch patch;
+  haptics::TissuePatch patch;
   patch.resize(61);
   bench.carver.take_snapshot({0, 0, 3.0_mm}, patch);
   Tool bur;

@@ -94,7 +94,7 @@ TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
 TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
   bench.tick({{0, 0, 4.0_mm}});
-  haptics::SurfacePatch patch = bench.patch();
+  haptics::TissuePatch patch = bench.patch();
   bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
   const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}},
                     bench.settings.frame);
@@ -104,10 +104,10 @@ TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
 
 TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
-  haptics::SurfacePatch patch;
+  haptics::TissuePatch patch;
   patch.resize(61);
   bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
-  haptics::SurfacePatch other = patch;
+  haptics::TissuePatch other = patch;
   const dvec3 a(-0.4_mm, 0.1_mm, 2.6_mm), b(0.5_mm, -0.1_mm, 2.2_mm);
   const double whole = total(carve(patch, Sweep(bench.settings.tool, {a}, {b}, bench.settings.frame)));
   double sum = 0;
@@ -146,7 +146,7 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   HapticBench bench(
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})",
       drill(1.2_mm, 1000));
-  haptics::SurfacePatch solid;
+  haptics::TissuePatch solid;
   solid.resize(121);
   bench.carver.take_snapshot({0, 0, 0}, solid);
   const VoxelFrame& frame = bench.settings.frame;
@@ -154,9 +154,9 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   for (const haptics::HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const RandomWay way(shape, seed);
-      haptics::SurfacePatch at_once = solid;
+      haptics::TissuePatch at_once = solid;
       carve(at_once, Sweep(way.tool, way.from, way.from, frame));
-      haptics::SurfacePatch by_steps = at_once;
+      haptics::TissuePatch by_steps = at_once;
       const double whole = total(carve(at_once, Sweep(way.tool, way.from, way.to, frame, true)));
       haptics::CutFront front(std::span(&way.tool, 1), frame.voxel);
       const int steps =
@@ -185,11 +185,11 @@ TEST(Carving, LongSweepsRemoveTheSameInAnyOrderAndGivePatchAndVolumeTheSameBits)
       sweeps.emplace_back(way.tool, Pose{way.from.p + up, way.from.R}, Pose{way.to.p + up, way.to.R}, block.frame);
     }
     haptics::TissueVolume volume(block);
-    haptics::SurfacePatch patch;
+    haptics::TissuePatch patch;
     patch.resize(101);
     patch.lo = glm::ivec3(glm::floor(block.frame.to_voxels({0, 0, 2.0_mm}))) - 50;
     volume.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
-    haptics::SurfacePatch backwards = patch;
+    haptics::TissuePatch backwards = patch;
     double taken = 0, taken_backwards = 0;
     for (const Sweep& sweep : sweeps) {
       taken += total(carve(patch, sweep));
@@ -224,10 +224,10 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
     s.tool = tool;
     return s;
   }());
-  haptics::SurfacePatch steps;
+  haptics::TissuePatch steps;
   steps.resize(91);
   bench.carver.take_snapshot({0, 0, 2.5_mm}, steps);
-  haptics::SurfacePatch poses = steps;
+  haptics::TissuePatch poses = steps;
   const auto at = [&](int i) {
     const double t = i * 2e-6, a = turn * i;
     return Pose{dvec3(-0.3_mm + t, 0.1_mm + 0.4 * t * std::sin(0.05 * i), 2.5_mm + tool.reach() - 0.2_mm - 0.7 * t),
@@ -314,7 +314,7 @@ TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
     tool.length = head == haptics::HeadShape::kSphere ? 1.1_mm : 2.3_mm;
     const std::span tools(&tool, 1);
     haptics::Carver carver(haptics::TissueVolume(block), tools);
-    haptics::SurfacePatch known, eight, plain;
+    haptics::TissuePatch known, eight, plain;
     plain.resize(haptics::patch_edge_for(tools, 0.1_mm) + 12);
     carver.take_snapshot({0, 0, 2.5_mm}, plain);
     known = eight = plain;
@@ -343,7 +343,7 @@ TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
       X = Y;
       if (i % 37 == 36) X.p += 10.0_um * v;
       if (i == 300) {  // another patch, a little aside
-        haptics::SurfacePatch aside = plain;
+        haptics::TissuePatch aside = plain;
         carver.take_snapshot({0.3_mm, -0.4_mm, 2.3_mm}, aside);
         haptics::merge(aside, plain, plain.lo, plain.lo + plain.n - 1);
         known = eight = plain = aside;
@@ -362,7 +362,7 @@ TEST(Carving, TheFirstCutInNewTissueListsLessThanHalfOfTheSamplesAndTheNextCutsL
     tool.diameter = tool.length = 3.0_mm;
     const std::span tools(&tool, 1);
     haptics::Carver carver(haptics::TissueVolume(block), tools);
-    haptics::SurfacePatch patch;
+    haptics::TissuePatch patch;
     patch.resize(haptics::patch_edge_for(tools, 0.1_mm));
     carver.take_snapshot({0, 0, 2.5_mm}, patch);
     haptics::CutFront front(tools, 0.1_mm);
@@ -392,7 +392,7 @@ TEST(Carving, AHeadThatMovesSteadilyHasAllButOneOfItsListsAfterSixteenCuts) {
       tool.length = head == haptics::HeadShape::kSphere ? diameter : 2 * diameter;
       const std::span tools(&tool, 1);
       haptics::Carver carver(haptics::TissueVolume(block), tools);
-      haptics::SurfacePatch patch;
+      haptics::TissuePatch patch;
       patch.resize(haptics::patch_edge_for(tools, 0.1_mm) + 8);
       const dvec3 start(0, 0, 2.3_mm + tool.length / 2), step = 3.0_um * glm::normalize(dvec3(0.5, 0.2, -0.6));
       carver.take_snapshot(start, patch);
@@ -414,7 +414,7 @@ TEST(Carving, AHeadThatMovesSteadilyHasAllButOneOfItsListsAfterSixteenCuts) {
 TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   const auto error = [](double voxel_mm) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
-    haptics::SurfacePatch patch;
+    haptics::TissuePatch patch;
     patch.resize(static_cast<int>(4 / voxel_mm) + 1);
     bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
     const double depth = 0.45_mm, r = 0.6_mm, exact = kPi * depth * depth * (r - depth / 3);
@@ -433,8 +433,8 @@ TEST(Carver, TheVolumeHoldsTheSameBitsAsThePatch) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
   for (int i = 0; i < 400; ++i) bench.tick({{i * 1e-6, 0, 3.1_mm - i * 1e-6}}, 1);
   ASSERT_GT(bench.last.cuts, 10u);
-  haptics::SurfacePatch patch = bench.patch();
-  const haptics::SurfacePatch mine = patch;
+  haptics::TissuePatch patch = bench.patch();
+  const haptics::TissuePatch mine = patch;
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   std::size_t different = 0;
   for (std::size_t i = 0; i < patch.distance.size(); ++i) {

@@ -190,7 +190,7 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
     bench.tick(end_at(0.7_mm * std::cos(4 * t), -0.3_mm + 1.2_mm * t), i < 1000 ? 1 : 0);
   }
   EXPECT_GT(-bench.last.removed[kFilled] / kCubicMillimetre, 1);
-  const haptics::SurfacePatch& patch = bench.patch();
+  const haptics::TissuePatch& patch = bench.patch();
   std::vector<float> distance(patch.distance.size());
   std::vector<Tissue> tissue(patch.tissue.size());
   bench.carver.volume().copy_for_patch(patch.lo, glm::ivec3(patch.n), distance.data(), tissue.data());
@@ -244,7 +244,7 @@ TEST(Filling, NeverLeavesItsBoundingSolid) {
       haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 10.2]}})", "within"));
   HapticBench bench(kCavity, s), free_bench(kCavity, filling());
   const auto highest = [](const HapticBench& b) {
-    const haptics::SurfacePatch& patch = b.patch();
+    const haptics::TissuePatch& patch = b.patch();
     double top = -1;
     for (int x = 0; x < patch.n; ++x) {
       for (int y = 0; y < patch.n; ++y) {
@@ -293,7 +293,7 @@ TEST(Filling, CanBeCutOutAgainWithABur) {
 TEST(Filling, RepeatingTheCutsOfACavityRemovesItsFillingBitForBit) {
   HapticBench bench(kCavity, filling());
   bench.tick(end_at(0, 1.0_mm));
-  haptics::SurfacePatch patch = bench.patch();
+  haptics::TissuePatch patch = bench.patch();
   const Tool bur = bench.settings.tools[1];
   const dvec3 a(-2.0_mm, 0.1_mm, -0.1_mm), b(-2.4_mm, 0.3_mm, -0.2_mm);  // a pocket in the cavity's wall
   const auto cut = [&] {

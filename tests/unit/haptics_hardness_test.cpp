@@ -28,8 +28,8 @@ using haptics::hardness_byte;
 using haptics::hardness_fraction;
 using haptics::kOwnHardness;
 using haptics::ServoSettings;
-using haptics::SurfacePatch;
 using haptics::Sweep;
+using haptics::TissuePatch;
 using haptics::TissueVolume;
 using haptics::Tool;
 using test::HapticBench;
@@ -161,7 +161,7 @@ TEST(Hardness, TheVolumePerJouleInThreeLayersIsInverselyProportionalToTheirHardn
 
 TEST(Hardness, IsSampledWithTheTrilinearWeightsOfTheLabels) {
   haptics::Carver carver(TissueVolume(graded_block()), std::array{probe().tool});
-  SurfacePatch patch;
+  TissuePatch patch;
   patch.resize(41);
   carver.take_snapshot({0, 0, 0}, patch);
   ASSERT_EQ(patch.hardness.size(), patch.tissue.size());
@@ -184,7 +184,7 @@ TEST(Hardness, TheEnergyOfACutWeightsEveryVoxelWithItsHardness) {
   std::uniform_real_distribution<double> within(-1, 1);
   TissueVolume volume(graded_block());
   haptics::Carver carver(volume.clone(), std::array{bur});
-  SurfacePatch patch;
+  TissuePatch patch;
   patch.resize(61);
   carver.take_snapshot({0, 0, 2.0_mm}, patch);
   haptics::CutFront front(std::array{bur}, volume.frame().voxel);
@@ -208,7 +208,7 @@ TEST(Hardness, TheEnergyOfACutWeightsEveryVoxelWithItsHardness) {
 /// Returns the volume that each tissue lost, in which each sample's fraction is multiplied by its hardness. Computed
 /// sample by sample.
 PerTissue hardened_one_by_one(const std::vector<float>& before, const std::vector<Tissue>& labels,
-                              const SurfacePatch& patch) {
+                              const TissuePatch& patch) {
   std::array<std::int64_t, kTissueCount> sums{};
   for (std::size_t at = 0; at < before.size(); ++at) {
     const std::int64_t lost = haptics::inside_units(before[at]) - haptics::inside_units(patch.distance[at]);
@@ -234,7 +234,7 @@ TEST(Hardness, TheCostOfACutIsTheSumOverAllSamplesForEveryHeadPathAndFilling) {
     bur.length = shape == HeadShape::kSphere ? 1.2_mm : 2.4_mm;
     for (const bool listed : {false, true}) {
       haptics::Carver carver(volume.clone(), std::array{bur});
-      SurfacePatch patch;
+      TissuePatch patch;
       patch.resize(75);
       carver.take_snapshot({0, 0, 2.0_mm}, patch);
       for (std::size_t at = 0; at < patch.tissue.size(); ++at) {
@@ -300,7 +300,7 @@ TEST(Hardness, UniformHardnessGivesTheSameTicksAndNeedsNoMemory) {
 
 TEST(Hardness, ATickInGradedTissueAllocatesNothing) {
   HapticBench bench(layered(), drill());
-  SurfacePatch spare = bench.empty_patch();
+  TissuePatch spare = bench.empty_patch();
   for (int i = 0; i < 1200; ++i) {
     const Pose hand{{0.3_mm * std::sin(0.01 * i), 0, 3.2_mm - 1e-6 * i}};
     if (i < 200) {
@@ -411,7 +411,7 @@ TEST(Hardness, ValuesOutOfRangeAreRefusedAndZeroBecomesTheSmallestValue) {
 
 TEST(Hardness, PaintedHardnessIsFeltFromTheNextPatchUntilItIsUndone) {
   HapticBench bench(block(), probe());
-  SurfacePatch spare = bench.empty_patch();
+  TissuePatch spare = bench.empty_patch();
   const auto press = [&] {
     for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 2.7_mm}});
     return glm::length(bench.last.f_T_W);
@@ -488,7 +488,7 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   cut.X_WB.p = {0, 0, 9.0_mm};
   cut.fill_radius = 0.5_mm;
   carver.apply(cut);
-  SurfacePatch patch;
+  TissuePatch patch;
   patch.resize(41);
   carver.take_snapshot({0, 0, 2.0_mm}, patch);
   const dvec3 in_filling = volume.frame().to_voxels({0, 0, 1.9_mm});
@@ -526,7 +526,7 @@ TEST(Hardness, AnUpdatedPatchHasTheValuesOfANewlyExtractedOne) {
   bur.neck_length = 2.0_mm;
   haptics::Carver kept(TissueVolume(graded_block()), std::array{bur}),
       fresh(TissueVolume(graded_block()), std::array{bur});
-  SurfacePatch a = haptics::empty_patch_for(std::array{bur}, 0.1_mm), b = a;
+  TissuePatch a = haptics::empty_patch_for(std::array{bur}, 0.1_mm), b = a;
   kept.take_snapshot({0, 0, 2.4_mm}, a);
   kept.remember_writes(true);
   Cut cut;

@@ -147,8 +147,8 @@ TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
   const double gone = total(before) - total(bench.carver.volume().volumes());
   EXPECT_NEAR(total(bench.last.removed), gone, 1e-6 * gone);
   EXPECT_GT(gone, 0.02e-9);
-  const haptics::SurfacePatch& patch = bench.patch();
-  haptics::SurfacePatch check = bench.empty_patch();
+  const haptics::TissuePatch& patch = bench.patch();
+  haptics::TissuePatch check = bench.empty_patch();
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), check.distance.data(), check.tissue.data());
   EXPECT_EQ(patch.distance, check.distance);
 }

@@ -28,7 +28,7 @@ namespace {
 using namespace literals;
 using haptics::Carver;
 using haptics::PatchExchange;
-using haptics::SurfacePatch;
+using haptics::TissuePatch;
 using haptics::Tool;
 using test::HapticBench;
 
@@ -52,13 +52,13 @@ haptics::TissueVolume block() {
   return haptics::TissueVolume(haptics::read_solids(Json::parse(kBlock, "block")));
 }
 
-SurfacePatch patch_for(const std::vector<Tool>& tools) {
-  SurfacePatch patch;
+TissuePatch patch_for(const std::vector<Tool>& tools) {
+  TissuePatch patch;
   patch.resize(haptics::patch_edge_for(tools, 0.1_mm));
   return patch;
 }
 
-void expect_equal(const SurfacePatch& a, const SurfacePatch& b) {
+void expect_equal(const TissuePatch& a, const TissuePatch& b) {
   EXPECT_EQ(a.cuts, b.cuts);
   EXPECT_EQ(a.lo, b.lo);
   EXPECT_EQ(a.cut_lo, b.cut_lo);
@@ -78,7 +78,7 @@ void update_patches(bool fills) {
   std::mt19937_64 random(5);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   Carver kept(block(), tools), fresh(block(), tools);
-  SurfacePatch a = patch_for(tools), b = a;
+  TissuePatch a = patch_for(tools), b = a;
   dvec3 at(0, 0, 2.2_mm);
   std::uint64_t index = 0;
   int filled = 0;
@@ -124,14 +124,14 @@ void move_patches(bool fills) {
   std::mt19937_64 random(11);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   Carver carver(block(), tools);
-  SurfacePatch patches[] = {haptics::empty_patch_for(tools, 0.1_mm), haptics::empty_patch_for(tools, 0.1_mm)};
+  TissuePatch patches[] = {haptics::empty_patch_for(tools, 0.1_mm), haptics::empty_patch_for(tools, 0.1_mm)};
   dvec3 at(0, 0, 2.2_mm);
   std::uint64_t index = 0;
   int undone = 0;
   for (int round = 0; round < 60; ++round) {
-    SurfacePatch& patch = patches[round % 2];
+    TissuePatch& patch = patches[round % 2];
     carver.take_snapshot(at, patch);
-    SurfacePatch anew = haptics::empty_patch_for(tools, 0.1_mm);
+    TissuePatch anew = haptics::empty_patch_for(tools, 0.1_mm);
     carver.take_snapshot(at, anew, patch.number);
     expect_equal(patch, anew);
     for (int i = 0; i < 10; ++i) {
@@ -157,11 +157,11 @@ void move_patches(bool fills) {
   EXPECT_GT(undone, 5);
 }
 
-TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
+TEST(TissuePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
   for (const bool fills : {false, true}) move_patches(fills);
 }
 
-TEST(SurfacePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
+TEST(TissuePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
   for (const double voxel : {0.05_mm, 0.1_mm, 0.2_mm}) {
     for (const double diameter : {0.6_mm, 1.2_mm, 4.0_mm}) {
       Tool tool;
@@ -170,7 +170,7 @@ TEST(SurfacePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
       haptics::DenseTissue dense = haptics::read_solids(Json::parse(kBlock, "block"));
       dense.frame.voxel = voxel;
       Carver carver(haptics::TissueVolume(dense), tools);
-      SurfacePatch patch = haptics::empty_patch_for(tools, voxel);
+      TissuePatch patch = haptics::empty_patch_for(tools, voxel);
       const double travel = haptics::patch_travel_for(tools, voxel), reach = tool.reach() / voxel;
       std::mt19937_64 random(3);
       std::uniform_real_distribution<double> place(-3e-3, 3e-3);
@@ -192,7 +192,7 @@ TEST(SurfacePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
   }
 }
 
-TEST(SurfacePatch, OfABurHas56SamplesAlongEachAxisAndThatOfAFillingInstrumentMore) {
+TEST(TissuePatch, OfABurHas56SamplesAlongEachAxisAndThatOfAFillingInstrumentMore) {
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
   EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm), 56);
@@ -202,7 +202,7 @@ TEST(SurfacePatch, OfABurHas56SamplesAlongEachAxisAndThatOfAFillingInstrumentMor
   EXPECT_GE(haptics::patch_edge_for(std::array{condenser}, 0.05_mm), 79);
 }
 
-TEST(SurfacePatch, IsCentredAheadOfAToolThatMoves) {
+TEST(TissuePatch, IsCentredAheadOfAToolThatMoves) {
   HapticBench bench(kBlock, test::probe_settings("offset"));
   const double travel = haptics::patch_travel_for(std::array{bench.settings.tool}, 0.1_mm) * 0.1_mm;
   const dvec3 from(-2.0_mm, -1.0_mm, 2.5_mm);
@@ -226,7 +226,7 @@ TEST(SurfacePatch, IsCentredAheadOfAToolThatMoves) {
   }
 }
 
-TEST(SurfacePatch, AHandThatIsFasterThanItsPatchesDoesNotPassThroughAThinSheet) {
+TEST(TissuePatch, AHandThatIsFasterThanItsPatchesDoesNotPassThroughAThinSheet) {
   HapticBench bench(R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,0.1]}}}]})",
                     test::probe_settings("offset"));
   // 1.5 m/s; in each tick, the proxy can only advance by about a millimetre, to the border of its patch.
@@ -254,7 +254,7 @@ std::uint64_t hash_of_session() {
   return hash ^ bench.carver.volume().hash();
 }
 
-TEST(SurfacePatch, TheForceLawGivesTheBitsOfItsVersion) {
+TEST(TissuePatch, TheForceLawGivesTheBitsOfItsVersion) {
   EXPECT_EQ(hash_of_session(), 0x2c688f19da43ec72u) << "raise kForceLaw with this hash";
 }
 
@@ -373,7 +373,7 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   EXPECT_TRUE(exchange.keep_up(bench.carver, tick.patch));
   EXPECT_TRUE(take(8'000'000));
   EXPECT_EQ(bench.patch().cuts, cuts);
-  SurfacePatch check = bench.empty_patch();
+  TissuePatch check = bench.empty_patch();
   bench.carver.volume().copy(bench.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
   EXPECT_EQ(bench.patch().distance, check.distance);
 }
@@ -402,7 +402,7 @@ TEST(PatchExchange, TheServoKeepsItsMemoryAsLongAsItsPatchesAreSteps) {
     const bool step = fresh->from != 0;
     bench.servo.adopt(*fresh);
     // A voxel keeps its address when its patch moves, so the address tells which memory the patch uses.
-    const SurfacePatch& patch = bench.patch();
+    const TissuePatch& patch = bench.patch();
     const glm::ivec3 middle = voxel - patch.lo;
     const float* const now = patch.distance.data() + patch.at(middle.x, middle.y, middle.z);
     if (step) {
@@ -418,8 +418,8 @@ TEST(PatchExchange, TheServoKeepsItsMemoryAsLongAsItsPatchesAreSteps) {
 }
 
 /// Checks that the patch that the servo uses contains the bits of the volume.
-void expect_bits_of_volume(const SurfacePatch& patch, const haptics::TissueVolume& volume, int tick) {
-  SurfacePatch check;
+void expect_bits_of_volume(const TissuePatch& patch, const haptics::TissueVolume& volume, int tick) {
+  TissuePatch check;
   check.resize(patch.n);
   if (volume.graded()) check.grade();
   volume.copy_for_patch(patch.lo, glm::ivec3(patch.n), check.distance.data(), check.tissue.data(),
@@ -438,7 +438,7 @@ void expect_bits_of_volume(const SurfacePatch& patch, const haptics::TissueVolum
 
 // A hand drills or fills, leaves the tissue quickly, and undoes strokes, for both kinds of tissue: with and without
 // hardness per voxel. The snapshots lack up to four cuts that the servo has already made.
-TEST(SurfacePatch, OfTheServoHasTheBitsOfTheVolumeAfterEveryStep) {
+TEST(TissuePatch, OfTheServoHasTheBitsOfTheVolumeAfterEveryStep) {
   constexpr const char* kGraded =
       R"({"voxel_mm": 0.1, "band_mm": 1.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}},
           {"tissue": "dentin", "hardness": 0.5, "solid": {"sphere": {"center_mm": [0.5, 0, 2], "radius_mm": 0.8}}}]})";
@@ -583,7 +583,7 @@ TEST(PatchExchange, ATwoThreadRunIsRepeatedBitForBitFromItsPatchTimesForAnyThrea
   EXPECT_GE(complete, 4);
 }
 
-TEST(SurfacePatch, ACubicQueryGivesTheSameBitsForEverySimdWidth) {
+TEST(TissuePatch, ACubicQueryGivesTheSameBitsForEverySimdWidth) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> distance(-12, 12);
   std::uniform_real_distribution<double> fraction(0, 1);
@@ -600,7 +600,7 @@ TEST(SurfacePatch, ACubicQueryGivesTheSameBitsForEverySimdWidth) {
   }
 }
 
-TEST(SurfacePatch, ACubicQueryReproducesACubicAndAConstantHasZeroGradient) {
+TEST(TissuePatch, ACubicQueryReproducesACubicAndAConstantHasZeroGradient) {
   std::vector<float> samples(6 * 6 * 8);
   const auto query = [&](auto field, const dvec3& at) {
     for (int x = 0; x < 6; ++x) {

@@ -191,14 +191,14 @@ TEST(Shank, ItsClearanceIsNeverOverestimated) {
                                     band),
                         settings(tool));
       bench.tick({{-2.0_mm, 0, 0}});
-      const haptics::SurfacePatch& patch = bench.patch();
+      const haptics::TissuePatch& patch = bench.patch();
       const haptics::NonCuttingPart shank = *haptics::shank_of(tool);
       haptics::NonCuttingContacts contacts(tool, 0.1_mm);
       const VoxelFrame& frame = bench.settings.frame;
       for (int i = 0; i < 300; ++i) {
         const Pose X_WT{dvec3(any(random) * 1.0_mm, any(random) * 1.0_mm, any(random) * 1.0_mm),
                         glm::normalize(glm::angleAxis(0.3 * any(random), dvec3(0, 1, 0)))};
-        const double room = contacts.room(patch, {frame.to_voxels(X_WT.p), X_WT.R});
+        const double room = contacts.clearance(patch, {frame.to_voxels(X_WT.p), X_WT.R});
         double clear = 1e9;  // m, of the shank's flank to the block's face and edges
         for (int k = 0; k <= 100; ++k) {
           const double u = k / 100.0 * shank.shape.length;
@@ -225,7 +225,7 @@ TEST(Shank, IsNotTestedFarFromTheSurface) {
   bench.tick({{0, 0, 0}});
   haptics::NonCuttingContacts contacts(tool, 0.1_mm);
   // The contact is farther away than 0.8 voxels, so the search ignores it.
-  EXPECT_GT(contacts.room(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
+  EXPECT_GT(contacts.clearance(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }
 
 TEST(Shank, ATickAllocatesNothing) {

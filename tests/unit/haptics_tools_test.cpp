@@ -130,7 +130,7 @@ TEST(ToolTray, ConstantChangesOfToolGiveNoForceStepAndEqualBitsInPatchAndVolume)
   // The hand moves in at 10 mm/s or less. With a coupling of 0.5 N/mm, this changes the force by 5 mN per tick. The
   // damper adds up to 20 mN.
   EXPECT_LT(jump, 0.05);
-  const haptics::SurfacePatch& patch = bench.patch();
+  const haptics::TissuePatch& patch = bench.patch();
   std::vector<float> volume(patch.distance.size());
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), volume.data(), nullptr);
   EXPECT_TRUE(std::ranges::equal(patch.distance, volume));

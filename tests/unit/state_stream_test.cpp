@@ -155,8 +155,8 @@ TEST(StateStream, ASessionSoundsOnAnotherComputerAsOnItsOwn) {
   turn_until(stream, [&] { return stream.counts().readers == 1; });
   const Nanos first = 2 * kNanosPerSecond;
   stream.begin(now() - first);
-  Tapes tapes;
-  SoundLink link(file("here.wav"), kSession.voice, tapes, /*live=*/false, /*binaural=*/false, first);
+  EventLogs event_logs;
+  SoundLink link(file("here.wav"), kSession.voice, event_logs, /*live=*/false, /*binaural=*/false, first);
   ServoTick tick;
   for (std::uint64_t i = 0; i < 300; ++i) {
     tick = a_tick(first + static_cast<Nanos>(i) * 1'000'000);
@@ -168,7 +168,7 @@ TEST(StateStream, ASessionSoundsOnAnotherComputerAsOnItsOwn) {
     tick.removed[static_cast<std::size_t>(Tissue::kEnamel)] += i < 150 ? 0 : 1e-12 * static_cast<double>(i - 150);
     stream.state(tick, 0);
     stream.turn();
-    tapes.servo.write(tick);
+    event_logs.servo.write(tick);
     ::usleep(500);
   }
   stream.event(tick.t, "end", "");
@@ -364,7 +364,7 @@ TEST(StateStream, AStalledStreamDelaysNoTickAndItsLostMessagesAreCounted) {
   }
   EXPECT_EQ(s.last.index + 1, kTicks);
   ServoEvent kept;
-  Tape<ServoEvent>::Reader reader(s.wiring.tapes.servo);
+  EventLog<ServoEvent>::Reader reader(s.wiring.event_logs.servo);
   while (reader.next(kept) && !std::holds_alternative<ServoTick>(kept)) continue;
   const std::uint64_t lost = std::get<ServoTick>(kept).index;
   EXPECT_GT(lost, 100u);

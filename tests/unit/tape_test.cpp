@@ -1,6 +1,4 @@
 // Tests the tape between threads. ./run check runs the tests with ThreadSanitizer.
-#include "engine/base/tape.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -8,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/base/event_log.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {
@@ -37,13 +36,13 @@ std::uint64_t number_of(const Event& event) {
   return words[0];
 }
 
-TEST(Tape, EachReaderSeesEveryEventInOrder) {
-  Tape<Event> tape(16);
-  Tape<Event>::Reader first(tape), second(tape);
+TEST(EventLog, EachReaderSeesEveryEventInOrder) {
+  EventLog<Event> event_log(16);
+  EventLog<Event>::Reader first(event_log), second(event_log);
   Event event;
   EXPECT_FALSE(first.next(event));
-  for (std::uint64_t n = 1; n <= 8; ++n) tape.write(event_of(n));
-  for (Tape<Event>::Reader* reader : {&first, &second}) {
+  for (std::uint64_t n = 1; n <= 8; ++n) event_log.write(event_of(n));
+  for (EventLog<Event>::Reader* reader : {&first, &second}) {
     for (std::uint64_t n = 1; n <= 8; ++n) {
       ASSERT_TRUE(reader->next(event));
       EXPECT_EQ(number_of(event), n);
@@ -53,10 +52,10 @@ TEST(Tape, EachReaderSeesEveryEventInOrder) {
   }
 }
 
-TEST(Tape, AnOvertakenReaderCountsTheLostEventsAndReadsOn) {
-  Tape<std::uint64_t> tape(8);
-  Tape<std::uint64_t>::Reader reader(tape);
-  for (std::uint64_t n = 1; n <= 20; ++n) tape.write(n);
+TEST(EventLog, AnOvertakenReaderCountsTheLostEventsAndReadsOn) {
+  EventLog<std::uint64_t> event_log(8);
+  EventLog<std::uint64_t>::Reader reader(event_log);
+  for (std::uint64_t n = 1; n <= 20; ++n) event_log.write(n);
   std::uint64_t event = 0;
   for (std::uint64_t n = 14; n <= 20; ++n) {
     ASSERT_TRUE(reader.next(event));
@@ -66,31 +65,31 @@ TEST(Tape, AnOvertakenReaderCountsTheLostEventsAndReadsOn) {
   EXPECT_EQ(reader.lost(), 13u);
 }
 
-TEST(Tape, AJumpToTheNewestEventSkipsTheOthersWithoutALoss) {
-  Tape<std::uint64_t> tape(8);
-  Tape<std::uint64_t>::Reader reader(tape);
+TEST(EventLog, AJumpToTheNewestEventSkipsTheOthersWithoutALoss) {
+  EventLog<std::uint64_t> event_log(8);
+  EventLog<std::uint64_t>::Reader reader(event_log);
   std::uint64_t event = 0;
   EXPECT_FALSE(reader.newest(event));
-  for (std::uint64_t n = 1; n <= 20; ++n) tape.write(n);
+  for (std::uint64_t n = 1; n <= 20; ++n) event_log.write(n);
   ASSERT_TRUE(reader.newest(event));
   EXPECT_EQ(event, 20u);
   EXPECT_FALSE(reader.newest(event));
   EXPECT_FALSE(reader.next(event));
-  tape.write(21);
+  event_log.write(21);
   ASSERT_TRUE(reader.next(event));
   EXPECT_EQ(event, 21u);
   EXPECT_EQ(reader.lost(), 0u);
 }
 
 // The tape is so short that the writer overtakes the readers all the time, often while they copy a slot.
-TEST(Tape, NoReaderEverSeesAMixtureOfTwoEventsAndAllEventsAreReadOrCounted) {
+TEST(EventLog, NoReaderEverSeesAMixtureOfTwoEventsAndAllEventsAreReadOrCounted) {
   constexpr std::uint64_t kLast = 100'000;
-  Tape<Event> tape(8);
+  EventLog<Event> event_log(8);
   std::vector<std::jthread> readers;
   std::atomic<std::uint64_t> read_total{0}, lost_total{0}, ready{0};
   for (int r = 0; r < 3; ++r) {
     readers.emplace_back([&, newest = r == 2] {
-      Tape<Event>::Reader reader(tape);
+      EventLog<Event>::Reader reader(event_log);
       std::uint64_t last = 0, read = 0;
       Event event;
       ++ready;
@@ -108,19 +107,19 @@ TEST(Tape, NoReaderEverSeesAMixtureOfTwoEventsAndAllEventsAreReadOrCounted) {
     });
   }
   while (ready < 3) std::this_thread::yield();
-  for (std::uint64_t n = 1; n <= kLast; ++n) tape.write(event_of(n));
+  for (std::uint64_t n = 1; n <= kLast; ++n) event_log.write(event_of(n));
   readers.clear();
   EXPECT_GT(read_total, 2u);
   EXPECT_GT(lost_total, 0u);
 }
 
-TEST(Tape, AllocatesNothingOnceBuilt) {
-  Tape<Event> tape(128);
-  Tape<Event>::Reader all(tape), latest(tape);
+TEST(EventLog, AllocatesNothingOnceBuilt) {
+  EventLog<Event> event_log(128);
+  EventLog<Event>::Reader all(event_log), latest(event_log);
   Event event;
   const test::NoAlloc guard;
   for (std::uint64_t n = 1; n <= 1000; ++n) {
-    tape.write(event_of(n));
+    event_log.write(event_of(n));
     all.next(event);
     latest.newest(event);
   }

@@ -10,7 +10,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert.h"
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 #include "engine/app/planning/volume_beside.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
@@ -377,8 +377,8 @@ void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<
   }
 }
 
-/// Checks the exercise: the exact plan must reach the ideal with the scene's tools; the same plan by a careless hand
-/// must fail.
+/// Checks the exercise: the exact plan must reach the ideal shape with the scene's tools; the same plan by a careless
+/// hand must fail.
 void grade(Case& result, Ordered scene_text, const fs::path& volume, const glm::dmat3& R, const fs::path& out,
            const haptics::TissueVolume& start) {
   // Neighbours are read from the volume's file, which has a temporary name here.

@@ -16,7 +16,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/hands/scripted_student.h"
+#include "engine/app/hands/demo_hand.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
@@ -137,7 +137,7 @@ void run(const Options& options) {
   SteppedSession session(scene, load_tissue(scene), kRate);
   haptics::Carver& carver = session.carver();
   rig = magnified_for(rig, carver.volume());
-  Student student(scene, carver, kRate);
+  DemoHand demo_hand(scene, carver, kRate);
   const double length = std::min(kUsualLength, options.seconds);
 
   PictureStage::Options look;
@@ -158,14 +158,14 @@ void run(const Options& options) {
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
-  SoundLink sound("wav:" + wav.string(), voice_of(scene), session.tapes(), /*live=*/false);
-  session::SessionHeader header = session_header(scene, rig_file, student.info(), carver.volume(), kRate);
+  SoundLink sound("wav:" + wav.string(), voice_of(scene), session.event_logs(), /*live=*/false);
+  session::SessionHeader header = session_header(scene, rig_file, demo_hand.info(), carver.volume(), kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;
   whole.whole_or_nothing = true;
-  SessionRecorder recorder(session_file, scene, header, session.tapes(), whole);
+  SessionRecorder recorder(session_file, scene, header, session.event_logs(), whole);
   recorder.writer().event(0, session::EventKind::kNote, sound.about());
-  WorldReader reader(world, session.tapes());
+  WorldReader reader(world, session.event_logs());
   sound.water(world.water().spray, world.suction_flow());
   std::optional<session::FilmWriter> film, mono;
   std::string end;  // text that the last pictures show
@@ -203,8 +203,8 @@ void run(const Options& options) {
     log::info("drew {}", (options.out / (name + "_left.png")).string());
   };
   const auto say = [&] {
-    using Phase = Student::Phase;
-    const Phase phase = student.phase();
+    using Phase = DemoHand::Phase;
+    const Phase phase = demo_hand.phase();
     if (phase == Phase::kAway && end.empty())
       end = result_text(carver.volume(), header.volumes_before, options.language);
     world.say(phase == Phase::kExplore ? hud_text(options.language, "exploring")
@@ -214,12 +214,12 @@ void run(const Options& options) {
 
   show_progress();
   double next_look = 0, next_frame = 0, next_picture = kPictureEvery, film_began = options.film ? 0 : -1;
-  while (tick.t + period <= end_t && session.advance(student)) {
+  while (tick.t + period <= end_t && session.advance(demo_hand)) {
     recorder.turn();
     reader.read();
 
     const double t = to_seconds(tick.t);
-    const bool drilled = student.phase() == Student::Phase::kDrill && student.done() > kDuring;
+    const bool drilled = demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
     const bool filming = film_began >= 0 && (options.film || t < film_began + kFilmed);
     const bool looks = t >= next_look, films = filming && t >= next_frame;
     if (!looks && !films) continue;

@@ -89,14 +89,14 @@ void run(const Options& options) {
   std::optional<SessionRecorder> recorder;
   std::optional<session::TicksCsvWriter> csv;
   if (constexpr std::array kKinds{FileKind::kSession}; kind_of_name(options.out, kKinds) == FileKind::kSession)
-    recorder.emplace(options.out, scene, hand->info(), session.carver().volume(), session.tapes());
+    recorder.emplace(options.out, scene, hand->info(), session.carver().volume(), session.event_logs());
   else
     csv.emplace(options.out);
 
   const auto* const planner = dynamic_cast<const PlanningExpert*>(hand.get());
   const auto* const surgeon = dynamic_cast<const ImplantExpert*>(hand.get());
   Progress progress(expert ? "expert" : "servo");
-  Tape<CarverEvent>::Reader carver(session.tapes().carver);
+  EventLog<CarverEvent>::Reader carver(session.event_logs().carver);
   std::uint64_t ticks = 0, pieces = 0;
   std::uint32_t faults = 0;
   const ServoTick& last = session.last();

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "engine/app/hands/expert_terrain.h"
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -94,7 +94,7 @@ struct ToolChoice {
   static constexpr std::size_t max_tools = 3, max_tried = 5;
 };
 
-/// Parameters of filling. It is added in portions: domes around the surface point nearest to the instrument's free end.
+/// Parameters of filling. It is added in portions: balls around the surface point nearest to the instrument's free end.
 struct Filling {
   // Height above tissue on the way between portions, m.
   static constexpr double hop_over = 0.3e-3;
@@ -113,7 +113,7 @@ struct Filling {
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
   // The instrument rises in steps of this, and fills the hole that it leaves, m.
   static constexpr double rise = 0.3e-3;
-  // Distance between dome and head, voxels.
+  // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
   // The gradient's length is 1 near a single surface. It is smaller midway between two surfaces.
   static constexpr double one_surface = 0.5;
@@ -128,7 +128,7 @@ struct Filling {
   static constexpr double rim = 0;
   // Height above the lowest voxel that lacks filling, m. Only filling up to this height counts as gain.
   static constexpr double layer = 0.6e-3;
-  // A voxel counts as filled if it is this deep inside the dome, voxels.
+  // A voxel counts as filled if it is this deep inside the ball of filling, voxels.
   static constexpr double whole_voxel = 0.9;
   // Smallest portion, m³. It can be added in one tick.
   static constexpr double min_volume = 0.004e-9;
@@ -151,7 +151,7 @@ struct Rounds {
   static constexpr int max_vain = 3;
 };
 
-/// Volume of tissue that differs from the ideal, m³.
+/// Volume of tissue that differs from the ideal shape, m³.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -268,7 +268,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, difference from the ideal after the planned cuts
+    double left = 0;  // m³, difference from the ideal shape after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -407,12 +407,12 @@ class Plan {
     }
     dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
   };
-  /// The instrument's pose, and the dome that it adds there.
+  /// The instrument's pose, and the ball of filling that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome
-    // excess[k]: cost of unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each height,
-    // number of voxels up to this height that lack filling.
+    dvec3 center;  // m, centre of the ball of filling
+    // excess[k]: cost of unwanted filling in a ball of filling with a radius of k + 1 voxels. wanted: for each k and
+    // each height, number of voxels up to this height that lack filling.
     std::vector<double> excess, wanted;
     // Heights of the elements of `wanted`: the lowest, and the distance between two, m along the axis.
     double lowest = 0, step = 0;
@@ -444,13 +444,13 @@ class Plan {
       const glm::ivec3 v(q);
       // Skips voxels that an earlier portion of this plan fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
-      double radius = 0;  // voxels, radius of the dome of filling
+      double radius = 0;  // voxels, radius of the ball of filling
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
       const Portion portion = *best;
       radius *= layer.frame.voxel;
-      const haptics::Fill dome(tool, portion.center, radius, portion.X_WT, layer.frame);
-      const double volume = put(dome, layer);
+      const haptics::Fill ball(tool, portion.center, radius, portion.X_WT, layer.frame);
+      const double volume = put(ball, layer);
       if (volume < Filling::min_volume) continue;
       state_.fill(haptics::Fill(tool, portion.center, radius, portion.X_WT, state_.frame()));
       filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
@@ -474,7 +474,7 @@ class Plan {
     pedal_ = 0;
   }
 
-  /// Raises the instrument in steps and fills a small dome at each step. Otherwise later domes would cover the
+  /// Raises the instrument in steps and fills a small ball at each step. Otherwise later balls would cover the
   /// instrument's hole.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
@@ -538,18 +538,18 @@ class Plan {
     }
     return best;
   }
-  /// Largest radius of a dome that the instrument can add, voxels.
+  /// Largest radius of a ball of filling that the instrument can add, voxels.
   static double max_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome to planned tissue. Returns its volume, m³.
-  static double put(const haptics::Fill& dome, session::Preparation& layer) {
-    const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
+  /// Adds the ball of filling to planned tissue. Returns its volume, m³.
+  static double put(const haptics::Fill& ball, session::Preparation& layer) {
+    const glm::ivec3 from = glm::max(ball.lo(), glm::ivec3(0)), to = glm::min(ball.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
     const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
     PerTissue added{};
-    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
+    ball.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
                row * static_cast<std::size_t>(layer.after.size.y), row, &added);
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
@@ -623,8 +623,8 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// The portion with the head's centre at (a, b, c). The centre of its dome is the surface point nearest to the free
-  /// end, or, midway between two walls, straight below it. Empty if no surface is in reach.
+  /// The portion with the head's centre at (a, b, c). The centre of its ball of filling is the surface point nearest to
+  /// the free end, or, midway between two walls, straight below it. Empty if no surface is in reach.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -720,7 +720,7 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³, volume that differs from the ideal at the start
+  double whole_;  // m³, volume that differs from the ideal shape at the start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;

@@ -69,14 +69,14 @@ class Expert {
   const ExpertGrip grip_;
   TaskEvaluator judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³, volume that differs from the ideal at the start
+  double whole_;  // m³, volume that differs from the ideal shape at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far
   /// Number of layers at the last carving. 0 from the first carving until filling continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
-  double off_ = 0;          // m³, difference from the ideal before the last round of cutting
+  double off_ = 0;          // m³, difference from the ideal shape before the last round of cutting
   int useless_layers_ = 0;  // number of useless layers in a row
   // Index of the filling instrument, 0: the finest. In the second pass, the number of instruments is added.
   std::size_t instrument_ = 0;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 #include "engine/app/tissue/tissue_edit.h"
 
 namespace typodont {

@@ -155,7 +155,7 @@ void LoopStatistics::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& s
 
 void LoopStatistics::publish() noexcept {
   published_ = report_.timing.last_woke;
-  wiring_.tapes.loop.write(report_);
+  wiring_.event_logs.loop.write(report_);
 }
 
 display::UrgentKeys emergency_keys() {
@@ -172,7 +172,7 @@ void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand) {
     hand.write(dvec3(0), dvec3(0));
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     sample.t = zero != 0 ? now() - zero : -1;  // replaces the device's time with the time of the session
-    wiring.tapes.left.write(sample);
+    wiring.event_logs.left.write(sample);
   }
   hand.write(dvec3(0), dvec3(0));
 }

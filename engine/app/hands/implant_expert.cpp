@@ -140,8 +140,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
         sample.X_WT = at(depth_, sweep_.back());
         return;
       }
-      const dvec3 way = sweep_[i + 1] - sweep_[i];
-      sample.X_WT = at(depth_, sweep_[i] + left / glm::length(way) * way);
+      const dvec3 segment = sweep_[i + 1] - sweep_[i];
+      sample.X_WT = at(depth_, sweep_[i] + left / glm::length(segment) * segment);
       return;
     }
     case ImplantAction::kMark:

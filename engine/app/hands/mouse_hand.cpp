@@ -98,10 +98,10 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
     if (free(p)) continue;
     depth_ = depth;
     const dvec3 shank = rotation() * dvec3(0, 0, 1);
-    double clear = 0, way = frame.voxel;
-    for (; way < kMaxDepth && clear < kClear; way += frame.voxel)
-      clear = free(p + way * shank) ? clear + frame.voxel : 0;
-    slid_W_ = way * shank;
+    double clear = 0, motion = frame.voxel;
+    for (; motion < kMaxDepth && clear < kClear; motion += frame.voxel)
+      clear = free(p + motion * shank) ? clear + frame.voxel : 0;
+    slid_W_ = motion * shank;
     return;
   }
 }
@@ -120,12 +120,12 @@ Pointer::View Pointer::view() const {
 
 /// Tilts the tool. `moved`: pointer motion, in picture halves.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
-  const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
+  const dvec3 motion = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
   // The user's axes: mirrors and rotated panels turn the picture.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
-      lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
+      lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(motion, right), glm::dot(motion, up));
   lean_ = glm::clamp(turned, glm::dvec2(-kMaxLean), glm::dvec2(kMaxLean));
 }
 

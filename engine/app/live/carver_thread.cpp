@@ -145,7 +145,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   done.worked |= after.cut;
   if (done.worked || painted) {
     const TissueState state = s.book.state(s.carver.strokes());
-    wiring.tapes.carver.write(state);
+    wiring.event_logs.carver.write(state);
     wiring.tissue_version.store(state.version, std::memory_order_relaxed);
   }
   pause();

@@ -39,7 +39,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       options_(options),
       session_(session),
       world_(scene, session.gum),
-      left_(session.wiring.tapes.left),
+      left_(session.wiring.event_logs.left),
       shown_(scene.servo),
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), world_.surroundings(), session.wiring,
@@ -211,7 +211,7 @@ void LivePicture::record_water() {
   WaterSwitch current = world_.water();
   if (water_ && water_->spray == current.spray && water_->suction == current.suction) return;
   current.t = now() - zero;
-  session_.wiring.tapes.view.write(current);
+  session_.wiring.event_logs.view.write(current);
   water_ = current;
 }
 
@@ -313,7 +313,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
   if (zero != 0)
-    wiring.tapes.view.write(
+    wiring.event_logs.view.write(
         PictureTiming{last_turn_ - zero, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   // With software rendering, the CPU also composes and presents the picture. To include this work, the cost of a frame
   // is the time between two consecutive frames.
@@ -335,7 +335,7 @@ void LivePicture::frame_shown() {
   last_drawn_ = t;
 }
 
-/// Writes each change of viewpoint and view to the tape.
+/// Writes each change of viewpoint and view to the event log.
 void LivePicture::record_view() {
   const Nanos zero = session_.wiring.session_zero;
   if (zero == 0) return;
@@ -343,7 +343,7 @@ void LivePicture::record_view() {
   const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage_->view()};
   if (seen_ && seen_->eye_W == now_seen.eye_W && seen_->right_W == now_seen.right_W && seen_->view == now_seen.view)
     return;
-  session_.wiring.tapes.view.write(now_seen);
+  session_.wiring.event_logs.view.write(now_seen);
   seen_ = now_seen;
 }
 

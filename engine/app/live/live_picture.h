@@ -111,7 +111,7 @@ class LivePicture {
   const Options options_;
   LiveSession& session_;
   World world_;
-  Tape<haptics::HandSample>::Reader left_;
+  EventLog<haptics::HandSample>::Reader left_;
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the pictures' tissue colours
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue

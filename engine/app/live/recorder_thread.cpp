@@ -13,7 +13,7 @@ namespace {
 using State = session::WriterStatus::State;
 
 // Period of the recorder's loop. If the program is killed, at most the data of the last 20 periods (half a second) is
-// missing. The servo's tape has room for eight seconds at 4 kHz.
+// missing. The servo's event log has room for eight seconds at 4 kHz.
 constexpr auto kTurn = 25ms;
 
 /// Tells the user about the state of the recording. `told`: the state in the last message. Returns the new value of

@@ -30,7 +30,7 @@ ServoTurns::ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*cloc
       hand_(hand),
       clock_(clock),
       period_(from_seconds(1 / hand.info().rate)),
-      side_(*s.servo, s.wiring.tapes.servo, hand.info().rate) {}
+      side_(*s.servo, s.wiring.event_logs.servo, hand.info().rate) {}
 
 bool ServoTurns::turn() noexcept {
   LiveSession& s = s_;

@@ -31,8 +31,8 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  CarverSide side{carver, wiring.patch, wiring.tapes};  // carver thread only
-  std::optional<haptics::Servo> servo;                  // created as soon as the hand's device is known
+  CarverSide side{carver, wiring.patch, wiring.event_logs};  // carver thread only
+  std::optional<haptics::Servo> servo;                       // created as soon as the hand's device is known
   std::optional<haptics::ForceDelay>
       delay;                           // servo thread only: delays the force; empty if this session needs no delay
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
@@ -106,7 +106,7 @@ class CarverTurns {
   ~CarverTurns();
   struct Done {
     bool worked = false;   // true: this pass of the carver's loop had work
-    bool awaited = false;  // true: the servo has not yet adopted the offered patch
+    bool awaited = false;  // true: the servo has not yet adopted the offered tissue patch
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new tissue patch if one is due, and meshes
   /// changed mesh bricks. Throws OpenVDB's exceptions.
@@ -124,8 +124,8 @@ class StreamTurns {
  public:
   /// `rate`: number of published states per second.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the servo's tape. Publishes all new events, and the latest tick if enough time has passed since the last
-  /// published tick.
+  /// Reads the servo's event log. Publishes all new events, and the latest tick if enough time has passed since the
+  /// last published tick.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -135,11 +135,11 @@ class StreamTurns {
   StateStream& stream_;
   const Nanos interval_;
   std::vector<std::string> tools_;
-  Tape<ServoEvent>::Reader servo_;
+  EventLog<ServoEvent>::Reader servo_;
   bool begun_ = false;
   Nanos told_ = 0;  // ns, time at which a state was last published
-  ServoTick tick_;  // the latest tick on the tape
-  // number of ticks that the tape no longer contained; 1 + index of the latest tick
+  ServoTick tick_;  // the latest tick in the event log
+  // number of ticks that the event log no longer contained; 1 + index of the latest tick
   std::uint64_t lost_ = 0, next_ = 0;
 };
 
@@ -148,7 +148,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 /// Owns the tissue. Repeats the servo's cuts on it, copies the tissue around the tool for the servo, meshes its
 /// changes, and executes undo. Ends the session if memory is exhausted.
 void carver_thread(LiveSession& s);
-/// Writes the events on the tapes (event queues) to the file.
+/// Writes the events in the event logs to the file.
 void recorder_thread(LiveSession& s, SessionRecorder& recorder);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);

@@ -120,13 +120,13 @@ class Follower {
   void hear(const ServoTick& tick) {
     if (result_.states++ == 0) {
       first_ = tick.t;
-      link_.emplace(options_.audio, *voice_, tapes_, live_, /*binaural=*/false, live_ ? 0 : first_);
+      link_.emplace(options_.audio, *voice_, event_logs_, live_, /*binaural=*/false, live_ ? 0 : first_);
     } else if (tick.t <= last_) {
       return;
     }
     last_ = tick.t;
     fastest_ = std::min(fastest_, now() - tick.t);
-    tapes_.servo.write(tick);
+    event_logs_.servo.write(tick);
   }
   Nanos session_now() const { return now() - fastest_ - from_seconds(options_.wait); }
 
@@ -134,7 +134,7 @@ class Follower {
   const bool live_;  // true: a sound device; false: a file
   std::optional<SoundVoice> voice_;
   std::vector<std::string> tools_;
-  Tapes tapes_;
+  EventLogs event_logs_;
   std::optional<SoundLink> link_;
   FollowedSound result_;
   Nanos first_ = 0, last_ = 0;  // ns, session times of the first and the last state

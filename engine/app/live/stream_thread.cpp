@@ -20,7 +20,7 @@ StreamTurns::StreamTurns(LiveSession& s, StateStream& stream, double rate)
       stream_(stream),
       interval_(from_seconds(1 / rate)),
       tools_(tool_names(s.scene)),
-      servo_(s.wiring.tapes.servo) {}
+      servo_(s.wiring.event_logs.servo) {}
 
 void StreamTurns::turn() {
   for (ServoEvent event; servo_.next(event);) {

@@ -83,7 +83,7 @@ struct XrSession::Thread {
   Wiring& wiring;
   Options options;
   World world;
-  WorldReader reader{world, wiring.tapes};
+  WorldReader reader{world, wiring.event_logs};
   int mirror_hand = -1;  // index of the controller holding the mouth mirror; -1: none
 
   display::RuntimeGate gate;
@@ -183,7 +183,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      reader.read();         // reads the tapes even if the headset is off, so that no event is lost
+      reader.read();         // reads the event logs even if the headset is off, so that no event is lost
       if (!hmd.running()) {  // The user has taken off the headset: the bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
@@ -216,7 +216,7 @@ struct XrSession::Thread {
       set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, world, 1, false), *reach));
       const dvec3 left_W = frame.eyes[0].position, right_W = frame.eyes[1].position;
       if (const double ipd = glm::length(right_W - left_W); ipd > 0 && zero != 0)
-        wiring.tapes.view.write(SeenFrom{woke - zero, 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
+        wiring.event_logs.view.write(SeenFrom{woke - zero, 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
       const render::FrameStats drawn = stage.draw(frame, world, opacity);
       if (drawn.drawn) count_frame(drawn, work);
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
@@ -224,7 +224,7 @@ struct XrSession::Thread {
         hmd.vibrate(options.tool_hand, held ? vibration_of(world.tick()) : display::Vibration{});
       for (display::HmdTiming timing : hmd.timings()) {
         timing.t -= zero;
-        if (zero != 0) wiring.tapes.view.write(timing);
+        if (zero != 0) wiring.event_logs.view.write(timing);
       }
       if (!frame.draw) continue;
       frames.fetch_add(1, std::memory_order_relaxed);

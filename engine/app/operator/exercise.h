@@ -29,7 +29,7 @@ struct NewExercise {
   const Scene* base = nullptr;                   // base scene from which the exercise is made
   std::span<const PaintStroke> strokes;          // added to the strokes of the base scene
   const haptics::TissueVolume* ideal = nullptr;  // null: ideal_mesh is used
-  // File with a closed mesh of the ideal. Without mesh and tissue, the ideal of the base scene is used.
+  // File with a closed mesh of the ideal shape. Without mesh and tissue, the ideal shape of the base scene is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm per unit of the mesh file
   std::array<TissueMade, kTissueCount> tissues{};
@@ -42,14 +42,14 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // True: neither the rule nor the ideal gives a target. False: a number is out of range.
+  // True: neither the rule nor the ideal shape gives a target. False: a number is out of range.
   bool no_target;
 };
 
 /// All rules, with the values of the base scene if it has them, otherwise with defaults.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// The exercise as JSON text. `ideal_file`: path relative to the scene; empty: the ideal of the base scene.
+/// The exercise as JSON text. `ideal_file`: path relative to the scene; empty: the ideal shape of the base scene.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
 /// Writes ~/Typodont/scenes/NAME.json and NAME-ideal beside it. Reads them first as a session would, then replaces

@@ -115,10 +115,10 @@ struct RigChoice {
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // true: the target is the ideal's value, if there is one
+  bool from_ideal = true;  // true: the target is the ideal shape's value, if there is one
   float target = 0, tolerance = 1, weight = 10;
 };
-/// Source of the ideal (target shape) for a new exercise.
+/// Source of the ideal shape (target shape) for a new exercise.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
   bool fresh = true;  // true: not yet filled with the values of the session
@@ -128,7 +128,7 @@ struct ExerciseForm {
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // true: the base scene has a target shape
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // file with the ideal's mesh
+  std::array<char, 512> mesh{};  // file with the ideal shape's mesh
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -233,7 +233,7 @@ struct Outcome {
   std::filesystem::path recording, report;  // empty: there is none
   session::Score score;
   bool scored = false;  // true: the score is final; before, no score is shown
-  // Picture of the final surface; with an ideal, it shows the difference. Empty if the surface is unknown.
+  // Picture of the final surface; with an ideal shape, it shows the difference. Empty if the surface is unknown.
   render::Picture picture;
   bool compared = false;  // true: the picture shows the difference from the target shape
   std::string failure;

@@ -39,9 +39,9 @@ bool StepWatcher::follow(const StepActions& now) {
     return false;
   }
   const Nanos dt = now.tick.t - last_t_;
-  const double way = glm::length(now.tick.X_WT.p - last_p_);
+  const double distance = glm::length(now.tick.X_WT.p - last_p_);
   if (now.tick.contact_area > 0) touched_ += dt;
-  if (way < kMost) path_ += way;
+  if (distance < kMost) path_ += distance;
   last_t_ = now.tick.t;
   last_p_ = now.tick.X_WT.p;
 

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "engine/app/event_logs.h"
 #include "engine/app/picture/film_picture.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/nozzles.h"
 #include "engine/debris/debris.h"

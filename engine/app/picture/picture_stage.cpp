@@ -332,11 +332,11 @@ void PictureStage::add_cursor(const haptics::Tool& held, const Pose& X_WG, rende
   frame.cursor = {true, X_WG.p, down, 1.3 * held.radius() + kRoom};
   with_dots_.assign(frame.particles.begin(), frame.particles.end());
   const auto radius = static_cast<float>(std::max(kDot, pixel_));
-  for (double way = kStep; way <= kReach; way += kStep)
-    with_dots_.push_back({glm::vec3(X_WG.p + (held.half() + way) * down),
+  for (double distance = kStep; distance <= kReach; distance += kStep)
+    with_dots_.push_back({glm::vec3(X_WG.p + (held.half() + distance) * down),
                           radius,
                           {0.42f, 0.85f, 0.92f},
-                          static_cast<float>(1 - 0.7 * way / kReach)});
+                          static_cast<float>(1 - 0.7 * distance / kReach)});
   frame.particles = with_dots_;
 }
 

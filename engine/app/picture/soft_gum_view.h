@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "engine/app/event_logs.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes.h"
 #include "engine/render/renderer.h"
 #include "haptics/soft_tissue.h"
 

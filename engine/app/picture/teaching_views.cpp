@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-// Maximum distance of computed differences from the ideal, m.
+// Maximum distance of computed differences from the ideal shape, m.
 constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace

@@ -136,12 +136,12 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     };
     // The line can leave a thick body through its side, so where it meets a gap, the four points around it must be
     // empty too.
-    const auto all_empty_at = [&](float way) {
+    const auto all_empty_at = [&](float distance) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // Four test points around `place`, in an oblique square.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
-      const glm::vec3 place = start - way * v.n;
+      const glm::vec3 place = start - distance * v.n;
       constexpr Four kAlong = {1, -1, 0, 0}, kAcross = {0, 0, 1, -1};
       return solid_.solid(volume,
                           voxels_with(place.x + kAlong * along.x + kAcross * across.x,
@@ -151,9 +151,9 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     };
     const unsigned left = ~solid_at(kWays, probes) & ((1u << probes) - 1);
     if (left == 0) continue;
-    const float way = kWays[std::countr_zero(left)];  // depth of the first test point outside the tissue
-    if (!all_empty_at(way)) continue;
-    float near = way - kProbe, far = way;
+    const float distance = kWays[std::countr_zero(left)];  // depth of the first test point outside the tissue
+    if (!all_empty_at(distance)) continue;
+    float near = distance - kProbe, far = distance;
     for (int i = 0; i < 3; ++i) {
       const float middle = 0.5f * (near + far);
       (solid_at(Four{middle}, 1) ? near : far) = middle;
@@ -172,9 +172,9 @@ float TissueView::nearness_of_caries(const haptics::TissueVolume& volume, const 
   const glm::vec3 from = start + kBelow * inward;
   float nearest = reach;
   for (const glm::vec3& d : directions)
-    for (float way = kStep; way < nearest; way += kStep) {
-      const Tissue found = labels_.at(volume, glm::ivec3(from + way * d));
-      if (found == Tissue::kCaries) nearest = way;
+    for (float distance = kStep; distance < nearest; distance += kStep) {
+      const Tissue found = labels_.at(volume, glm::ivec3(from + distance * d));
+      if (found == Tissue::kCaries) nearest = distance;
       if (found == Tissue::kCaries || found == Tissue::kAir) break;
     }
   return 1 - nearest / reach;
@@ -232,7 +232,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     if (reach == 0) continue;
     // The coordinates are positive here, so the conversion rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
-    const auto seen_at = [&](float way) { return labels_.at(volume, glm::ivec3(start + way * inward)); };
+    const auto seen_at = [&](float distance) { return labels_.at(volume, glm::ivec3(start + distance * inward)); };
     const Tissue outside = own(v);
     if (lesion_reach > 0 && translucent(outside)) v.lesion = nearness_of_caries(volume, start, inward, lesion_reach);
     // Dentin beside enamel is drawn as enamel of thickness zero over dentin, so that the interpolated colour has no
@@ -245,10 +245,10 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     if (!labels_.may_contain_others(glm::min(top, bottom), glm::max(top, bottom),
                                     LabelBlocks::set_of(outside) | LabelBlocks::set_of(Tissue::kAir)))
       continue;
-    for (float way = 0.75f; way < reach; way += 0.5f) {
-      if (seen_at(way) == outside) continue;
+    for (float distance = 0.75f; distance < reach; distance += 0.5f) {
+      if (seen_at(distance) == outside) continue;
       // A deeper tissue begins between the last two points; bisection finds its depth to an eighth of a voxel.
-      float near = std::max(way - 0.5f, 0.5f), far = way;
+      float near = std::max(distance - 0.5f, 0.5f), far = distance;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);
         (seen_at(middle) == outside ? near : far) = middle;

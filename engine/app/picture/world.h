@@ -10,12 +10,12 @@
 #include <string>
 #include <utility>
 
+#include "engine/app/event_logs.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/app/tapes.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"
@@ -97,26 +97,30 @@ class World {
   bool started_ = false;  // true after the first tick
 };
 
-/// Applies the events of a session's tapes to a World, in the order of their times. The result does not depend on how
-/// often read() is called.
+/// Applies the events of a session's event logs to a World, in the order of their times. The result does not depend on
+/// how often read() is called.
 class WorldReader {
  public:
-  /// World and tapes must outlive this object.
-  WorldReader(World& world, const Tapes& tapes)
-      : world_(world), servo_(tapes.servo), carver_(tapes.carver), view_(tapes.view), left_(tapes.left) {}
+  /// World and event logs must outlive this object.
+  WorldReader(World& world, const EventLogs& event_logs)
+      : world_(world),
+        servo_(event_logs.servo),
+        carver_(event_logs.carver),
+        view_(event_logs.view),
+        left_(event_logs.left) {}
   /// Applies the new events.
   void read();
   /// Number of the servo's events overwritten before they were read.
   std::uint64_t lost() const { return servo_.reader.lost(); }
 
  private:
-  /// The next event of a tape.
+  /// The next event of an event log.
   template <class Event>
   struct Next {
-    explicit Next(const Tape<Event>& tape) : reader(tape) {}
+    explicit Next(const EventLog<Event>& event_log) : reader(event_log) {}
     void fetch(int rank);
 
-    typename Tape<Event>::Reader reader;
+    typename EventLog<Event>::Reader reader;
     Event event{};
     bool waits = false;
     std::pair<Nanos, int> order{};  // time, and rank among events of the same time

@@ -33,7 +33,7 @@ void FileSource::rewind() {
   cut_ = piece_ = switch_ = left_ = 0;
   if (!surface_) return;
   gum_.emplace(surface_, haptics::tool_set(scene_.servo), kRigid);
-  gum_writer_.emplace(&*gum_, tapes_->servo, session_.header().servo_rate);
+  gum_writer_.emplace(&*gum_, event_logs_->servo, session_.header().servo_rate);
 }
 
 bool FileSource::advance(Nanos t) {
@@ -44,7 +44,7 @@ bool FileSource::advance(Nanos t) {
     if (tick_ == first) end = std::min(t, tick->t + kNanosPerSecond);
     write_before(tick->t);
     if (gum_) press(*tick);
-    tapes_->servo.write(*tick);
+    event_logs_->servo.write(*tick);
   }
   return tick_ != first;
 }
@@ -62,11 +62,11 @@ const ServoTick* FileSource::next_tick() {
 /// Writes events other than ticks up to the time t.
 void FileSource::write_before(Nanos t) {
   const auto& cuts = session_.cuts();
-  for (; cut_ < cuts.size() && cuts[cut_].t <= t; ++cut_) tapes_->servo.write(cuts[cut_]);
-  for (; piece_ < pieces_.size() && pieces_[piece_].t <= t; ++piece_) tapes_->carver.write(pieces_[piece_]);
+  for (; cut_ < cuts.size() && cuts[cut_].t <= t; ++cut_) event_logs_->servo.write(cuts[cut_]);
+  for (; piece_ < pieces_.size() && pieces_[piece_].t <= t; ++piece_) event_logs_->carver.write(pieces_[piece_]);
   for (; water_ && switch_ < water_->t.size() && water_->t[switch_] <= t; ++switch_) {
     const auto& c = water_->columns;
-    tapes_->view.write(WaterSwitch{water_->t[switch_], c[0][switch_] != 0, c[1][switch_] != 0});
+    event_logs_->view.write(WaterSwitch{water_->t[switch_], c[0][switch_] != 0, c[1][switch_] != 0});
   }
   for (; left_hand_ && left_ < left_hand_->t.size() && left_hand_->t[left_] <= t; ++left_) {
     const auto& c = left_hand_->columns;
@@ -74,7 +74,7 @@ void FileSource::write_before(Nanos t) {
     sample.t = left_hand_->t[left_];
     sample.X_WT = {{c[0][left_], c[1][left_], c[2][left_]},
                    glm::normalize(dquat(c[3][left_], c[4][left_], c[5][left_], c[6][left_]))};
-    tapes_->left.write(sample);
+    event_logs_->left.write(sample);
   }
 }
 

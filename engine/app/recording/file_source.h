@@ -1,14 +1,14 @@
-// A recorded session as a source: writes the file's events to tapes. The soft gum is not recorded: at each tick, the
-// tool is placed at its drawn pose, where it presses and cuts the gum.
+// A recorded session as a source: writes the file's events to event logs. The soft gum is not recorded: at each tick,
+// the tool is placed at its drawn pose, where it presses and cuts the gum.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "engine/app/event_logs.h"
 #include "engine/app/scene.h"
 #include "engine/app/sides.h"
-#include "engine/app/tapes.h"
 #include "engine/session/session_file.h"
 #include "haptics/soft_tissue.h"
 
@@ -25,7 +25,7 @@ class FileSource {
   /// Starts again: the next advance() begins with the first tick.
   void rewind();
 
-  const Tapes& tapes() const { return *tapes_; }
+  const EventLogs& event_logs() const { return *event_logs_; }
   /// The soft gum at rest; null: the gum is rigid.
   const std::shared_ptr<const haptics::SoftSurface>& gum() const { return surface_; }
 
@@ -36,7 +36,7 @@ class FileSource {
 
   const session::SessionReader& session_;
   const Scene& scene_;
-  const std::unique_ptr<Tapes> tapes_ = std::make_unique<Tapes>();
+  const std::unique_ptr<EventLogs> event_logs_ = std::make_unique<EventLogs>();
   const std::shared_ptr<const haptics::SoftSurface> surface_;
   std::optional<haptics::SoftTissue> gum_;
   std::optional<GumWriter> gum_writer_;

@@ -256,7 +256,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   today.omit_times();
   std::optional<SessionRecorder> recorder;
   if (!out.empty())
-    recorder.emplace(out, scene, hand, today.carver().volume(), today.tapes(), session.header().trainee);
+    recorder.emplace(out, scene, hand, today.carver().volume(), today.event_logs(), session.header().trainee);
   RerunResult result;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();

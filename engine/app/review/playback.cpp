@@ -315,8 +315,8 @@ PlaybackResult film_session(const session::OpenedSession& session, const Playbac
   if (options.speed == 1 && times == 1 && player.scene().needs("sound")) {
     wav = options.film;
     wav += ".wav";
-    sound.emplace("wav:" + wav.string(), voice_of(player.scene()), player.tapes(), /*live=*/false, /*binaural=*/false,
-                  zero);
+    sound.emplace("wav:" + wav.string(), voice_of(player.scene()), player.event_logs(), /*live=*/false,
+                  /*binaural=*/false, zero);
   }
   const auto remove_wav = [&] {
     std::error_code code;

@@ -29,8 +29,8 @@ class SessionPlayer {
   /// Moves to the time t, s. `backwards`: the playback runs backwards, so chips and water, which cannot, are left out.
   void seek(double t, bool backwards = false);
   World& world() { return world_; }
-  /// Tapes with the events up to the current time.
-  const Tapes& tapes() const { return source_.tapes(); }
+  /// Event logs with the events up to the current time.
+  const EventLogs& event_logs() const { return source_.event_logs(); }
   haptics::Carver& carver() { return tissue_.carver(); }
   const haptics::TissueVolume& tissue() const { return tissue_.carver().volume(); }
   /// Sets the tolerance of the mesh, voxels. All mesh bricks are then meshed again.
@@ -44,7 +44,7 @@ class SessionPlayer {
   RecordedTissue tissue_;
   FileSource source_;
   World world_;
-  WorldReader reader_{world_, source_.tapes()};
+  WorldReader reader_{world_, source_.event_logs()};
   double begin_ = 0, end_ = 0;
   bool backwards_ = false;
   float tolerance_ = 0.1f;

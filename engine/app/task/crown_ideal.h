@@ -16,7 +16,7 @@ struct CrownReduction {
   double edge_radius = 0;     // radius of the rounded edges between the surfaces
 };
 
-/// Reads the object `crown` of an ideal. Throws Error.
+/// Reads the object `crown` of an ideal shape. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
 /// Removes tissue from the tooth in `copy`. The chewing surface is lowered by the same depth everywhere; walls follow

@@ -17,7 +17,7 @@ using session::Defect;
 using session::DefectStroke;
 using session::Preparation;
 
-constexpr double kMinDepth = 0.15e-3;    // m off the ideal
+constexpr double kMinDepth = 0.15e-3;    // m off the ideal shape
 constexpr double kMinVolume = 0.005e-9;  // m³ of pulp or protected tissue
 constexpr double kMinFraction = 0.1;     // of a volume, by one stroke
 constexpr double kClosest = 1e-3;        // m from a place that no stroke reached
@@ -131,7 +131,7 @@ struct Region {
   Kind kind = Kind::kNone;
   std::vector<std::size_t> voxels;
   std::size_t deepest = 0;  // voxel
-  double depth = 0;         // m off the ideal
+  double depth = 0;         // m off the ideal shape
 };
 
 /// How far each voxel's result deviates from the target shape.

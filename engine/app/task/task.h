@@ -17,13 +17,13 @@ namespace typodont {
 
 /// The target shape of the task; empty if the task has none. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
-/// The ideal tissue; without an ideal, the tissue with the planned implant's bed; without a plan, `start`.
+/// The ideal tissue; without an ideal shape, the tissue with the planned implant's bed; without a plan, `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Compares results with the ideal. Copies its arguments. One thread at a time.
+/// Compares results with the ideal shape. Copies its arguments. One thread at a time.
 class TaskEvaluator {
  public:
-  /// Throws Error if the ideal is not valid.
+  /// Throws Error if the ideal shape is not valid.
   TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
@@ -58,7 +58,7 @@ struct FinishedHand {
   std::vector<ServoTick> unexplored;  // ticks of an exploration that are not yet evaluated
 };
 /// Computes the score that evaluate_session() would give for a recording. Takes a second or more. Throws Error if the
-/// tissue or its ideal cannot be built.
+/// tissue or its ideal shape cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
 /// A recorded session with its score, and with the tissue computed again from the cuts.

@@ -153,9 +153,9 @@ BoneGrey load_bone_grey() {
 double NerveCanal::distance(const dvec3& p_W) const {
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
-    const dvec3 way = path_W[i + 1] - path_W[i], from = p_W - path_W[i];
-    const double s = std::clamp(glm::dot(from, way) / std::max(glm::dot(way, way), 1e-18), 0.0, 1.0);
-    best = std::min(best, glm::length(from - s * way) - radius);
+    const dvec3 segment = path_W[i + 1] - path_W[i], from = p_W - path_W[i];
+    const double s = std::clamp(glm::dot(from, segment) / std::max(glm::dot(segment, segment), 1e-18), 0.0, 1.0);
+    best = std::min(best, glm::length(from - s * segment) - radius);
   }
   return best;
 }

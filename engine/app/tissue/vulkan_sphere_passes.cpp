@@ -47,10 +47,10 @@ static_assert(sizeof(Ball) == 80);
 struct Pass {
   glm::vec4 around;
   double origin[3];
-  float slack;
+  float rounding_margin;
   std::uint32_t spheres, balls, capacity, printed;
 };
-static_assert(offsetof(Pass, slack) == 40 && offsetof(Pass, printed) == 56 && sizeof(Pass) <= 128);
+static_assert(offsetof(Pass, rounding_margin) == 40 && offsetof(Pass, printed) == 56 && sizeof(Pass) <= 128);
 struct Contact {
   double t;
   std::uint32_t ball, sphere;
@@ -91,13 +91,14 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       for (const CutSphere& s : tissue)
         lo = glm::min(lo, s.base - s.base_radius), hi = glm::max(hi, s.base + s.base_radius);
       origin_ = 0.5 * (lo + hi);
-      slack_ = kRounding * glm::length(hi - lo);
+      rounding_margin_ = kRounding * glm::length(hi - lo);
       printed_ = removal == haptics::packing::Removal::kAsPrinted;
       upload(spheres_, tissue.size(), sizeof(CutSphere),
              [&](std::size_t i, std::byte* to) { std::memcpy(to, &tissue[i], sizeof(CutSphere)); });
       upload(bounds_, tissue.size(), sizeof(glm::vec4), [&](std::size_t i, std::byte* to) {
         const double r = tissue[i].radius();
-        const glm::vec4 bound(glm::vec3(tissue[i].center() - origin_), r > 0 ? static_cast<float>(r + slack_) : -1.0f);
+        const glm::vec4 bound(glm::vec3(tissue[i].center() - origin_),
+                              r > 0 ? static_cast<float>(r + rounding_margin_) : -1.0f);
         std::memcpy(to, &bound, sizeof bound);
       });
     });
@@ -106,7 +107,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
 
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept override {
     first = {};
-    if (!put(balls, [](const SweptBall& b) { return Ball{b.from, b.way, b.from + b.way, b.radius}; })) return false;
+    if (!put(balls, [](const SweptBall& b) { return Ball{b.from, b.motion, b.from + b.motion, b.radius}; }))
+      return false;
     const std::size_t groups = run(kContact);
     if (groups == 0) return false;
     const auto* const found = results_.mapped<Contact>();
@@ -229,7 +231,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
     // Adds the rounding errors of single-precision positions and distances.
-    reach += slack_ + kRounding * (glm::length(middle) + reach);
+    reach += rounding_margin_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
   }
@@ -242,7 +244,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMaxGroups);
     const Pass pass{around_,
                     {origin_.x, origin_.y, origin_.z},
-                    static_cast<float>(slack_),
+                    static_cast<float>(rounding_margin_),
                     static_cast<std::uint32_t>(count_),
                     balls_put_,
                     static_cast<std::uint32_t>(capacity_),
@@ -293,8 +295,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
-  dvec3 origin_{0};   // m, frame W: origin of the positions in single precision
-  double slack_ = 0;  // m, rounding error of a position
+  dvec3 origin_{0};             // m, frame W: origin of the positions in single precision
+  double rounding_margin_ = 0;  // m, rounding error of a position
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

@@ -113,8 +113,7 @@ void CoreObject::record() {
 namespace {
 
 /// Does the work of the tissue's thread while the servo runs on another thread: repeats the servo's new cuts in the
-/// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. False if there was
-/// nothing to do.
+/// tissue, passes a new tissue patch to the servo, and writes to the recording. False if there was nothing to do.
 bool carve(CoreObject& core, bool to_end = false) {
   const bool servo_is_freed = core.shared.use_count() == 1;
   const CarverSide::Read found = core.side->follow([](const Cut&) {}, to_end || servo_is_freed);
@@ -223,11 +222,11 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
     c.shared->patch = std::make_unique<haptics::PatchExchange>(c.carver());
     ServoTick start;
     start.X_WT.p = start.X_WG.p = to_vec(start_W);
-    Tapes& tapes = c.shared->session.tapes();
-    c.side.emplace(c.carver(), *c.shared->patch, tapes, start);
+    EventLogs& event_logs = c.shared->session.event_logs();
+    c.side.emplace(c.carver(), *c.shared->patch, event_logs, start);
     c.shared->patch->offer(c.carver(), start.X_WG.p);
     auto servo = std::make_unique<ServoObject>(
-        ServoObject{c.shared, {c.shared->session.servo(), tapes.servo, c.hand.rate}, c.tools, {}, {}});
+        ServoObject{c.shared, {c.shared->session.servo(), event_logs.servo, c.hand.rate}, c.tools, {}, {}});
     *out = make_handle<typodont_servo>(std::move(servo));
   });
 }
@@ -397,7 +396,7 @@ typodont_result typodont_core_record(typodont_core* core, const char* file, cons
     require(!c.recording, "it is being recorded already");
     require(!c.begun && !c.shared->patch, "a recording begins before the first tick");
     const SessionFiles files;
-    c.recording.emplace(file, c.scene, c.hand, c.volume(), c.shared->session.tapes(), trainee ? trainee : "");
+    c.recording.emplace(file, c.scene, c.hand, c.volume(), c.shared->session.event_logs(), trainee ? trainee : "");
   });
 }
 

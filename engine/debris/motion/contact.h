@@ -50,16 +50,16 @@ class Contact {
 
 /// Returns the mean velocity (m/s) of the air at a point during a step.
 inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
-  const glm::dvec3 way = suction.p_W - p_W;
-  const double r = std::max(glm::length(way), 1e-6);
-  return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
+  const glm::dvec3 offset = suction.p_W - p_W;
+  const double r = std::max(glm::length(offset), 1e-6);
+  return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * offset;
 }
 
 /// Returns true if the line from a to b passes c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-  const glm::dvec3 way = b - a;
-  const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
-  return glm::length(c - a - on * way) < radius;
+  const glm::dvec3 offset = b - a;
+  const double on = glm::clamp(glm::dot(c - a, offset) / std::max(glm::dot(offset, offset), 1e-20), 0.0, 1.0);
+  return glm::length(c - a - on * offset) < radius;
 }
 
 }  // namespace typodont::debris

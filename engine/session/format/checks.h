@@ -18,7 +18,7 @@ struct RecordingLimits {
   // Largest distance of the hand from the origin, m. The servo refuses larger ones.
   double farthest = 100;
   double farthest_cut = 10;  // m, largest distance of a cut from the origin; real cuts are near the tissue
-  // Largest length of a cut in one tick, m. A real cut is inside the patch, which is smaller.
+  // Largest length of a cut in one tick, m. A real cut is inside the tissue patch, which is smaller.
   double longest_cut = 0.05;
   double max_fill = 6e-3;                      // m, largest radius of a filled ball; real tools have at most 5 mm
   double max_force = 1e3;                      // N, largest force that a recording may contain

@@ -233,7 +233,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   add_orientation<T>(c, "tool", "the tool as drawn", [](T& t) -> Pose& { return t.X_WG; });
   c.push_back(only_in_file(exact<T>("cutting_power_W", "W", "power that goes into cutting",
                                     [](T& t) -> double& { return t.cutting_power; })));
-  c.push_back(only_in_file(exact<T>("patch", "", "number of the surface patch of this tick; 0: none",
+  c.push_back(only_in_file(exact<T>("patch", "", "number of the tissue patch of this tick; 0: none",
                                     [](T& t) -> std::uint32_t& { return t.patch; })));
   c.push_back(only_in_file(
       exact<T>("cuts", "", "cuts made so far, this tick's included", [](T& t) -> std::uint64_t& { return t.cuts; })));

@@ -76,7 +76,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Reads up to three bytes more; tool voxels never lie at the border of the patch.
+/// Reads up to three bytes more; tool voxels never lie at the border of the tissue patch.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -98,7 +98,7 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// Arguments of look_at_end() as plain data, relative to a near voxel, where floats are precise.
+/// Arguments of scan_end() as plain data, relative to a near voxel, where floats are precise.
 struct Task {
   const EndVoxels& voxels;
   const EndLaw& law;
@@ -125,7 +125,7 @@ struct alignas(64) Block {
   Flag touches[kBlock];       // 1: in contact
   Flag stops[kBlock];         // 1: touches bone that it cannot cut
   float ahead[kBlock];        // voxels, distance from bone at Task::beyond
-  std::int32_t at[kBlock];    // index of the patch's sample to read
+  std::int32_t at[kBlock];    // index of the tissue patch's sample to read
   Flag label[kBlock];         // tissue label at Task::beyond
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
@@ -190,7 +190,7 @@ TYPODONT_INLINE std::int32_t rounded(float v) {
 
 /// Removes contact from voxels that only touch bone beside them: an obstacle must continue ahead of the tool. Returns a
 /// bit mask of the labels in contact.
-TYPODONT_INLINE std::uint64_t look_beyond(const Task& task, Block& b) {
+TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, Block& b) {
   using Flag = Block::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
   const auto beyond = task.beyond;
@@ -270,14 +270,14 @@ TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t
   return any != 0;
 }
 
-TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block& b, EndLook& look) {
+TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block& b, EndScan& scan) {
   const double h = task.law.voxel;
   const auto width = static_cast<float>(task.law.width);
   for (std::size_t i = 0; i < kBlock; ++i) {
     if (b.stops[i] == 0 || task.voxels.r[first + i] > width) continue;
     const auto gap = static_cast<double>(b.gap[i]);
-    look.free = std::min(look.free, std::max(gap, 0.0));
-    if (gap <= kTouches * h) look.collided += static_cast<double>(b.area[i]);
+    scan.free = std::min(scan.free, std::max(gap, 0.0));
+    if (gap <= kTouches * h) scan.collided += static_cast<double>(b.area[i]);
   }
 }
 
@@ -295,15 +295,15 @@ struct Sum {
   }
 };
 
-TYPODONT_INLINE void look_at_all(const Task& task, EndLook& look) {
+TYPODONT_INLINE void scan_all(const Task& task, EndScan& scan) {
   Sum engaged, drag, turning, tissue[kTissueCount], hardness[kTissueCount];
   Block b;
   alignas(64) float grey[kBlock] = {};
   for (std::size_t first = 0; first < task.voxels.x.size(); first += kBlock) {
     if (!sample(task, first, b)) continue;
-    const std::uint64_t labels = look_beyond(task, b);
+    const std::uint64_t labels = scan_beyond(task, b);
     if (labels == 0) continue;
-    if (evaluate(task, first, labels, b)) add_stops(task, first, b, look);
+    if (evaluate(task, first, labels, b)) add_stops(task, first, b, scan);
     for (std::size_t i = 0; i < kBlock; ++i) grey[i] = grey[i] < b.grey[i] ? b.grey[i] : grey[i];
     engaged.add(b.area), drag.add(b.thrust), turning.add(b.cut);
     if (std::has_single_bit(labels)) {
@@ -317,21 +317,21 @@ TYPODONT_INLINE void look_at_all(const Task& task, EndLook& look) {
     }
   }
   for (std::size_t t = 0; t < kTissueCount; ++t) {
-    look.tissue[t] = tissue[t].total(), look.hardness[t] = hardness[t].total();
+    scan.tissue[t] = tissue[t].total(), scan.hardness[t] = hardness[t].total();
   }
-  look.engaged = engaged.total();
-  look.max_grey = static_cast<double>(*std::max_element(grey, grey + kBlock));
-  look.wrench.force.z = drag.total() / task.law.thrust_ratio;
-  look.wrench.torque.z = task.law.speed < 0 ? turning.total() : -turning.total();
+  scan.engaged = engaged.total();
+  scan.max_grey = static_cast<double>(*std::max_element(grey, grey + kBlock));
+  scan.wrench.force.z = drag.total() / task.law.thrust_ratio;
+  scan.wrench.torque.z = task.law.speed < 0 ? turning.total() : -turning.total();
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_blocks(const Task* task, EndLook* look) {
-  look_at_all(*task, *look);
+void scan_blocks(const Task* task, EndScan* scan) {
+  scan_all(*task, *scan);
 }
 
-/// Copies the arguments of look_at_end() into plain data.
-Task task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
+/// Copies the arguments of scan_end() into plain data.
+Task task_of(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center_V,
              const dquat& R_WT) {
   const glm::ivec3 origin(glm::floor(center_V));
   return {.voxels = voxels,
@@ -406,13 +406,13 @@ EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / v
   }
 }
 
-EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
-                    const dquat& R_WT) noexcept {
-  EndLook look;
+EndScan scan_end(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center_V,
+                 const dquat& R_WT) noexcept {
+  EndScan scan;
   const Task task = task_of(voxels, patch, law, center_V, R_WT);
-  look_at_blocks(&task, &look);
+  scan_blocks(&task, &scan);
   count_queries(voxels.count);
-  return look;
+  return scan;
 }
 
 }  // namespace typodont::haptics::implant

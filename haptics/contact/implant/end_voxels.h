@@ -7,7 +7,7 @@
 #include "engine/base/pose.h"
 #include "engine/contract/contact.h"
 #include "haptics/contact/implant/tool_voxels.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 
 namespace typodont::haptics::implant {
 
@@ -37,7 +37,7 @@ struct EndVoxels {
 
 /// Parameters of the cutting law in this tick. SI.
 struct EndLaw {
-  double voxel = 0;  // m, voxel size of the patch
+  double voxel = 0;  // m, voxel size of the tissue patch
   // m from the axis; within it, a voxel that cannot cut stops the tool
   double width = 0;
   bool cuts = false;    // false: the tool cannot cut, for example at rest
@@ -49,8 +49,8 @@ struct EndLaw {
   PerTissue grey{}, grey_per_hardness{};
 };
 
-/// Result of look_at_end().
-struct EndLook {
+/// Result of scan_end().
+struct EndScan {
   CuttingWrench wrench;  // force and torque per feed speed along -z, frame T
   double free = 1e9;     // m, motion until a voxel that cannot cut touches bone
   double engaged = 0;    // m², area of the end in contact
@@ -61,9 +61,9 @@ struct EndLook {
   PerTissue hardness{};  // m² × hardness, for each tissue
 };
 
-/// Sums the cutting law over the end, and finds obstacles ahead. `center_V`: head's centre, voxels. The patch must
-/// extend two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Same bits on every processor.
-EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
-                    const dquat& R_WT) noexcept;
+/// Sums the cutting law over the end, and finds obstacles ahead. `center_V`: head's centre, voxels. The tissue patch
+/// must extend two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Same bits on every processor.
+EndScan scan_end(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center_V,
+                 const dquat& R_WT) noexcept;
 
 }  // namespace typodont::haptics::implant

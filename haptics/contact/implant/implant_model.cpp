@@ -117,7 +117,7 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
 }
 
 /// Evaluates the voxels at the tool's end.
-EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed, double widest) const noexcept {
+EndScan ImplantModel::scan_ahead(const Pose& X_WT, bool cuts, double speed, double widest) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
   // One voxel less than the radius, so that the wall of an equally wide bed is not an obstacle.
@@ -126,7 +126,7 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed, doub
   law.max_grey = implant.max_grey;
   law.speed = speed;
   law.thrust_ratio = implant.thrust_ratio;
-  return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
+  return scan_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
 /// Measures the depth of a bed in m. The stored depth may be too large after an undo.
@@ -254,7 +254,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   bool can_begin = implant.kind == ImplantToolKind::kDrill && implant.centre_ability > 0 && tool_cuts(in) && on_tip;
   if (decide({false, false, false, met.pushed}, can_begin) != BedDecision::kBeginBed) return false;
   if (beds_.size() >= kMaxBeds || !patch_holds(out.p_WG)) return false;
-  can_begin = look_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).max_grey <= implant.max_grey;
+  can_begin = scan_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).max_grey <= implant.max_grey;
   if (!can_begin) return false;
   beds_.push_back({tip, axis, 0, radius, 0, false});
   begin_bed_motion(beds_.size() - 1, 0, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
@@ -294,7 +294,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out = {};
   out.touching = true;
   out.settled = false;
-  look_ = {};
+  scan_ = {};
   motion_ = Motion::kSliding;
   if (!patch_holds(last_.p)) {
     out.faults |= bits(Fault::kPatchEdge);
@@ -316,10 +316,10 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   }
   const dquat R = turned_into(now, in.X_WT.R);
   blend(in, out, {tool_in_bed(now, tip_).p, R});
-  const double torque = glm::dot(look_.wrench.torque, dvec3(0, 0, 1)) * std::max(0.0, axial_.speed);
+  const double torque = glm::dot(scan_.wrench.torque, dvec3(0, 0, 1)) * std::max(0.0, axial_.speed);
   torque_ += ((motion_ == Motion::kScrewing ? torque_ : torque) - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
   out.spindle_torque = torque_ * (out.R_WG * dvec3(0, 0, 1));
-  out.area = look_.engaged;
+  out.area = scan_.engaged;
 }
 
 /// Axial motion of drill or gauge in this tick, m.
@@ -327,20 +327,20 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   // Cuts only if the tip is on the axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
-  look_ = look_ahead(here, cuts, in.spindle);
+  scan_ = scan_ahead(here, cuts, in.spindle);
   const bool in_old_bed = tip_ < bed.depth - voxel();
-  if (look_.engaged > 0 && cuts && look_.free > 0) {
+  if (scan_.engaged > 0 && cuts && scan_.free > 0) {
     motion_ = Motion::kDrilling;
-  } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
+  } else if (scan_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
   // Cutting force acts only inward, not on withdrawal.
-  const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
+  const double drag = parameters_.sliding_drag + (wanted > 0 ? scan_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
   const double step =
       eased(in, bed, wanted,
-            allowed_step(moved, look_.free, parameters_.steps * voxel(), look_.collided > 0, parameters_.as_printed));
+            allowed_step(moved, scan_.free, parameters_.steps * voxel(), scan_.collided > 0, parameters_.as_printed));
   axial_.speed = step / in.dt;
   return step;
 }
@@ -348,9 +348,9 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
 /// Limits the step by switch_slew until the tool has caught up with the hand. A perforating drill is not limited.
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
-  const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
-  const double slow = std::clamp(step, std::min(own, 0.0) - pace, std::max(own, 0.0) + pace);
-  if (std::abs(wanted - slow) <= pace) easing_ = false;
+  const double own = glm::dot(in.moved, bed.axis_W), max_step = parameters_.switch_slew * in.dt / stiffness(in);
+  const double slow = std::clamp(step, std::min(own, 0.0) - max_step, std::max(own, 0.0) + max_step);
+  if (std::abs(wanted - slow) <= max_step) easing_ = false;
   return slow;
 }
 
@@ -370,27 +370,27 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   // The core of an implant displaces the wall of a narrower bed.
-  look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1, bed.radius);
-  if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
+  scan_ = bed.bore ? EndScan{} : scan_ahead(here, false, 1, bed.radius);
+  if (bed.bore) scan_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
     // Before the thread engages, the tool slides, or is drawn in if it is pushed.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
-    const double step = eased(in, bed, wanted, std::clamp(std::min(slides, look_.free), -most, most));
+    const double step = eased(in, bed, wanted, std::clamp(std::min(slides, scan_.free), -most, most));
     axial_.speed = step / in.dt;
     return step;
   }
   motion_ = Motion::kScrewing;
   const double drawn = implant.pitch * turn / (2 * kPi);
-  const double step = std::clamp(std::min(drawn, look_.free), -most, most);
+  const double step = std::clamp(std::min(drawn, scan_.free), -most, most);
   axial_.speed = step / in.dt;
   // Sign of the felt torque about z: positive with a motor, negative by hand; zero without rotation.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_fraction * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
   // The implant is seated if it is completely in bone, or at the bottom of a shallow bed.
-  const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
+  const bool at_bottom = scan_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
@@ -450,20 +450,20 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
 }
 
 /// Repeats a cut; a placed implant is already in the snapshot.
-PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
+PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
 /// Torque of a round bur: the sum of the cutting law over all its outer voxels.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
-  const dvec3 way = out.p_WG - in.X_WG.p;
-  const double speed = glm::length(way) / in.dt;
+  const dvec3 motion = out.p_WG - in.X_WG.p;
+  const double speed = glm::length(motion) / in.dt;
   torque_ *= std::exp(-in.dt / kTorqueTime);
   if (!(tool_cuts(in) && speed > 0) || !patch_holds(out.p_WG)) return;
   const ToolVoxels& voxels = voxels_[tool_];
   const double h = voxel();
   const dvec3 center = settings_.frame.to_voxels(out.p_WG),
-              along = glm::conjugate(in.X_WT.R) * (way / glm::length(way));
+              along = glm::conjugate(in.X_WT.R) * (motion / glm::length(motion));
   const glm::dmat3 R = glm::mat3_cast(in.X_WT.R) / h;
   CuttingWrench sum;
   for (const ToolVoxel& v : voxels.outer) {
@@ -478,7 +478,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
 }
 
 /// If there is no bone ahead, reads the tissue from the wall beside the end. Returns the number of samples with tissue.
-double ImplantModel::look_at_wall(const Contact& contact) noexcept {
+double ImplantModel::scan_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
   double total = 0;
@@ -488,8 +488,8 @@ double ImplantModel::look_at_wall(const Contact& contact) noexcept {
         settings_.frame.to_voxels(contact.p_WG + contact.R_WG * dvec3(behind * std::cos(a), behind * std::sin(a), z));
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     if (tissue == 0) continue;
-    look_.tissue[tissue] += 1;
-    look_.hardness[tissue] += hardness_at(patch_, p_V);
+    scan_.tissue[tissue] += 1;
+    scan_.hardness[tissue] += hardness_at(patch_, p_V);
     total += 1;
   }
   return total;
@@ -513,13 +513,13 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
   out.unit = voxel();
   out.count = out.own = 2;
   double total = 0;
-  for (const double area : look_.tissue) total += area;
-  if (!(total > 0)) total = look_at_wall(out);
+  for (const double area : scan_.tissue) total += area;
+  if (!(total > 0)) total = scan_wall(out);
   if (!(total > 0)) return;
-  out.tissue = look_.tissue;
+  out.tissue = scan_.tissue;
   out.graded = !patch_.hardness.empty();
   for (std::size_t t = 0; t < out.tissue.size(); ++t) {
-    out.hardness[t] = out.tissue[t] > 0 ? look_.hardness[t] / out.tissue[t] : 1;
+    out.hardness[t] = out.tissue[t] > 0 ? scan_.hardness[t] / out.tissue[t] : 1;
     out.tissue[t] /= total;
   }
   out.known_tissue = true;

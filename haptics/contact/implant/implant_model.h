@@ -54,9 +54,9 @@ class ImplantModel final : public offset::OffsetModel {
   Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
   dquat turned_into(const Bed& bed, const dquat& R_WT) const noexcept;
   /// `widest`: m, radius beyond which bone is no obstacle.
-  EndLook look_ahead(const Pose& X_WT, bool cuts, double speed,
+  EndScan scan_ahead(const Pose& X_WT, bool cuts, double speed,
                      double widest = std::numeric_limits<double>::infinity()) const noexcept;
-  double look_at_wall(const Contact& contact) noexcept;
+  double scan_wall(const Contact& contact) noexcept;
   double bed_depth(const Bed& bed) const noexcept;
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
@@ -76,12 +76,12 @@ class ImplantModel final : public offset::OffsetModel {
   double thread_torque(const Bed& bed, double tip) const noexcept;
   void blend(const ContactInput& in, Contact& out, const Pose& state) noexcept;
 
-  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
+  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept override;
 
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // one for each tool
   std::vector<EndVoxels> ends_;     // voxels at the end of each tool
-  // Cutting law with the properties of the tissues; look_ahead() adds those of the tool and the tick.
+  // Cutting law with the properties of the tissues; scan_ahead() adds those of the tool and the tick.
   EndLaw law_;
   // For each tissue and hardness byte: torque of a thread in it / torque in reference bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
@@ -98,7 +98,7 @@ class ImplantModel final : public offset::OffsetModel {
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;            // result of look_ahead() in this tick
+  EndScan scan_;            // result of scan_ahead() in this tick
   double torque_ = 0;       // N·m, low-pass filtered torque about the tool's axis
   bool cuts_free_ = false;  // true: outside beds, the tool cuts in this tick
   bool seated_ = false;     // true: the implant is at its final position

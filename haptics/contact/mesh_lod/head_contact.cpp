@@ -11,7 +11,7 @@ namespace {
 constexpr double kOverlap = 1e-9;
 // Tolerated overlap at rest, in radii. Without it, a sharp rim could not enter its own hole again, which has the same
 // width.
-constexpr double kSlack = 0.01;
+constexpr double kAllowedDepth = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list is begun
 constexpr double kAhead = 0.4;
 // largest effort per tick for the next list, in faces + points
@@ -81,7 +81,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
     return false;
   }
   list_where_needed(grid, p);
-  return min_distance(p) > -kSlack * head_.radius() - kOverlap;
+  return min_distance(p) > -kAllowedDepth * head_.radius() - kOverlap;
 }
 
 void HeadContact::map_to(const TriangleGrid& grid) noexcept {
@@ -91,7 +91,7 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   c_ = follower_.follow(
-      head_, list_.points, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
+      head_, list_.points, c_, {hip, R_WT_}, kAllowedDepth * head_.radius(), give,
       [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double far) { return far; },
       [] { return true; });
   leading_out_ = !list_.points.empty() && !give && follower_.led_out();
@@ -111,13 +111,13 @@ double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double m
   return std::min(most, min_distance(p));
 }
 
-PerTissue HeadContact::engaged_area(const TriangleGrid&, const dvec3& way) noexcept {
+PerTissue HeadContact::engaged_area(const TriangleGrid&, const dvec3& direction) noexcept {
   PerTissue area{};
   const double within = kOnHead * head_.radius();
   distances_.find(head_, list_.points, {c_, R_WT_}, within);
   for (const std::uint32_t i : distances_.kept()) {
     const HeadPoints::PointArea& point_area = list_.areas[i];
-    const double across = -glm::dot(point_area.area, way);
+    const double across = -glm::dot(point_area.area, direction);
     if (across > 0) area[static_cast<std::size_t>(point_area.tissue)] += across;
   }
   return area;

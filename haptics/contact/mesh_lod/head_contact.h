@@ -33,7 +33,7 @@ class HeadContact final : public SurfaceContact {
   bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept override {
     return HeadLister::is_free(grid, head_, X_W);
   }
-  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
+  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept override;
 
  private:
   double margin() const noexcept { return vertex::FollowParameters::margin * head_.radius(); }

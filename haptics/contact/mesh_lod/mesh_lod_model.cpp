@@ -14,20 +14,20 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kSpeedTime = 20e-3;               // s, time constant of the filter for the hand's speed
-constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a tool without contact
+constexpr double kSpeedTime = 20e-3;                         // s, time constant of the filter for the hand's speed
+constexpr double kSearchDistance = SurfacePoint::kFarthest;  // m, search distance around a tool without contact
 // m; tissue_at() uses the nearest face up to this distance
 constexpr double kNearby = 0.2e-3;
 constexpr double kMinStep = 1e-9;  // m; a cut with a shorter step is not made
 // weight of each new value in the running mean measured_
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur. kMaxSunk:
-// overlap of head and faces. kMaxSunkAlong: distance that the bur may cut without a new snapshot.
-constexpr double kMaxSunk = 0.5, kMaxSunkAlong = 2;
+// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur.
+// kMaxOverlap: overlap of head and faces. kMaxAdvance: distance that the bur may cut without a new snapshot.
+constexpr double kMaxOverlap = 0.5, kMaxAdvance = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
 // smallest and largest ratio of measured to estimated removed volume
 constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
-// m, a shorter offset_ counts as zero
+// m; a shorter vector offset_ counts as zero
 constexpr double kNoOffset = 1e-12;
 // lower limit of: stiffness of a tissue / ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
@@ -51,8 +51,8 @@ Stiffness stiffness_of(const MaterialTable& materials) {
 
 }  // namespace
 
-std::size_t LevelBySpeed::step(double way, double dt, std::size_t count) noexcept {
-  const double now = way / dt;
+std::size_t LevelBySpeed::step(double displacement, double dt, std::size_t count) noexcept {
+  const double now = displacement / dt;
   speed_ = fresh_ ? now : now + (speed_ - now) * std::exp(-dt / kSpeedTime);
   const double margin = fresh_ ? 0 : hysteresis_;
   fresh_ = false;
@@ -89,7 +89,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
-    if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
+    if (first_lacking <= made_.last()) first_missing_cut_ = made_[first_lacking].from;
     const bool edited = fresh.edits != snapshot_.edits;
     double estimated = 0, measured = 0;
     for (std::uint64_t i = made_.first_after(snapshot_.cuts); i <= fresh.cuts; ++i) {
@@ -133,11 +133,11 @@ double MeshLodModel::clearance(const Pose& X) noexcept {
   const dvec3 p = X * ends_[tool_];
   if (snapshot_.number == 0 || !holds(p, point().outlook())) return 0;
   point().turn_to(X.R);
-  double room = kLook;
-  for (std::size_t level = 0; level < level_count(tool_) && room > 0; ++level) {
-    room = std::min(room, point().clearance(grids()[level], p, kLook));
+  double clearance = kSearchDistance;
+  for (std::size_t level = 0; level < level_count(tool_) && clearance > 0; ++level) {
+    clearance = std::min(clearance, point().clearance(grids()[level], p, kSearchDistance));
   }
-  return room;
+  return clearance;
 }
 
 void MeshLodModel::release() noexcept {
@@ -283,20 +283,21 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
 
 /// Returns true if the faces of the snapshot can still stop the head at `to`: the head's axis has not passed them.
 /// Without this test, a bur could pass all faces if no new snapshot arrives.
-bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
-  const double most = kMaxSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
-  if (sunk <= most) return true;
-  return sunk <= kMaxSunkAlong * point().radius() && point().clearance(finest(), to, 0) >= -most;
+bool MeshLodModel::may_penetrate_to(const dvec3& to) noexcept {
+  const double most = kMaxOverlap * point().radius(),
+               advance = glm::distance(to, behind() ? first_missing_cut_ : point().place());
+  if (advance <= most) return true;
+  return advance <= kMaxAdvance * point().radius() && point().clearance(finest(), to, 0) >= -most;
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
-  const dvec3 c = point().place(), way = in.X_WT.p - c;
-  const double left = glm::length(way);
+  const dvec3 c = point().place(), displacement = in.X_WT.p - c;
+  const double left = glm::length(displacement);
   if (!(left > 0)) return false;
   // The head moves towards the hand as far as the energy allows. A step of length s removes A s + π r s² (A: contact
   // area; r: head's radius). The second term lies below newly touched surface.
-  PerTissue area = point().engaged_area(grid(), way / left);
+  PerTissue area = point().engaged_area(grid(), displacement / left);
   double all = 0, work = 0;  // all: m², contact area; work: J/m, energy per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
@@ -312,15 +313,15 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   // The budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kMinStep)) return false;
-  const dvec3 to = c + step / left * way;
-  if (!may_sink_to(to)) return false;
+  const dvec3 to = c + step / left * displacement;
+  if (!may_penetrate_to(to)) return false;
   PerTissue removed{};
   for (std::size_t t = 1; t < area.size(); ++t) removed[t] = area[t] * step;
   const auto under = static_cast<std::size_t>(point().hold(0).tissue);
   removed[under] += round * step * step;
   energy = work * step + round * step * step * u;
   const Pose end{to, in.X_WT.R}, from = cutting_ ? end_ : Pose{c, in.X_WT.R};
-  if (!behind()) sunk_from_ = c;
+  if (!behind()) first_missing_cut_ = c;
   made_.add(made_.last() + 1, {removed, c});
   cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
   point().sink_to(to);
@@ -360,7 +361,7 @@ void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
 
 Tissue MeshLodModel::tissue_at(const dvec3& p_W) const noexcept {
   if (snapshot_.number == 0) return Tissue::kAir;
-  const TriangleGrid::Nearest near = finest().nearest(p_W, kLook);
+  const TriangleGrid::Nearest near = finest().nearest(p_W, kSearchDistance);
   const bool there = near.found && (near.distance <= kNearby || finest().inside(p_W));
   return there ? finest().face(near.face).tissue : Tissue::kAir;
 }

@@ -19,9 +19,9 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// Level for this tick, from 0 (finest) to `count` - 1. `way`: m, displacement of the hand in this tick; `dt`: s,
-  /// duration of the tick.
-  std::size_t step(double way, double dt, std::size_t count) noexcept;
+  /// Level for this tick, from 0 (finest) to `count` - 1. `displacement`: m, displacement of the hand in this tick;
+  /// `dt`: s, duration of the tick.
+  std::size_t step(double displacement, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
  private:
@@ -70,7 +70,7 @@ class MeshLodModel final : public ContactModel {
   bool holds(const dvec3& p, double reach) const noexcept;
   /// Returns true if the head may move to `to`: faces of the snapshot, which may lack the last cuts, can still stop it
   /// there.
-  bool may_sink_to(const dvec3& to) noexcept;
+  bool may_penetrate_to(const dvec3& to) noexcept;
   /// Returns true if the snapshot lacks some of the servo's cuts. While it does, faces that overlap the head count as
   /// removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
@@ -115,12 +115,12 @@ class MeshLodModel final : public ContactModel {
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
-  dvec3 sunk_from_{0};       // m, start of the first cut that the snapshot lacks
-  bool cutting_ = false;     // true: the bur has cut since it was placed; the next cut begins at end_
-  bool in_own_cut_ = false;  // true from a cut until the head is clear of the mesh
-  RetreatPath path_;         // path while in_own_cut_, voxels
-  Pose end_;                 // pose of the tool after the last cut
-  bool adopted_ = false;     // true: a snapshot was adopted in this tick
+  dvec3 first_missing_cut_{0};  // m, start of the first cut that the snapshot lacks
+  bool cutting_ = false;        // true: the bur has cut since it was placed; the next cut begins at end_
+  bool in_own_cut_ = false;     // true from a cut until the head is clear of the mesh
+  RetreatPath path_;            // path while in_own_cut_, voxels
+  Pose end_;                    // pose of the tool after the last cut
+  bool adopted_ = false;        // true: a snapshot was adopted in this tick
   // filtered ratio of measured to estimated removed volume, for the cuts in the last snapshot
   double measured_ = 1;
 };

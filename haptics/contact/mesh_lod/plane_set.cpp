@@ -16,7 +16,7 @@ class FacePlanes {
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
 
   const Plane& plane(int i) const noexcept { return set_[i]; }
-  double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
+  double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.gap; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
     constexpr double kSlip = 1e-13;  // m, a smaller violation is ignored
     int worst = -1;

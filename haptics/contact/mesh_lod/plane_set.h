@@ -8,10 +8,10 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A plane allows the points x with n · (x - c) >= -room, where c is a common centre. SI units.
+/// A plane allows the points x with n · (x - c) >= -gap, where c is a common centre. SI units.
 struct Plane {
   dvec3 n{0};               // unit normal
-  double room = 0;          // m, distance that the point may move from c against n
+  double gap = 0;           // m, distance that the point may move from c against n
   dvec3 p{0};               // m, point on the surface
   std::uint64_t order = 0;  // of equally violated planes, the lowest order is used
   std::uint32_t face = 0;   // index of the face that gives the plane

@@ -69,8 +69,8 @@ class SurfaceContact {
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
   /// Returns true if the contact shape (ball or other head) at X_W overlaps no face.
   virtual bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept = 0;
-  /// Area (m²) of each tissue's surface that touches or overlaps the head, projected along the unit vector `way`.
-  virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
+  /// Area (m²) of each tissue's surface that touches or overlaps the head, projected along the unit vector `direction`.
+  virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept = 0;
 
  protected:
   // A surface point is in contact if its distance from the head / the head's radius is below this.

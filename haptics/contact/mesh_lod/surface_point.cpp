@@ -123,15 +123,15 @@ void find_nearest(EightFaces& faces, const double* point) {
   for (int i = 0; i < 3; ++i) {
     const D8* const from = i == 0 ? faces.a : i == 1 ? faces.b : faces.c;
     const D8* const to = i == 0 ? faces.b : i == 1 ? faces.c : faces.a;
-    D8 way[3], off[3], q[3];
-    for (int k = 0; k < 3; ++k) way[k] = to[k] - from[k], off[k] = point[k] - from[k];
-    const D8 along = off[0] * way[0] + off[1] * way[1] + off[2] * way[2],
-             square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    D8 direction[3], off[3], q[3];
+    for (int k = 0; k < 3; ++k) direction[k] = to[k] - from[k], off[k] = point[k] - from[k];
+    const D8 along = off[0] * direction[0] + off[1] * direction[1] + off[2] * direction[2],
+             square = direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
     D8 part = along / square;
     part = part < 0.0 ? zero : part;
     part = part > 1.0 ? zero + 1.0 : part;
     part = square > 0.0 ? part : zero;
-    for (int k = 0; k < 3; ++k) q[k] = from[k] + part * way[k], off[k] = point[k] - q[k];
+    for (int k = 0; k < 3; ++k) q[k] = from[k] + part * direction[k], off[k] = point[k] - q[k];
     const D8 d2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
     const L8 closer = d2 < best2;
     for (int k = 0; k < 3; ++k) best[k] = closer ? q[k] : best[k];
@@ -271,7 +271,7 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
 
 /// Adds walls: the edges of `face` to softer tissue.
 void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach,
-                             bool& room) noexcept {
+                             bool& fits) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
     return;
   const dvec3 up = unit_or(face.normal(), dvec3(0));
@@ -287,23 +287,23 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
-    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,
+    fits = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,
                         index, static_cast<std::int8_t>(k)}) &&
-           room;
+           fits;
   }
 }
 
 /// Adds the planes of all faces within `reach` (m) of the ball. Returns false if there are too many.
-bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
+bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
-  bool room = true;
+  bool fits = true;
   // Planes of interiors come first; edges of faces below them then need no plane.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
     if (give) free = std::max(free, 0.0);
-    if (free <= reach) room = planes_.add({n, free, p, order, i, -1}) && room;
+    if (free <= reach) fits = planes_.add({n, free, p, order, i, -1}) && fits;
   };
   const std::span<const std::uint32_t> close = close_faces(grid, r + reach);
   tested_ += static_cast<int>(close.size());
@@ -392,10 +392,10 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   if (options_.walls && !give && ground_ != Tissue::kAir) {
     for (const std::uint32_t k : close) {
       const std::uint32_t i = near_[k];
-      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, k | kOfWall, reach, room);
+      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, k | kOfWall, reach, fits);
     }
   }
-  return room;
+  return fits;
 }
 
 /// At an edge or corner of a face, the step to a single plane is too short. Extends it along the plane, to the line
@@ -407,12 +407,12 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   const dvec3 off = hip - at.p;
   const double size = glm::length(off), along = size > kSkin ? glm::dot(off, plane.n) / size : 0;
   if (at.edge < 0 || !(along > kMinAlong)) return;
-  const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
-  const dvec3 other = at.p + way / size * off - c_;
+  const double direction = (glm::dot(plane.n, c_ - at.p) - plane.gap) / along;
+  const dvec3 other = at.p + direction / size * off - c_;
   // Ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
-    if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
+    if (glm::dot(planes_[i].n, other) < -planes_[i].gap - kStays) return;
   }
   step = other;
 }
@@ -449,7 +449,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
       valid = near_reach_;
     }
     double left = std::min(valid, wanted);
-    while (!look(grid, left, give) && left > kStays) left /= 2;
+    while (!collect_planes(grid, left, give) && left > kStays) left /= 2;
     dvec3 step = planes_.nearest_allowed(hip - c_, active);
     if (!behind_) {
       for (int k = 0; k < active.count; ++k) {
@@ -461,7 +461,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
         beyond_ = grid.face(plane.face).tissue;
       }
       if (gave_way_ && behind_) {
-        look(grid, left, give);
+        collect_planes(grid, left, give);
         step = planes_.nearest_allowed(hip - c_, active);
       }
     }
@@ -493,12 +493,12 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
 }
 
 /// Uses the collected faces if they include all faces near the ball; otherwise searches in the grid.
-PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
+PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();
   const auto add = [&](const Face& face) {
     const dvec3 off = (face.a + face.b + face.c) / 3.0 - c_;
-    const double size = -glm::dot(face.normal(), way) / 2;
+    const double size = -glm::dot(face.normal(), direction) / 2;
     if (size > 0 && glm::dot(off, off) <= within * within) area[static_cast<std::size_t>(face.tissue)] += size;
   };
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < kOnHead * radius()) {

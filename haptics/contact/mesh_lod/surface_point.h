@@ -48,16 +48,16 @@ class SurfacePoint final : public SurfaceContact {
   bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept override {
     return !grid.nearest(X_W.p, radius()).found;
   }
-  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
+  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept override;
 
  private:
   bool lift(const TriangleGrid& grid, dvec3 n) noexcept;
   void collect(const TriangleGrid& grid, double reach) noexcept;
   void round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane, dvec3& step) const noexcept;
   bool rests_on(const TriangleGrid& grid, Plane& plane) const noexcept;
-  bool look(const TriangleGrid& grid, double reach, bool give) noexcept;
+  bool collect_planes(const TriangleGrid& grid, double reach, bool give) noexcept;
   std::span<const std::uint32_t> close_faces(const TriangleGrid& grid, double within) noexcept;
-  void add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach, bool& room) noexcept;
+  void add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach, bool& fits) noexcept;
   double stiffness_of(Tissue tissue) const noexcept { return stiffness_[static_cast<std::size_t>(tissue)]; }
 
   SurfaceOptions options_;

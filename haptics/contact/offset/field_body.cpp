@@ -42,12 +42,12 @@ bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) 
 
 }  // namespace
 
-/// If the patch of a large head would be larger than the tissue, the patch becomes just large enough to contain all
-/// tissue. Throws Error if it needs too much memory.
+/// If the tissue patch of a large head would be larger than the tissue, the patch becomes just large enough to contain
+/// all tissue. Throws Error if it needs too much memory.
 void FieldBody::choose_grid() {
   constexpr int kAir = 8;                            // voxels of air around the tissue
-  constexpr double kLarge = 4e6;                     // samples; smaller patches follow the tool, which is faster
-  constexpr double kMaxSamples = 2e8, kPatches = 4;  // samples of a patch, and patches of a session
+  constexpr double kLarge = 4e6;                     // samples; smaller tissue patches follow the tool, which is faster
+  constexpr double kMaxSamples = 2e8, kPatches = 4;  // samples of a tissue patch, and patches of a session
   constexpr double kSampleBytes = sizeof(float) + sizeof(Tissue);
   const double voxel = volume_.frame().voxel;
   edge_ = patch_edge_for(tools_, voxel);
@@ -113,13 +113,13 @@ bool FieldBody::redo() {
 namespace {
 
 // Largest number of leaves (8³ samples) in a PatchStep. The servo copies them in one tick, 50 to 100 ns each, so
-// copying takes no longer than a cut with a bur of 1.2 mm. If more leaves changed, the whole patch is exchanged.
+// copying takes no longer than a cut with a bur of 1.2 mm. If more leaves changed, the whole tissue patch is exchanged.
 constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace
 
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  auto patch = std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, edge_));
+  auto patch = std::make_unique<TissuePatch>(empty_patch_for(tools_, volume_.frame().voxel, edge_));
   const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
   if (edge * edge <= kMaxInStep) patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMaxInStep));
   return patch;
@@ -127,12 +127,12 @@ std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
 
 namespace {
 
-TissueVolume::Copied whole(SurfacePatch& patch) {
+TissueVolume::Copied whole(TissuePatch& patch) {
   return {patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
           patch.hardness.empty() ? nullptr : patch.hardness.data()};
 }
 
-VoxelBox box_of(const SurfacePatch& patch) {
+VoxelBox box_of(const TissuePatch& patch) {
   return {patch.lo, patch.lo + patch.n - 1};
 }
 
@@ -155,17 +155,18 @@ void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
 
 }  // namespace
 
-/// First voxel of a patch of `n`³ samples around `center_W`.
+/// First voxel of a tissue patch of `n`³ samples around `center_W`.
 glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   if (whole_) return *whole_;
   const dvec3 center_V = volume_.frame().to_voxels(center_W);
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-/// Moves a patch to `lo` and updates it. If all changes since its last copy are known, copies only these, the servo's
-/// changes and the new parts. copy_part(box) copies a box, copy_written(written, inside) the changes in `inside`.
+/// Moves a tissue patch to `lo` and updates it. If all changes since its last copy are known, copies only these, the
+/// servo's changes and the new parts. copy_part(box) copies a box, copy_written(written, inside) the changes in
+/// `inside`.
 template <class CopyPart, class CopyWritten>
-void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
+void FieldBody::renew(TissuePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
   const VoxelBox before = volume_.written_since(patch.copied_at, written) ? box_of(patch) : VoxelBox{};
   patch.move_to(lo);
@@ -178,9 +179,9 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_p
 }
 
 void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
-  auto& patch = static_cast<SurfacePatch&>(snapshot);
-  if (patch.n == 0) {  // the servo's first patch, which has no memory yet
-    SurfacePatch sized = empty_patch_for(tools_, volume_.frame().voxel, edge_);
+  auto& patch = static_cast<TissuePatch&>(snapshot);
+  if (patch.n == 0) {  // the servo's first tissue patch, which has no memory yet
+    TissuePatch sized = empty_patch_for(tools_, volume_.frame().voxel, edge_);
     static_cast<Snapshot&>(sized) = patch;
     std::swap(sized.step, patch.step);
     patch = std::move(sized);
@@ -194,14 +195,14 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   patch.from = held != 0 && copy_step(patch, lo, held) ? held : 0;
   if (patch.from == 0) cut_out_complete(patch, lo);
   last_ = {patch.number, lo, volume_.foreign_changes()};
-  for (SurfacePatch& coarse : patch.coarse_levels) {
+  for (TissuePatch& coarse : patch.coarse_levels) {
     const int n = coarse_.every;
     coarse.number = patch.number;
     coarse.whole = patch.whole;
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // The coarse patch is never a step, because the servo cuts it in longer steps.
+    // The coarse tissue patch is never a step, because the servo cuts it in longer steps.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {
@@ -212,8 +213,8 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   mark_cut_boxes(patch);
 }
 
-/// Copies a complete patch that starts at `lo`.
-void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
+/// Copies a complete tissue patch that starts at `lo`.
+void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
   const auto copy_part = [&](VoxelBox part) {
     // Rounds to whole leaves, which are copied faster.
     for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
@@ -230,9 +231,9 @@ void FieldBody::cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo) {
   });
 }
 
-/// Copies only the new leaves, if the servo will hold the last copied patch `held`. Returns false after a foreign
-/// change, or if there are too many leaves.
-bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
+/// Copies only the new leaves, if the servo will hold the last copied tissue patch `held`. Returns false after a
+/// foreign change, or if there are too many leaves.
+bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
   std::size_t leaves = 0;
@@ -241,7 +242,7 @@ bool FieldBody::copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32
     leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
   });
   if (leaves > patch.step.most()) return false;
-  // The patch lacks the samples that stay, so the next copy must be complete.
+  // The tissue patch lacks the samples that stay, so the next copy must be complete.
   patch.lo = lo;
   patch.copied_at = 0;
   patch.step.clear();
@@ -253,11 +254,11 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot, 0);
 }
 
-/// Sets the patch's boxes around cut and around filled samples.
-void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
+/// Sets the tissue patch's boxes around cut and around filled samples.
+void FieldBody::mark_cut_boxes(TissuePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);
-  for (SurfacePatch& coarse : patch.coarse_levels) {
+  for (TissuePatch& coarse : patch.coarse_levels) {
     volume_.cut_box(coarse.lo * coarse_.every, (coarse.lo + coarse_.edge - 1) * coarse_.every, coarse.cut_lo,
                     coarse.cut_hi);
     if (coarse.cut_lo.x > coarse.cut_hi.x) continue;

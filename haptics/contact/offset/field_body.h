@@ -1,4 +1,4 @@
-// The carver's tissue for contact models with a SurfacePatch. Carver thread only.
+// The carver's tissue for contact models with a TissuePatch. Carver thread only.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "haptics/contact/proxy/non_cutting_contacts.h"
-#include "haptics/contact/surface_patch.h"
 #include "haptics/contact/tissue_body.h"
+#include "haptics/contact/tissue_patch.h"
 
 namespace typodont::haptics::offset {
 
@@ -45,28 +45,28 @@ class FieldBody : public TissueBody {
 
  private:
   template <class CopyPart, class CopyWritten>
-  void renew(SurfacePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written);
-  bool copy_step(SurfacePatch& patch, const glm::ivec3& lo, std::uint32_t held);
-  void cut_out_complete(SurfacePatch& patch, const glm::ivec3& lo);
+  void renew(TissuePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written);
+  bool copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held);
+  void cut_out_complete(TissuePatch& patch, const glm::ivec3& lo);
   glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
   void choose_grid();
-  void mark_cut_boxes(SurfacePatch& patch) const;
+  void mark_cut_boxes(TissuePatch& patch) const;
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // search for pieces that are cut off from the tissue
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
-  // The last patch that was copied: its number, its first voxel, and the volume's foreign changes before it.
+  // The last tissue patch that was copied: its number, its first voxel, and the volume's foreign changes before it.
   struct {
     std::uint32_t number = 0;
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  double travel_ = 0;  // m that a head may move before it needs a new patch
-  int edge_ = 0;       // samples of a patch along each axis
-  // First voxel of a patch that contains all tissue. nullopt: patches follow the tool.
+  double travel_ = 0;  // m that a head may move before it needs a new tissue patch
+  int edge_ = 0;       // samples of a tissue patch along each axis
+  // First voxel of a tissue patch that contains all tissue. nullopt: patches follow the tool.
   std::optional<glm::ivec3> whole_;
-  // Sample spacing and size of the coarse patch around the shank; 0: no tool has a shank.
+  // Sample spacing and size of the coarse tissue patch around the shank; 0: no tool has a shank.
   CoarseGrid coarse_;
 };
 

@@ -1,4 +1,4 @@
-// Adds filling: a dome that grows on the tissue nearest to the instrument's free end. The head limits it.
+// Adds filling: a ball that grows on the tissue nearest to the instrument's free end. The head limits it.
 #include <algorithm>
 #include <cmath>
 
@@ -39,7 +39,7 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
   const Pose X_WH{contact.p_WG, in.X_WT.R};
-  if (!begin_dome(X_WH, reach)) return false;
+  if (!begin_ball(X_WH, reach)) return false;
   const auto ball = [&] {
     return Fill(instrument, settings_.frame.to_world(filling_.center), filling_.radius * h, X_WH, settings_.frame);
   };
@@ -48,7 +48,7 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::max_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Only the part of the dome's surface in air can grow. Its fraction is taken from the last tick, so less than the
+  // Only the part of the ball's surface in air can grow. Its fraction is taken from the last tick, so less than the
   // delivered volume may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
@@ -76,32 +76,33 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Searches the nearest open place from the first dome, through filled voxels, when the dome cannot grow. The dome
-/// grows there, or a new one begins. Beyond search_cost, the next tick continues. Returns false if there is none.
+/// Searches the nearest open place from the first ball of filling, through filled voxels, when the ball cannot grow.
+/// The ball grows there, or a new one begins. Beyond search_cost, the next tick continues. Returns false if there is
+/// none.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
-  for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
-    if (open_place_search_.way == open_place_search_.rays.size())
-      open_place_search_.way = 0, ++open_place_search_.looks;
-    const double away = open_place_search_.looks * P::flow_step;
+  for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.current) {
+    if (open_place_search_.current == open_place_search_.rays.size())
+      open_place_search_.current = 0, ++open_place_search_.sample;
+    const double away = open_place_search_.sample * P::flow_step;
     if (!(away < farthest)) return false;
-    OpenPlaceSearch::Ray& way = open_place_search_.rays[open_place_search_.way];
-    if (way.next > open_place_search_.looks) continue;
+    OpenPlaceSearch::Ray& ray = open_place_search_.rays[open_place_search_.current];
+    if (ray.next > open_place_search_.sample) continue;
     left -= P::sample_cost;
-    const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[open_place_search_.way]));
+    const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[open_place_search_.current]));
     if (!patch_.holds(place, P::max_step + static_cast<double>(Sweep::kMargin))) {
-      way.next = OpenPlaceSearch::kNever;
+      ray.next = OpenPlaceSearch::kNever;
       continue;
     }
     const glm::ivec3 at = glm::ivec3(place) - patch_.lo;
     const std::size_t i = patch_.at(at.x, at.y, at.z);
-    way.in_tissue = patch_.distance[i] <= 0 && !is_filled(patch_.tissue[i]) ? way.in_tissue + 1 : 0;
-    if (way.in_tissue > P::thin) way.next = OpenPlaceSearch::kNever;
+    ray.in_tissue = patch_.distance[i] <= 0 && !is_filled(patch_.tissue[i]) ? ray.in_tissue + 1 : 0;
+    if (ray.in_tissue > P::thin) ray.next = OpenPlaceSearch::kNever;
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
     if (by_head > -P::open) {  // the head covers the ray up to this sample
-      way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
+      ray.next = open_place_search_.sample + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
@@ -117,8 +118,9 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// Begins a new dome if there is none, or if the instrument has moved. Returns false if no tissue is in reach.
-bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
+/// Begins a new ball of filling if there is none, or if the instrument has moved. Returns false if no tissue is in
+/// reach.
+bool OffsetModel::begin_ball(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
   const dvec3 end = settings_.frame.to_voxels(X_WH * dvec3(0, 0, -half));
@@ -132,13 +134,13 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // Midway between two walls, the dome begins on the tissue in front of the instrument.
+    // Midway between two walls, the ball of filling begins on the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
-    double way = 0;
-    while (way <= reach && sample_linear(patch_, end + way * ahead) > 0) way += P::look_step;
-    if (way > reach) return false;
-    center += way * ahead;
+    double travel = 0;
+    while (travel <= reach && sample_linear(patch_, end + travel * ahead) > 0) travel += P::search_step;
+    if (travel > reach) return false;
+    center += travel * ahead;
   }
   filling_ = {filling_.owed, 0, 1, center, end, center};
   open_place_search_ = {};

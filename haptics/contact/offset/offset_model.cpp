@@ -40,9 +40,9 @@ OffsetModel::OffsetModel(const ServoSettings& settings)
 double OffsetModel::clearance(const Pose& X_WG) noexcept {
   const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
   if (!patch_.covers(X_VT.p, reach() + 1)) return 0;
-  double room = std::min(free_distance(X_VT.p), patch_.reach_around(X_VT.p) - reach() - 1) - 1;
-  if (smooth().any()) room = std::min(room, smooth().room(patch_, X_VT) - 1);
-  return room > 1 ? room * voxel() : 0;
+  double clearance = std::min(free_distance(X_VT.p), patch_.reach_around(X_VT.p) - reach() - 1) - 1;
+  if (smooth().any()) clearance = std::min(clearance, smooth().clearance(patch_, X_VT) - 1);
+  return clearance > 1 ? clearance * voxel() : 0;
 }
 
 void OffsetModel::begin_anew() noexcept {
@@ -67,7 +67,7 @@ bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcep
   if (!patch_.covers(X_VT.p, far + 1)) return false;
   const double distance = sample_linear(patch_, X_VT.p);
   parts.forget();
-  if (distance > far + 2 && parts.room(patch_, X_VT) > SearchParameters::contact_range) return true;
+  if (distance > far + 2 && parts.clearance(patch_, X_VT) > SearchParameters::contact_range) return true;
   if (distance <= 0) return false;
   other.find(patch_, X_VT, SearchParameters::contact_range, contacts_);
   if (parts.any()) parts.find(patch_, X_VT, SearchParameters::contact_range, contacts_);
@@ -109,7 +109,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     }
     (which < contacts_.own() ? out.on_head : out.on_shank) += weight * plane.n;
     dvec3 below = plane.x - kFeltBelow * plane.n;
-    const SurfacePatch* felt_in = &patch_;
+    const TissuePatch* felt_in = &patch_;
     if (!patch_.holds(below, 0)) {
       if (patch_.coarse_levels.empty()) continue;
       felt_in = &patch_.coarse_levels.front();

@@ -45,12 +45,12 @@ class OffsetModel : public PatchModel {
     dvec3 target{0};       // voxels, the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
     // voxels, sinking depth that the energy budget allows
-    double slack = 0;
-    double slack_at_walls = 0;  // 0..1, fraction of `slack` at a wall of harder tissue
+    double allowed_depth = 0;
+    double allowed_depth_at_walls = 0;  // 0..1, fraction of `allowed_depth` at a wall of harder tissue
     double overlap_before = 0;
     // Voxels of lag behind the hand that change the force by 1 N/s for one tick.
-    double pace_per_slew = 0;
-    bool paced = false;  // true: the proxy's speed is limited in this tick
+    double step_per_slew = 0;
+    bool limits_step = false;  // true: the proxy's speed is limited in this tick
     // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.
     dvec3 fall_normal{0};
     // voxels, largest motion of this tick against fall_normal
@@ -72,7 +72,7 @@ class OffsetModel : public PatchModel {
     dvec3 long_step{0};  // voxels, last step that was too long for one iteration
     int reversals = 0;   // number of long steps opposite to the previous long step
     // true: the proxy's speed limit ends the search
-    bool at_pace = false;
+    bool at_max_step = false;
     // voxels, head's centre by contacts alone, without speed limit
     dvec3 held_at{0};
     // voxels, target of the head: the hand's position, corrected for the grip of the cutting edges
@@ -99,7 +99,7 @@ class OffsetModel : public PatchModel {
   Ending search(const ContactInput& in, Search& s, bool seated) noexcept;
   Advance advance_free(const ContactInput& in, Search& s, double& head_free) noexcept;
   void find_contacts(const ContactInput& in, Search& s, double head_free) noexcept;
-  void look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept;
+  void search_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept;
   dvec3 project(const ContactInput& in, Search& s, bool& comes_free) noexcept;
   dvec3 refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept;
   dvec3 extrapolate(Search& s, const dvec3& step) noexcept;
@@ -108,7 +108,7 @@ class OffsetModel : public PatchModel {
   /// Returns true if the head neither cuts nor fills.
   bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
-  double debt_fraction(const ContactInput& in) const noexcept;
+  double deficit_fraction(const ContactInput& in) const noexcept;
   double wall_at(const ContactPlane& plane) const noexcept;
   double strongest_wall(const ActivePlanes& active) const noexcept;
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
@@ -122,22 +122,22 @@ class OffsetModel : public PatchModel {
 
   // Defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Cuts the sweep from in.X_WG to X_WB in the fine and the coarse patch. If tissue changed, returns true and sets
-  /// `cut`.
+  /// Cuts the sweep from in.X_WG to X_WB in the fine and the coarse tissue patch. If tissue changed, returns true and
+  /// sets `cut`.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
   VoxelFrame coarse_frame() const noexcept {
     return {settings_.frame.origin, voxel() * patch_.coarse_levels.front().every};
   }
-  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
-  void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
+  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept override;
+  void update_coarse(TissuePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
   // Defined in filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
-  bool begin_dome(const Pose& X_WH, double reach) noexcept;
+  bool begin_ball(const Pose& X_WH, double reach) noexcept;
   bool search_open_place(const Fill& instrument, double reach) noexcept;
 
   double hardest_ = 0;  // J/m³, largest specific energy of all tissues
@@ -151,15 +151,15 @@ class OffsetModel : public PatchModel {
   bool emptied_ = false;  // true: the last cut removed all tissue inside the head
   // voxels, tolerated overlap of head and tissue; decreases over time
   double overlap_ = 0;
-  bool sunk_ = false;  // true: the head is deep in tissue and is being moved out
+  bool deep_penetration_ = false;  // true: the head is deep in tissue and is being moved out
   // 0..1, fraction of power used at a harder wall in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s, time that the tool has been outside its patch
-  // N, contact force when the patch became late. A plane then replaces the tissue, and yields to a larger force. 0: not
-  // late.
+  double lost_for_ = 0;  // s, time that the tool has been outside its tissue patch
+  // N, contact force when the tissue patch became late. A plane then replaces the tissue, and yields to a larger force.
+  // 0: not late.
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when the patch became late
+  dvec3 bridge_from_{0};  // voxels, the head's centre when the tissue patch became late
   // s, remaining time of the proxy's smooth return to the surface
   double rejoining_ = 0;
   struct Retreat {
@@ -178,10 +178,10 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // State of the removal between ticks. A front contains the samples that the head can still change.
-  CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse patch
+  CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse tissue patch
   Pose cut_end_;                   // pose of the head after the last cut
   std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut
-  // A cut of the coarse patch. It joins several fine cuts, and may wait for a later tick.
+  // A cut of the coarse tissue patch. It joins several fine cuts, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at start and end
     std::uint64_t cut = 0;   // number of the last fine cut that it contains
@@ -192,8 +192,8 @@ class OffsetModel : public PatchModel {
 
   struct Filling {
     double owed = 0;     // m³, filling delivered but not placed yet
-    double radius = -1;  // voxels, radius of the dome; negative: there is no dome
-    // fraction of the dome's surface that could grow in the last tick
+    double radius = -1;  // voxels, radius of the ball of filling; negative: there is no ball
+    // fraction of the ball's surface that could grow in the last tick
     double free_fraction = 1;
     // voxels: centre of the ball; the instrument's free end when it began
     dvec3 center{0}, end{0};
@@ -201,16 +201,16 @@ class OffsetModel : public PatchModel {
     dvec3 root{0};
     bool idle = false;  // true: hardly any filling could be added in the last tick
   } filling_;
-  // Search for a place with room for filling, along rays from the first dome. All rays advance together, so the nearest
-  // place is found first.
+  // Search for a place with room for filling, along rays from the first ball of filling. All rays advance together, so
+  // the nearest place is found first.
   struct OpenPlaceSearch {
     struct Ray {
       int next = 0;       // index of the next sample to examine
       int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // index of the current sample of all rays
-    std::size_t way = 0;  // index of the ray to examine next
+    int sample = 0;           // index of the current sample of all rays
+    std::size_t current = 0;  // index of the ray to examine next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
   // Directions of the search rays; empty if no tool fills.

@@ -41,7 +41,7 @@ struct SearchParameters {
   // largest factor that lengthens a step, with several contacts
   static constexpr double max_gain_of_many = 2;
   // voxels, largest sinking depth per tick; the contact planes are not valid deeper
-  static constexpr double max_slack = 1;
+  static constexpr double max_allowed_depth = 1;
   // voxels; overlap up to this comes from cutting or rounding. A deeper head is inside tissue, and is moved out slowly.
   static constexpr double deep = 0.6;
   // voxels; a head deep in tissue is moved out along the field's gradients until its overlap is below this
@@ -65,7 +65,7 @@ struct WallPlacementParameters {
 
 /// Limits the change of the force while cutting to at most 0.02 N per tick, by limiting the proxy's speed relative to
 /// the hand.
-struct PaceParameters {
+struct StepLimitParameters {
   static constexpr double cut_slew = 6;  // N/s, limit in contact
   // N/s, limit when the head breaks through
   static constexpr double free_slew = 14;
@@ -76,8 +76,8 @@ struct PaceParameters {
   static constexpr double tolerance = 1.02;  // factor by which the limit may be exceeded
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
   // s of motor power that past cuts have consumed too much; above this, the bur is slowed down
-  static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s; as `free_debt`, but the bur stops
+  static constexpr double free_deficit = 3e-3;
+  static constexpr double standing_deficit = 12e-3;  // s; as `free_deficit`, but the bur stops
 };
 
 /// A fall: tissue under the bur is gone, and the hand accelerates. The speed at the next contact is limited
@@ -115,17 +115,17 @@ struct WallParameters {
   static constexpr int rounds = 4;
 };
 
-/// Recovery of a head inside tissue or outside the patch.
+/// Recovery of a head inside tissue or outside the tissue patch.
 struct RecoveryParameters {
   // s, time constant with which the tolerated overlap decreases
   static constexpr double recovery_time = 6e-3;
   static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
-  // s outside the old patch after which the new one is late
+  // s outside the old tissue patch after which the new one is late
   static constexpr double patch_wait = 0.01;
-  // m; if a fast hand is less than this ahead of a moving proxy, its patch is not late. Farther away, the hand has
-  // jumped.
+  // m; if a fast hand is less than this ahead of a moving proxy, its tissue patch is not late. Farther away, the hand
+  // has jumped.
   static constexpr double longest_lag = 20e-3;
-  // m that the head has moved since the patch became late; beyond this, the plane's force decreases
+  // m that the head has moved since the tissue patch became late; beyond this, the plane's force decreases
   static constexpr double bridge_reach = 5e-3;
   // N; the plane yields at last contact force + this
   static constexpr double bridge_yield = 0.5;
@@ -149,7 +149,7 @@ struct RetreatParameters {
   // m from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels between samples on the line from proxy to hand
-  static constexpr double look_step = 1;
+  static constexpr double search_step = 1;
 };
 
 /// Cutting of the coarse patch, the tissue around the shank.
@@ -168,13 +168,13 @@ struct FillingParameters {
   // two surfaces.
   static constexpr double one_surface = 0.5;
   // voxels between samples in front of the instrument
-  static constexpr double look_step = 0.25;
+  static constexpr double search_step = 0.25;
   static constexpr double step = 0.25;   // voxels by which the radius may always grow per tick
   static constexpr double max_step = 1;  // voxels, largest growth of the radius per tick
   // s of delivery placed per tick beyond what still waits
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
-  // smallest free fraction of its surface with which a dome grows
+  // smallest free fraction of its surface with which a ball of filling grows
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;

@@ -8,7 +8,7 @@ namespace typodont::haptics::offset {
 
 namespace {
 
-using P = PaceParameters;
+using P = StepLimitParameters;
 using Q = SearchParameters;
 
 /// Grip of the cutting edges: a pressed, rotating head moves sideways only if its lag behind `target` exceeds a limit.
@@ -28,11 +28,11 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
 }
 
 /// Limits the proxy's speed relative to the hand. `shift`: the hand's displacement. Returns how far the proxy's
-/// displacement may differ from it: `pace`, or slightly more than `step` requires, so that a stuck head can sink.
-double farthest(const dvec3& step, const dvec3& shift, double pace) {
+/// displacement may differ from it: `max_step`, or slightly more than `step` requires, so that a stuck head can sink.
+double farthest(const dvec3& step, const dvec3& shift, double max_step) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
-  return std::max(pace, std::hypot(glm::length(nearest * step - shift), pace / 2));
+  return std::max(max_step, std::hypot(glm::length(nearest * step - shift), max_step / 2));
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
-  s.slack = s.slack_at_walls = s.fall_limit = 0;
+  s.allowed_depth = s.allowed_depth_at_walls = s.fall_limit = 0;
   // Separate assignments, because a chained one would read the first value back from memory.
   s.fall_normal = dvec3(0);
   s.contact_push = dvec3(0);
@@ -68,19 +68,19 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.overlap_before = overlap_;
   if (in.jumped) rejoining_ = 0;
   if (overlap_ > 0) overlap_ *= std::exp(-in.dt / R::recovery_time);
-  s.pace_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
-  if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
+  s.step_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
+  if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.step_per_slew);
   rejoining_ = std::max(overlap_ > 0 && rejoining_ > 0 ? in.dt : 0.0, rejoining_ - in.dt);
   if (overlap_ < R::min_overlap) overlap_ = 0;
-  sunk_ = sunk_ && overlap_ > 0;
-  s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
+  deep_penetration_ = deep_penetration_ && overlap_ > 0;
+  s.limits_step = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
 /// Limits the speed of a bur in a fall: the tissue under it is gone, so the hand accelerates until the next contact. A
 /// fall is detected if the tissue's push decreases while the hand gains speed against it.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
-  if (!(step_.paced && in.cuts && !in.scrapes)) {
+  if (!(step_.limits_step && in.cuts && !in.scrapes)) {
     fall_.push_mean = dvec3(0);
     return;
   }
@@ -127,8 +127,8 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   }
   const dvec3 c = p.c;
   if (p.touching) {
-    p.c = p.start + debt_fraction(in) * (c - p.start);
-    p.contact_push = (s.at_pace ? s.held_at : c) - p.target + p.c - c;
+    p.c = p.start + deficit_fraction(in) * (c - p.start);
+    p.contact_push = (s.at_max_step ? s.held_at : c) - p.target + p.c - c;
   }
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
@@ -138,10 +138,12 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
-  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.covers(p.start, reach() + 1))) {
+  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.limits_step &&
+        patch_.covers(p.start, reach() + 1))) {
     return false;
   }
-  if (smooth().any() && smooth().room(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMaxSeated) {
+  if (smooth().any() &&
+      smooth().clearance(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMaxSeated) {
     return false;
   }
   return finder().seat(patch_, p.target, p.start, p.c, contacts_, alone);
@@ -166,7 +168,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     }
     if (iteration == 0 || !p.touching) find_sink_depth(in);
     const double unfelt = rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
-    if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + unfelt) overlap_ = contacts_.deepest();
+    if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.allowed_depth + unfelt)
+      overlap_ = contacts_.deepest();
 
     bool comes_free = false;
     dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
@@ -178,7 +181,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     }
 
     dvec3 step = next - p.c;
-    if ((contacts_.count() == 1 || !in.cuts) && p.active.count > 0 && !s.at_pace) {
+    if ((contacts_.count() == 1 || !in.cuts) && p.active.count > 0 && !s.at_max_step) {
       step = extrapolate(s, step);
       next = p.c + step;
     }
@@ -195,7 +198,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the speed limit ends the search until the next tick
+    if (s.at_max_step) {  // the speed limit ends the search until the next tick
       p.touching = !comes_free;
       break;
     }
@@ -217,7 +220,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
 }
 
 double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
-  return smooth().any() ? std::min(head_free, smooth().room(patch_, X_VT)) : head_free;
+  return smooth().any() ? std::min(head_free, smooth().clearance(patch_, X_VT)) : head_free;
 }
 
 /// Moves the head towards the target by sphere tracing: a step is never longer than the distance to tissue.
@@ -231,18 +234,18 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   const double free = free_distance(Pose{p.c, in.X_WT.R}, head_free);
   if (!(free > 2)) return Advance::kNear;
   p.touching = false;
-  const dvec3 way = p.target - p.c;
-  const double distance = glm::length(way);
+  const dvec3 motion = p.target - p.c;
+  const double distance = glm::length(motion);
   if (distance <= free - 1) {
     p.c = p.target;
     return Advance::kArrived;
   }
-  const dvec3 next = p.c + way * ((free - 1) / distance);
+  const dvec3 next = p.c + motion * ((free - 1) / distance);
   if (!patch_.covers(next, reach() + 1)) {
     p.lost = true;
-    // Moves the head to the border of the patch, so that the next patch is centred farther ahead; otherwise a fast head
-    // would never advance.
-    p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
+    // Moves the head to the border of the tissue patch, so that the next patch is centred farther ahead; otherwise a
+    // fast head would never advance.
+    p.c += motion * std::min((free - 1) / distance, patch_.held_fraction(p.c, motion, reach() + 1));
     return Advance::kArrived;
   }
   p.c = next;
@@ -255,23 +258,24 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
-  if (contacts_.count() > 1 && (in.cuts || ball) && !contacts_.sunk() && !contacts_.flat() &&
+  if (contacts_.count() > 1 && (in.cuts || ball) && !contacts_.deep_penetration() && !contacts_.flat() &&
       glm::length(c - s.found_at) < Q::reuse_distance) {
     contacts_.drop_added();
     finder().relinearize({c, in.X_WT.R}, contacts_);
     if (smooth().any()) smooth().relinearize({c, in.X_WT.R}, contacts_);
   } else {
-    look_around(in, c, head_free + reach() < 0);
+    search_around(in, c, head_free + reach() < 0);
     s.found_at = c;
   }
 }
 
 /// Searches the contacts of head, shank and safe end (pin at the tip), with the head's centre at c.
-void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
+void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_, only_touches(in));
-  sunk_ = contacts_.deepest() > (sunk_ ? Q::led_out : ContactFinder::kSunk) || center_inside;
-  if (sunk_) {
+  deep_penetration_ =
+      contacts_.deepest() > (deep_penetration_ ? Q::led_out : ContactFinder::kDeepPenetration) || center_inside;
+  if (deep_penetration_) {
     finder().find_way_out(patch_, X_VT, contacts_);
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
@@ -292,20 +296,20 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   Step& p = step_;
   s.led_to = p.target;
   if (in.normal_force > 0 && in.cuts && !in.scrapes) {
-    s.led_to = held_target(p.start, p.target, in.normal, p.shift, P::grip_slew * p.pace_per_slew);
+    s.led_to = held_target(p.start, p.target, in.normal, p.shift, P::grip_slew * p.step_per_slew);
   }
-  dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
   // In a fall, an additional plane under the head limits the speed. It sinks at the allowed landing speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
-  if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
-  const double pace = (comes_free ? P::free_slew : P::cut_slew) * p.pace_per_slew;
-  const double allowed = p.paced ? farthest(next - p.start, p.shift, pace) : 0;
-  s.at_pace = falls || (p.paced && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
+  if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
+  const double max_step = (comes_free ? P::free_slew : P::cut_slew) * p.step_per_slew;
+  const double allowed = p.limits_step ? farthest(next - p.start, p.shift, max_step) : 0;
+  s.at_max_step = falls || (p.limits_step && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
   const bool eases = in.cuts || tool().fill != Tissue::kAir;
-  if (s.at_pace && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
+  if (s.at_max_step && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
   return next;
 }
 
@@ -321,13 +325,14 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
       refined |= finder().refine(patch_, {p.c, in.X_WT.R}, contacts_, p.active.index[i], !in.cuts);
     }
     if (!refined) break;
-    next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+    next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   }
   // At the border to harder tissue (Wang 2009), a bur uses a fraction of its power: the ratio of the specific energies.
   const bool walled = in.cuts && settings_.boundary_walls;
-  for (int round = 0;
-       walled && p.slack > 0 && round < WallParameters::rounds && hold_at_walls(p.active, p.slack_at_walls); ++round) {
-    next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  for (int round = 0; walled && p.allowed_depth > 0 && round < WallParameters::rounds &&
+                      hold_at_walls(p.active, p.allowed_depth_at_walls);
+       ++round) {
+    next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   }
   return next;
 }
@@ -357,18 +362,19 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   const double cap = kPi * tool().radius() / h;
   const auto bought_by = [&](double energy) {
     const double volume = std::max(energy, 0.0) / in.specific_energy / (h * h * h);
-    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::max_slack) : 0.0;
+    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::max_allowed_depth)
+                      : 0.0;
   };
-  step_.slack = bought_by(in.budget);
-  step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
+  step_.allowed_depth = bought_by(in.budget);
+  step_.allowed_depth_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.allowed_depth;
 }
 
 /// Fraction 0..1 of its step that a bur may make. A bur whose cuts have used more energy than the motor delivered is
 /// slowed down while it is pressed into tissue.
-double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
+double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
-  return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
+  return std::clamp((P::standing_deficit + in.budget / in.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
 
 /// Returns true if a ball placed on a single wall overlaps the planes that hold it by less than a tolerance, which is
@@ -394,7 +400,7 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
     if (away <= P::tolerance * most) break;
     fraction *= most / away;
     led_to = carried + fraction * (pulled_to - carried);
-    next = nearest_allowed(contacts_, step_.c, overlap_, step_.slack, led_to, step_.active);
+    next = nearest_allowed(contacts_, step_.c, overlap_, step_.allowed_depth, led_to, step_.active);
   }
   return led_to;
 }
@@ -436,12 +442,12 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
 /// relative to the hand. The proxy can only lag behind the hand, so this dissipates energy.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
-  const bool at_pace = p.paced && !p.deep;
-  breaking_through_ = at_pace && !p.touching;
-  if (!at_pace) return;
+  const bool at_max_step = p.limits_step && !p.deep;
+  breaking_through_ = at_max_step && !p.touching;
+  if (!at_max_step) return;
   const dvec3 step = p.c - p.start;
-  const double pace = (breaking_through_ ? P::free_slew : P::cut_slew) * p.pace_per_slew;
-  p.c = p.start + max_fraction(step, -p.shift, farthest(step, p.shift, pace)) * step;
+  const double max_step = (breaking_through_ ? P::free_slew : P::cut_slew) * p.step_per_slew;
+  p.c = p.start + max_fraction(step, -p.shift, farthest(step, p.shift, max_step)) * step;
   p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
 }
 
@@ -453,11 +459,11 @@ bool OffsetModel::lead_back() noexcept {
   Step& p = step_;
   RetreatPath& path = retreat_.path;
   const bool near = glm::length(p.target - p.c) * voxel() < R::far / 2;
-  for (double left = R::slew * p.pace_per_slew; !near && left > 0 && path.size() > retreat_.to;) {
-    const dvec3 way = path.last() - p.c;
-    const double length = glm::length(way);
+  for (double left = R::slew * p.step_per_slew; !near && left > 0 && path.size() > retreat_.to;) {
+    const dvec3 motion = path.last() - p.c;
+    const double length = glm::length(motion);
     if (length > left) {
-      p.c += way * (left / length);
+      p.c += motion * (left / length);
       break;
     }
     p.c = path.last();
@@ -483,7 +489,7 @@ void OffsetModel::withdraw(const ContactInput& in) noexcept {
   Step& p = step_;
   if (in.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
   if (tool().shape != HeadShape::kSphere && RetreatPath::turned(in.X_WT.R, cut_end_.R)) return;
-  p.c = retreat_.path.withdrawn(p.c, p.target, RetreatParameters::slew * p.pace_per_slew + glm::length(p.shift));
+  p.c = retreat_.path.withdrawn(p.c, p.target, RetreatParameters::slew * p.step_per_slew + glm::length(p.shift));
 }
 
 /// Records the path of a cutting tool. Detects that the hand has moved away while the contacts still hold the proxy.
@@ -514,18 +520,18 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
-  const dvec3 way = p.target - p.c;
-  const double length = glm::length(way);
+  const dvec3 motion = p.target - p.c;
+  const double length = glm::length(motion);
   if (length * voxel() > R::too_far) return true;
-  for (double s = reach(); s < length; s += R::look_step) {
-    const dvec3 x = p.c + way * (s / length);
+  for (double s = reach(); s < length; s += R::search_step) {
+    const dvec3 x = p.c + motion * (s / length);
     if (patch_.covers(x, 1)) {
       if (free_distance(x) > 1) return true;
       continue;
     }
     if (patch_.coarse_levels.empty()) return false;
-    // Samples of the coarse patch are `every` voxels apart, so it must show more free space.
-    const SurfacePatch& coarse = patch_.coarse_levels.front();
+    // Samples of the coarse tissue patch are `every` voxels apart, so it must show more free space.
+    const TissuePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.covers(x / every, 1)) return false;
     if (sample_linear(coarse, x / every) * every - reach() > every) return true;
@@ -533,13 +539,13 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Replaces the tissue by the plane of the last contact until a new patch arrives (Adachi 1995, Mark 1996). If the
-/// patch is late, the plane yields to larger forces, and its force decreases to zero beyond bridge_reach. Measurements:
-/// docs/safety.md.
+/// Replaces the tissue by the plane of the last contact until a new tissue patch arrives (Adachi 1995, Mark 1996). If
+/// the patch is late, the plane yields to larger forces, and its force decreases to zero beyond bridge_reach.
+/// Measurements: docs/safety.md.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  // A head that advances by at least one voxel is not lost, although the hand is faster than the patches.
+  // A head that advances by at least one voxel is not lost, although the hand is faster than the tissue patches.
   const bool moves_on =
       !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
@@ -550,10 +556,10 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
     double under = glm::dot(p.start - p.target, in.normal);
     if (p.late) {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
-      const double way = glm::length(p.start - bridge_from_) * voxel();
-      const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
+      const double motion = glm::length(p.start - bridge_from_) * voxel();
+      const double most = std::clamp(2 - motion / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
                           // voxels, largest distance of the plane from the hand
-                          p.pace_per_slew / in.dt;
+                          p.step_per_slew / in.dt;
       under = std::min(under, most);
     }
     p.c = under > 0 ? p.target + under * in.normal : p.target;

@@ -1,4 +1,4 @@
-// Removes tissue from the servo's patch, and repeats cuts that a new patch lacks.
+// Removes tissue from the servo's tissue patch, and repeats cuts that a new patch lacks.
 #include <algorithm>
 #include <cmath>
 
@@ -47,8 +47,9 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Cuts the coarse patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: the fine cut
-/// took long, so this one may be made later, because only the shank, behind the head, touches the coarse patch.
+/// Cuts the coarse tissue patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: the
+/// fine cut took long, so this one may be made later, because only the shank, behind the head, touches the coarse
+/// patch.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -68,7 +69,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::max_waits) finish_coarse();
 }
 
-/// Makes the waiting cut of the coarse patch, if any.
+/// Makes the waiting cut of the coarse tissue patch, if any.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -85,12 +86,12 @@ void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
     front_.forget();
     contacts_.forget_creases();
   }
-  // The new coarse patch comes from the volume, which was cut in shorter steps, so its front is not valid.
+  // The new coarse tissue patch comes from the volume, which was cut in shorter steps, so its front is not valid.
   coarse_front_.forget();
   smooth().forget();
 }
 
-PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
+PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept {
   const Tool& with = heads_[made.tool].tool;
   if (made.fill_radius > 0) {
     bool changed;
@@ -103,10 +104,10 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
-/// Adds the cuts that the new snapshot's coarse patch lacks.
-void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
+/// Adds the cuts that the new snapshot's coarse tissue patch lacks.
+void OffsetModel::update_coarse(TissuePatch& fresh, bool edited) noexcept {
   if (fresh.coarse_levels.empty()) return;
-  SurfacePatch& coarse = fresh.coarse_levels.front();
+  TissuePatch& coarse = fresh.coarse_levels.front();
   const VoxelFrame frame{settings_.frame.origin, voxel() * coarse.every};
   if (edited) {
     for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {

@@ -55,7 +55,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
-    const SphereTree::Hit hit = tree.first_hit(balls[k].from, balls[k].radius, balls[k].way);
+    const SphereTree::Hit hit = tree.first_hit(balls[k].from, balls[k].radius, balls[k].motion);
     if (hit && hit.t < first.t) first = {hit.t, static_cast<int>(k), hit.sphere};
   }
   return first;

@@ -164,8 +164,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
-      const double room = spheres_.tree().room(c, r + r / whole * kGapsAround * packing_.max_hole);
-      spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
+      const double clearance = spheres_.tree().clearance(c, r + r / whole * kGapsAround * packing_.max_hole);
+      spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, clearance)));
       changed(piece[k], before[k]);
     }
     loose.center_W = (lo + hi) / 2.0;

@@ -13,7 +13,7 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
+constexpr double kSearchDistance = 10e-3;  // m, largest distance that clearance() can return
 // m; tissue_at() finds spheres up to this distance
 constexpr double kNearby = 0.2e-3;
 // largest number of lengths tried per cut, to find the affordable one
@@ -130,7 +130,7 @@ double PackingModel::clearance(const Pose& X_WG) noexcept {
   const double reach = proxy().tool().reach;
   // The servo uses only clearances above a voxel, so smaller ones need not be exact.
   const double least = settings_.frame.voxel;
-  return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
+  return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kSearchDistance + reach, least + reach) - reach);
 }
 
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
@@ -189,16 +189,16 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   Pose X = proxy().pose();
   const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
   // m, motion per tick
-  const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
+  const double max_step = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
-  for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
-    const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
-    const double length = glm::length(way);
+  for (double left = max_step; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
+    const dvec3 motion = kPathUnit * retreat_.path.last() - X.p;
+    const double length = glm::length(motion);
     if (length > left) {
-      X.p += way * (left / length);
+      X.p += motion * (left / length);
       break;
     }
-    X.p += way;
+    X.p += motion;
     left -= length;
     retreat_.path.drop_last();
   }
@@ -375,19 +375,19 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   tried_share_ = -1;
   double most =
       proxy().non_cutting_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
-  const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
-  if (!(way > 0)) return false;
-  price_ *= way / std::max(last_path_length_, 1e-12);
-  last_path_length_ = way;
+  const double angle = glm::length(turn), motion = glm::length(move) + tool.head_reach * angle;
+  if (!(motion > 0)) return false;
+  price_ *= motion / std::max(last_path_length_, 1e-12);
+  last_path_length_ = motion;
   if (angle > 0) most = std::min(most, kMaxTurn / angle);
-  if (by_power && price_ > 0 && postpones(in.dt, in.budget / price_ * way)) return false;
+  if (by_power && price_ > 0 && postpones(in.dt, in.budget / price_ * motion)) return false;
   if (by_power) {
-    most = std::min(most, parameters_.free_speed * in.dt / way);
+    most = std::min(most, parameters_.free_speed * in.dt / motion);
     most = affordable(from, move, turn, most, in.budget);
   } else {
     const double density = parameters_.by_contact ? surface_.density : surface_.normalised;
     const double speed = cutting_speed(parameters_.base_speed, density, parameters_.free_speed);
-    most = std::min(most, cutting_step(speed, in.dt, way) / way);
+    most = std::min(most, cutting_step(speed, in.dt, motion) / motion);
   }
   const Pose to = part_of(from, move, turn, most);
   bool changed = false;

@@ -334,12 +334,12 @@ class Packer {
   /// Searches the best centre near `node`: tests even directions, and halves the step.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
-    const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
+    const double free_depth = std::min(field_.in(tissue, node), kFullDepths * limit_);
     const double travel = kMaxTravel * spacing_;
     near_.clear();
     ++stamp_;
     stamps_.resize(placed_.size(), 0);
-    for_spheres_near(node, std::max(room, 0.0) + 2 * travel, [&](int i) {
+    for_spheres_near(node, std::max(free_depth, 0.0) + 2 * travel, [&](int i) {
       if (std::exchange(stamps_[static_cast<std::size_t>(i)], stamp_) != stamp_)
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });

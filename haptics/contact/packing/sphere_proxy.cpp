@@ -33,7 +33,7 @@ constexpr double kMaxMargin = 300e-6;
 // margin of a near list / motion per tick
 constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if a list would be empty
-constexpr double kLook = 2e-3;
+constexpr double kSearchDistance = 2e-3;
 // m, rounding error of a distance, added to limits
 constexpr double kRounding = 1e-12;
 // The path is searched slightly beyond its end, to find contacts there.
@@ -55,12 +55,12 @@ constexpr double kMaxPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;  // margin / motion per tick, for lists made in advance
 // smallest number of tree leaves searched per tick in advance
 constexpr std::size_t kLeavesATick = 320;
-// number of searches until a too long list is tried again
+// after a near list was too long, number of searches until one is made again
 constexpr int kNotAgain = 64;
 
-/// Mean margin of long lists, m. `way`: motion (m/tick).
-double prepared_margin(double way) {
-  return std::clamp(kTicksAhead * way, kMargin, kMaxPrepared);
+/// Mean margin of long lists, m. `travel`: motion (m/tick).
+double prepared_margin(double travel) {
+  return std::clamp(kTicksAhead * travel, kMargin, kMaxPrepared);
 }
 
 }  // namespace
@@ -85,11 +85,11 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       options_(options),
       lever_(std::max(tool.reach, 1e-6)),
       lists_(tool.size()),
-      room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
-      listed_(room_ * tool.size()),
-      gap_(room_ * tool.size()),
+      list_capacity_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
+      listed_(list_capacity_ * tool.size()),
+      gap_(list_capacity_ * tool.size()),
       moved_before_(tool.size()) {
-  next_.places.resize(room_), next_.gaps.resize(room_);
+  next_.places.resize(list_capacity_), next_.gaps.resize(list_capacity_);
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
 }
@@ -112,8 +112,8 @@ void SphereProxy::forget_near() noexcept {
 
 void SphereProxy::move_to(const Pose& X_W) noexcept {
   const Motion motion = motion_to(X_W);
-  for (std::size_t i = 0; i < tool_.size(); ++i) lists_[i].moved += motion.way(arm_[i]);
-  next_.moved += motion.way(arm_[next_.tool_sphere]);
+  for (std::size_t i = 0; i < tool_.size(); ++i) lists_[i].moved += motion.travel(arm_[i]);
+  next_.moved += motion.travel(arm_[next_.tool_sphere]);
   X_W_ = X_W;
 }
 
@@ -162,7 +162,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
     next_.count += tree.search_on(next_.search, next_.center, r + next_.margin, r + kRounding, left,
                                   std::span(next_.places).subspan(next_.count), &next_.gaps[next_.count]);
     next_.leaves += before - left;
-    while (next_.count + SphereTree::kWide > room_ && next_.margin > kMinMargin) {
+    while (next_.count + SphereTree::kLeafSize > list_capacity_ && next_.margin > kMinMargin) {
       next_.margin *= kReduced;
       const auto most = static_cast<float>(next_.margin);
       std::size_t kept = 0;
@@ -197,34 +197,35 @@ void SphereProxy::use_list() noexcept {
   for (std::size_t k = 0; k < list.count; ++k) {
     list.free = std::min(list.free, static_cast<double>(next_.gaps[k] - kFloatRounding));
   }
-  std::copy_n(next_.places.begin(), list.count, &listed_[i * room_]);
-  std::copy_n(next_.gaps.begin(), list.count, &gap_[i * room_]);
+  std::copy_n(next_.places.begin(), list.count, &listed_[i * list_capacity_]);
+  std::copy_n(next_.gaps.begin(), list.count, &gap_[i * list_capacity_]);
   for (std::size_t k = list.count; k % kLanes != 0; ++k) {
-    listed_[i * room_ + k] = Place{};
-    gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
+    listed_[i * list_capacity_ + k] = Place{};
+    gap_[i * list_capacity_ + k] = std::numeric_limits<float>::infinity();
   }
 }
 
-/// Makes the near list of tool sphere `i` at `center` now. `way`: motion for which it must be valid, m.
-void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
-  const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
+/// Makes the near list of tool sphere `i` at `center` now. `travel`: motion for which it must be valid, m.
+void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double travel) noexcept {
+  const double needed = travel + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
-    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kMaxMargin) : prepared_margin(way);
+    const double margin =
+        list_capacity_ < kLongList ? std::clamp(kAhead * travel, kMargin, kMaxMargin) : prepared_margin(travel);
     start_list(tree, i, center, spread_margin(i, margin));
   }
   continue_list(tree, std::numeric_limits<std::size_t>::max());
   use_list();
   NearList& list = lists_[i];
-  if (list.count == 0 && list.refused == 0 && room_ < kLongList) {
+  if (list.count == 0 && list.refused == 0 && list_capacity_ < kLongList) {
     list.moved = 0;
-    list.margin = list.free = tree.room(center, kLook + tool_.radius[i]) - tool_.radius[i] - kRounding;
+    list.margin = list.free = tree.clearance(center, kSearchDistance + tool_.radius[i]) - tool_.radius[i] - kRounding;
   }
 }
 
 /// Makes lists in advance, part by part. A list is replaced after half its margin. Faster tools get larger margins and
 /// parts.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
-  if (room_ < kLongList) return;
+  if (list_capacity_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
     next_.active = false;
     for (std::size_t i = 0; i < lists_.size() && !next_.active; ++i) {
@@ -237,10 +238,10 @@ void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   }
   if (next_.active) {
     const NearList& list = lists_[next_.tool_sphere];
-    const double way = list.moved - moved_before_[next_.tool_sphere],
+    const double travel = list.moved - moved_before_[next_.tool_sphere],
                  left = std::max(list.margin - std::max(0.0, list.wider) - list.moved, 1e-9);
-    const std::size_t all = next_.expected > 0 ? next_.expected : tree.places() / SphereTree::kWide;
-    const double part = std::min(1.0, way / left) * static_cast<double>(all);
+    const std::size_t all = next_.expected > 0 ? next_.expected : tree.places() / SphereTree::kLeafSize;
+    const double part = std::min(1.0, travel / left) * static_cast<double>(all);
     if (continue_list(tree, std::max(kLeavesATick, static_cast<std::size_t>(part)))) use_list();
   }
   for (std::size_t i = 0; i < lists_.size(); ++i) moved_before_[i] = lists_[i].moved;
@@ -248,7 +249,7 @@ void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
 
 template <class Limit, class Visit>
 void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const noexcept {
-  for (std::size_t k = i * room_; k < i * room_ + lists_[i].count; k += kLanes) {
+  for (std::size_t k = i * list_capacity_; k < i * list_capacity_ + lists_[i].count; k += kLanes) {
     const F8 most = F8{} + (static_cast<float>(limit()) + kFloatRounding);
     for (unsigned bits = bits_of(*reinterpret_cast<const F8*>(&gap_[k]) <= most); bits; bits &= bits - 1) {
       visit(listed_[k + static_cast<std::size_t>(std::countr_zero(bits))]);
@@ -261,14 +262,14 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
-  const double bound = motion.way(arm_[i]);
+  const double bound = motion.travel(arm_[i]);
   certain = true;
   if (list.moved + until * bound < list.free) return {};
   const dvec3 from = X_W_ * tool_.center_T[i], m = motion.to * tool_.center_T[i] - from;
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  std::array<Place, SphereTree::kWide> some;
+  std::array<Place, SphereTree::kLeafSize> some;
   std::size_t count = 0;
   const auto test = [&] {
     const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
@@ -299,7 +300,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
     if (!certain) sphere_of_ball_.push_back(i);
   }
   for (const std::size_t i : sphere_of_ball_) {
-    if (lists_[i].moved + until * motion.way(arm_[i]) < lists_[i].margin) continue;
+    if (lists_[i].moved + until * motion.travel(arm_[i]) < lists_[i].margin) continue;
     const dvec3 from = X_W_ * tool_.center_T[i];
     const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], motion.to * tool_.center_T[i] - from);
     if (!(hit.t < until || (hit.t == until && static_cast<int>(i) <= first.ball))) continue;
@@ -315,7 +316,7 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
   if (gpu && gpu->ready()) {
     swept_.clear(), sphere_of_ball_.clear();
     for (std::size_t i = 0; i < tool_.size(); ++i) {
-      if (lists_[i].moved + motion.way(arm_[i]) < lists_[i].free) continue;
+      if (lists_[i].moved + motion.travel(arm_[i]) < lists_[i].free) continue;
       const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
       swept_.push_back({from, m, tool_.radius[i]});
       sphere_of_ball_.push_back(i);
@@ -332,7 +333,7 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
                                    std::span<Place> found) const noexcept {
   const NearList& list = lists_[i];
   const Motion motion = motion_to(to);
-  const double bound = motion.way(arm_[i]), r = tool_.radius[i];
+  const double bound = motion.travel(arm_[i]), r = tool_.radius[i];
   const dvec3 a = X_W_ * tool_.center_T[i], b = to * tool_.center_T[i];
   if (!(list.moved + bound < list.margin)) return tree.near_segment(a, b, r, found);
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
@@ -352,7 +353,7 @@ std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, doub
         });
     return count;
   }
-  std::array<Place, SphereTree::kWide> some;
+  std::array<Place, SphereTree::kLeafSize> some;
   const auto test = [&] {
     for (unsigned bits = tree.near_of({some.data(), waiting}, a, b, reach); bits; bits &= bits - 1) {
       if (count < found.size()) found[count] = some[static_cast<std::size_t>(std::countr_zero(bits))];
@@ -401,12 +402,13 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   for (int slide = 0;; ++slide) {
     dvec3 by, turned;
     project(move, turn, by, turned, tool_.head);
-    const double angle = glm::length(turned), way = glm::length(by) + tool_.head_reach * angle;
-    const double fraction = std::min({1.0, longest_path / std::max(way, 1e-300), kMaxTurn / std::max(angle, 1e-300)});
+    const double angle = glm::length(turned), travel = glm::length(by) + tool_.head_reach * angle;
+    const double fraction =
+        std::min({1.0, longest_path / std::max(travel, 1e-300), kMaxTurn / std::max(angle, 1e-300)});
     const Pose goal{X_W_.p + fraction * by, glm::normalize(turned_by(fraction * turned) * X_W_.R)};
     const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
     const double part = fraction * reached(tree, goal, first);
-    if (first.ball < 0 || part * way > kGap || slide == kSlides) {
+    if (first.ball < 0 || part * travel > kGap || slide == kSlides) {
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
@@ -541,8 +543,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
 
     // Shortens the motion: it rotates by at most kMaxTurn and moves by at most the path that is left in this tick.
-    const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
-    const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
+    const double angle = glm::length(turned), travel = glm::length(by) + tool_.reach * angle;
+    const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(travel, 1e-300)});
     by *= fraction, turned *= fraction;
     arrived = glm::length(by) + lever_ * glm::length(turned) < kArrived;
     if (arrived) break;
@@ -559,7 +561,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       Constraint& c = constraints_[k];
       c.gap = std::max(0.0, c.gap + part * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
     }
-    path_left -= part * fraction * way;
+    path_left -= part * fraction * travel;
     slid = slid || (normal > 0 && part * glm::length(by) > kArrived);
     if (first.ball >= 0) {
       add_contact(tree, first.ball, first.sphere);

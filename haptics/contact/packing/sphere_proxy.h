@@ -110,7 +110,7 @@ class SphereProxy {
     // m: motion of the origin of frame T. Chord of the unit circle for the rotation.
     double shift = 0, turn = 0;
     /// Upper bound of the motion of a sphere that is `arm` (m) from the origin of frame T, m.
-    double way(double arm) const { return shift + turn * arm; }
+    double travel(double arm) const { return shift + turn * arm; }
   };
   /// Tissue spheres near one tool sphere, in the tree's order (Verlet 1967). Valid while the tool sphere moves by less
   /// than the margin, usually for many ticks.
@@ -157,8 +157,8 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  /// `way`: m, motion for which the list must be valid.
-  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
+  /// `travel`: m, motion for which the list must be valid.
+  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double travel) noexcept;
   void start_list(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double margin) noexcept;
   bool continue_list(const SphereTree& tree, std::size_t leaves) noexcept;
   void use_list() noexcept;
@@ -184,7 +184,7 @@ class SphereProxy {
   std::size_t count_ = 0;
   std::vector<double> arm_;      // m, each tool sphere's distance from the origin of T
   std::vector<NearList> lists_;  // for each tool sphere: its near list
-  std::size_t room_;             // capacity of each near list in spheres, a multiple of 8
+  std::size_t list_capacity_;    // capacity of each near list in spheres, a multiple of 8
   std::vector<Place> listed_;    // spheres of all lists, one list after another
   // m, gap of each listed sphere when its list was made; infinity: the slot is unused
   std::vector<float> gap_;

@@ -118,9 +118,10 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
 
 /// Eight spheres, and their cut by one ball.
 struct SphereTissue::Lanes {
-  static constexpr std::size_t kWide = SphereTree::kWide;
-  double base[3][kWide], base_radius[kWide], base_volume[kWide], away[3][kWide], overlap[kWide], tool[kWide];
-  double new_away[3][kWide], new_overlap[kWide], taken[kWide], protrudes[kWide];
+  static constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
+  double base[3][kLeafSize], base_radius[kLeafSize], base_volume[kLeafSize], away[3][kLeafSize], overlap[kLeafSize],
+      tool[kLeafSize];
+  double new_away[3][kLeafSize], new_overlap[kLeafSize], taken[kLeafSize], protrudes[kLeafSize];
   unsigned changes;  // bit mask: spheres that changed and have valid results
   unsigned others;   // bit mask: spheres that after_cut() must compute
 
@@ -200,8 +201,9 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     return several_ && tried_in_[k] == number_ ? state_[k] : tissue.sphere(place);
   };
   SphereTissue::Lanes lanes{};
-  for (std::size_t begin = 0; begin < near.size(); begin += SphereTissue::Lanes::kWide) {
-    const std::span<const Place> some = near.subspan(begin, std::min(near.size() - begin, SphereTissue::Lanes::kWide));
+  for (std::size_t begin = 0; begin < near.size(); begin += SphereTissue::Lanes::kLeafSize) {
+    const std::span<const Place> some =
+        near.subspan(begin, std::min(near.size() - begin, SphereTissue::Lanes::kLeafSize));
     for (std::size_t k = 0; k < some.size(); ++k) lanes.put(k, state(some[k]));
     cut_lanes(lanes, a, b, r);
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
@@ -240,7 +242,7 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
 /// Updates the tree's boxes around a sphere that make() changed. Usually it only enlarges boxes, which is faster than
 /// computing them exactly.
 void SphereTissue::renew_boxes(Place place) noexcept {
-  if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
+  if ((made_ + static_cast<std::size_t>(place) / SphereTree::kLeafSize) % kExactEvery == 0) {
     tree_.mend_above(place);
   } else {
     tree_.widen_above(place);

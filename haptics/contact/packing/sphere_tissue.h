@@ -115,7 +115,8 @@ class SphereTissue {
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
-      : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
+      : state_(spheres + SphereTree::kLeafSize),
+        tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
     steps_.resize(kMaxSteps + 1);
   }
   /// Begins a cut by `balls` balls.

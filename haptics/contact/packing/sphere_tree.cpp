@@ -14,7 +14,7 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr std::size_t kWide = SphereTree::kWide;
+constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
 // Rounding error of about twelve operations in single precision / size of the packing.
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
@@ -22,7 +22,7 @@ constexpr std::size_t kDeepest = SphereTree::kDeepest;
 /// contact_time() for eight spheres, equal bits on every processor.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
-  for (std::size_t i = 0; i < kWide; ++i) {
+  for (std::size_t i = 0; i < kLeafSize; ++i) {
     const double time = contact_time({leaf.x[i] - p.x, leaf.y[i] - p.y, leaf.z[i] - p.z}, m, leaf.r[i] + r);
     t[i] = leaf.r[i] > 0 ? time : kNever;
   }
@@ -54,9 +54,9 @@ TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, d
   return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
-/// Computes a leaf's box relative to `origin`, enlarged by `slack` (rounding).
+/// Computes a leaf's box relative to `origin`, enlarged by `rounding_margin`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, float* lo, float* hi) {
+void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double rounding_margin, float* lo, float* hi) {
   D8 r;
   read_lanes(r, leaf.r);
   const I8 full = __builtin_convertvector(r > D8{}, I8);
@@ -65,7 +65,8 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, flo
     D8 c;
     read_lanes(c, center[a]);
     c -= origin[a];
-    const F8 below = __builtin_convertvector(c - r - slack, F8), above = __builtin_convertvector(c + r + slack, F8);
+    const F8 below = __builtin_convertvector(c - r - rounding_margin, F8),
+             above = __builtin_convertvector(c + r + rounding_margin, F8);
     const F8 far = F8{} + 1e30f;
     lo[a] = least_of(full ? below : far);
     hi[a] = -least_of(full ? -above : far);
@@ -138,31 +139,31 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
     hi = i == 0 ? center[i] + radius[i] : glm::max(hi, center[i] + radius[i]);
   }
   origin_ = 0.5 * (lo + hi);
-  slack_ = kRounding * glm::length(hi - lo);
+  rounding_margin_ = kRounding * glm::length(hi - lo);
 
-  const std::size_t leaves = std::max<std::size_t>(1, (n + kWide - 1) / kWide);
+  const std::size_t leaves = std::max<std::size_t>(1, (n + kLeafSize - 1) / kLeafSize);
   sphere_in_.resize(n);
   std::iota(sphere_in_.begin(), sphere_in_.end(), 0);
-  std::size_t chunk = kWide;
-  while (chunk < n) chunk *= kWide;
+  std::size_t chunk = kLeafSize;
+  while (chunk < n) chunk *= kLeafSize;
   order(center, 0, n, chunk);
-  sphere_in_.resize(leaves * kWide, -1);
+  sphere_in_.resize(leaves * kLeafSize, -1);
   place_of_.resize(n);
   leaves_.assign(leaves, Leaf{});
   for (std::size_t s = 0; s < n; ++s) {
     const auto i = static_cast<std::size_t>(sphere_in_[s]);
     place_of_[i] = static_cast<Place>(s);
-    Leaf& leaf = leaves_[s / kWide];
-    leaf.x[s % kWide] = center[i].x, leaf.y[s % kWide] = center[i].y, leaf.z[s % kWide] = center[i].z;
-    leaf.r[s % kWide] = radius[i];
+    Leaf& leaf = leaves_[s / kLeafSize];
+    leaf.x[s % kLeafSize] = center[i].x, leaf.y[s % kLeafSize] = center[i].y, leaf.z[s % kLeafSize] = center[i].z;
+    leaf.r[s % kLeafSize] = radius[i];
   }
   Node empty;
   for (int a = 0; a < 3; ++a) {
-    std::fill(empty.lo[a], empty.lo[a] + kWide, 1e30f);
-    std::fill(empty.hi[a], empty.hi[a] + kWide, -1e30f);
+    std::fill(empty.lo[a], empty.lo[a] + kLeafSize, 1e30f);
+    std::fill(empty.hi[a], empty.hi[a] + kLeafSize, -1e30f);
   }
   for (std::size_t below = leaves; level_.empty() || below > 1;) {
-    below = (below + kWide - 1) / kWide;
+    below = (below + kLeafSize - 1) / kLeafSize;
     level_.push_back(nodes_.size());
     nodes_.resize(nodes_.size() + below, empty);
   }
@@ -172,8 +173,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
 /// Sorts the elements `from` to `to` - 1 of sphere_in_, so that each chunk, each eighth of a chunk and so on contains
 /// neighbouring spheres.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
-  while (chunk > kWide && to - from <= chunk) chunk /= kWide;
-  if (to - from <= kWide) return;
+  while (chunk > kLeafSize && to - from <= chunk) chunk /= kLeafSize;
+  if (to - from <= kLeafSize) return;
   const std::size_t parts = (to - from + chunk - 1) / chunk;
   dvec3 lo(1e30), hi(-1e30);
   for (std::size_t s = from; s < to; ++s) {
@@ -196,11 +197,11 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
 /// Updates boxes upwards until one does not change, or, if not `exactly`, until one is large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
-  box_of(leaves_[leaf], origin_, slack_, lo, hi);
+  box_of(leaves_[leaf], origin_, rounding_margin_, lo, hi);
   std::size_t child = leaf;
   for (const std::size_t first : level_) {
-    Node& node = nodes_[first + child / kWide];
-    const std::size_t k = child % kWide;
+    Node& node = nodes_[first + child / kLeafSize];
+    const std::size_t k = child % kLeafSize;
     bool same = true, inside = true;
     for (int a = 0; a < 3; ++a) {
       same = same && node.lo[a][k] == lo[a] && node.hi[a][k] == hi[a];
@@ -209,7 +210,7 @@ void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
     if (same || (inside && !exactly)) return;
     for (int a = 0; a < 3; ++a) node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
     box_of(node, lo, hi);
-    child /= kWide;
+    child /= kLeafSize;
   }
 }
 
@@ -226,7 +227,7 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
 
 SphereTree::Hit SphereTree::first_of(std::span<const Place> spheres, const dvec3& p, double r,
                                      const dvec3& m) const noexcept {
-  double t[kWide];
+  double t[kLeafSize];
   contact_times(lanes_of(spheres), p, r, m, t);
   Hit best;
   for (std::size_t k = 0; k < spheres.size(); ++k) {
@@ -244,19 +245,19 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
     // m per axis; slower motion counts as zero, far below the margin of the boxes
-    const double slow = 1e-6 * slack_;
+    const double slow = 1e-6 * rounding_margin_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
   // Adds the rounding error of single precision.
-  ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
+  ray.reach = static_cast<float>(r + rounding_margin_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
   struct Entry {
     float enter;
     std::uint32_t level, index;
   };
-  std::array<Entry, kDeepest*(kWide - 1) + 1> stack;
+  std::array<Entry, kDeepest*(kLeafSize - 1) + 1> stack;
   std::size_t depth = 0;
   stack[depth++] = {0, static_cast<std::uint32_t>(level_.size()), 0};
   float until = 1;
@@ -264,11 +265,11 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Entry at = stack[--depth];
     if (at.enter > until) continue;
     if (at.level == 0) {
-      double t[kWide];
+      double t[kLeafSize];
       contact_times(leaves_[at.index], p, r, m, t);
-      for (std::size_t k = 0; k < kWide; ++k) {
+      for (std::size_t k = 0; k < kLeafSize; ++k) {
         if (!(t[k] <= best.t) || t[k] == kNever) continue;
-        const int id = sphere_in_[at.index * kWide + k];
+        const int id = sphere_in_[at.index * kLeafSize + k];
         if (t[k] < best.t || id < best.sphere) best = {t[k], id};
       }
       if (best) until = std::min(1.0f, static_cast<float>(best.t) * 1.000001f + 1e-12f);
@@ -283,7 +284,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
       const Entry entry{enter[k], at.level - 1,
-                        at.index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(k)};
+                        at.index * static_cast<std::uint32_t>(kLeafSize) + static_cast<std::uint32_t>(k)};
       std::size_t place = depth++;
       for (; place > first && stack[place - 1].enter < entry.enter; --place) stack[place] = stack[place - 1];
       stack[place] = entry;
@@ -303,9 +304,9 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   ++t_search_counts.spheres;
   // m, rounding error of positions in single precision
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
-  const Around around(a - origin_, b - a, reach + slack_ + rounding);
+  const Around around(a - origin_, b - a, reach + rounding_margin_ + rounding);
   std::size_t count = 0;
-  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kLeafSize - 1) + 1> stack;
   std::size_t depth = 0;
   stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
   while (depth > 0) {
@@ -313,7 +314,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
     if (level == 0) {
       for (unsigned bits = near_in(leaves_[index], a, b, reach); bits; bits &= bits - 1) {
         if (count < found.size()) {
-          found[count] = static_cast<Place>(index * kWide + static_cast<std::size_t>(std::countr_zero(bits)));
+          found[count] = static_cast<Place>(index * kLeafSize + static_cast<std::size_t>(std::countr_zero(bits)));
         }
         ++count;
       }
@@ -321,8 +322,8 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
     }
     const Node& node = nodes_[level_[level - 1] + index];
     for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
-      stack[depth++] = {level - 1,
-                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+      stack[depth++] = {level - 1, index * static_cast<std::uint32_t>(kLeafSize) +
+                                       static_cast<std::uint32_t>(std::countr_zero(bits))};
     }
   }
   return count;
@@ -333,24 +334,24 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
                                   std::span<Place> found, float* gap) const noexcept {
   ++t_search_counts.spheres;
   const double rounding = kRounding * (glm::length(p - origin_) + reach);
-  const Around around(p - origin_, dvec3(0), reach + slack_ + rounding);
+  const Around around(p - origin_, dvec3(0), reach + rounding_margin_ + rounding);
   std::size_t count = 0;
-  while (search.depth_ > 0 && leaves > 0 && count + kWide <= found.size()) {
+  while (search.depth_ > 0 && leaves > 0 && count + kLeafSize <= found.size()) {
     const auto [level, index] = search.stack_[--search.depth_];
     if (level == 0) {
       --leaves;
       D8 gaps;
       for (unsigned bits = gaps_in(leaves_[index], p, offset, reach - offset, gaps); bits; bits &= bits - 1) {
         const auto k = static_cast<std::size_t>(std::countr_zero(bits));
-        found[count] = static_cast<Place>(index * kWide + k);
+        found[count] = static_cast<Place>(index * kLeafSize + k);
         gap[count++] = static_cast<float>(gaps[k]);
       }
       continue;
     }
     const Node& node = nodes_[level_[level - 1] + index];
     for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
-      search.stack_[search.depth_++] = {
-          level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+      search.stack_[search.depth_++] = {level - 1, index * static_cast<std::uint32_t>(kLeafSize) +
+                                                       static_cast<std::uint32_t>(std::countr_zero(bits))};
     }
   }
   return count;
@@ -365,11 +366,11 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     float far2;
     std::uint32_t level, index;
   };
-  std::array<Entry, kDeepest*(kWide - 1) + 1> stack;
+  std::array<Entry, kDeepest*(kLeafSize - 1) + 1> stack;
   std::size_t depth = 0;
   stack[depth++] = {0, static_cast<std::uint32_t>(level_.size()), 0};
   const auto reach2 = [&] {
-    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
+    const auto reach = static_cast<float>(std::max(most, 0.0) + rounding_margin_);
     return reach * reach;
   };
   while (depth > 0 && most > -kNever) {
@@ -377,9 +378,9 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     if (entered > reach2()) continue;
     if (level == 0) {
       const Leaf& leaf = leaves_[index];
-      for (std::size_t k = 0; k < kWide; ++k) {
+      for (std::size_t k = 0; k < kLeafSize; ++k) {
         if (leaf.r[k] > 0) {
-          visit(index * kWide + k, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+          visit(index * kLeafSize + k, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
         }
       }
       continue;
@@ -390,7 +391,8 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);
-      const Entry entry{far2[k], level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(k)};
+      const Entry entry{far2[k], level - 1,
+                        index * static_cast<std::uint32_t>(kLeafSize) + static_cast<std::uint32_t>(k)};
       std::size_t place = depth++;
       for (; place > first && stack[place - 1].far2 < entry.far2; --place) stack[place] = stack[place - 1];
       stack[place] = entry;
@@ -398,7 +400,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
   }
 }
 
-double SphereTree::room(const dvec3& p, double most, double enough) const noexcept {
+double SphereTree::clearance(const dvec3& p, double most, double enough) const noexcept {
   ++t_search_counts.spheres;
   double nearest = most;
   visit_nearest(p, most, [&](std::size_t, double off) {

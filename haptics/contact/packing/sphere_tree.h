@@ -20,7 +20,7 @@ enum class Place : std::int32_t {};
 /// noexcept, without allocation. One thread at a time.
 class SphereTree {
  public:
-  static constexpr std::size_t kWide = 8;
+  static constexpr std::size_t kLeafSize = 8;
   static constexpr std::size_t kDeepest = 10;  // largest number of levels: 8^10 leaves
 
   struct Hit {
@@ -39,14 +39,14 @@ class SphereTree {
   int sphere_in(Place place) const noexcept { return sphere_in_[static_cast<std::size_t>(place)]; }
   dvec3 center(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
-    const Leaf& leaf = leaves_[s / kWide];
-    return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
+    const Leaf& leaf = leaves_[s / kLeafSize];
+    return {leaf.x[s % kLeafSize], leaf.y[s % kLeafSize], leaf.z[s % kLeafSize]};
   }
   dvec3 center(int i) const noexcept { return center(place_of(i)); }
   /// 0: the sphere has disappeared.
   double radius(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
-    return leaves_[s / kWide].r[s % kWide];
+    return leaves_[s / kLeafSize].r[s % kLeafSize];
   }
   double radius(int i) const noexcept { return radius(place_of(i)); }
 
@@ -58,23 +58,23 @@ class SphereTree {
   /// As set(), but without the boxes: call mend_above() for one sphere of each changed leaf before the next search.
   void put(Place place, const dvec3& center, double radius) noexcept {
     const auto s = static_cast<std::size_t>(place);
-    Leaf& leaf = leaves_[s / kWide];
-    leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
-    leaf.r[s % kWide] = radius;
+    Leaf& leaf = leaves_[s / kLeafSize];
+    leaf.x[s % kLeafSize] = center.x, leaf.y[s % kLeafSize] = center.y, leaf.z[s % kLeafSize] = center.z;
+    leaf.r[s % kLeafSize] = radius;
   }
   /// Returns true if both places are in the same leaf.
   bool share_leaf(Place a, Place b) const noexcept {
-    return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
+    return static_cast<std::size_t>(a) / kLeafSize == static_cast<std::size_t>(b) / kLeafSize;
   }
-  void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/true); }
+  void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kLeafSize, /*exactly=*/true); }
   /// Enlarges the boxes above a sphere if they are too small. Boxes that are too large only slow searches.
-  void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/false); }
+  void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kLeafSize, /*exactly=*/false); }
 
   /// First sphere that a ball of radius `r` at `p` touches when it moves by `m`; of simultaneous ones, the lowest
   /// index. Same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// As first_hit(), with the same bits, but tests only the given spheres (at most kWide).
+  /// As first_hit(), with the same bits, but tests only the given spheres (at most kLeafSize).
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Lists the spheres nearer than `reach` to the segment a–b, in the tree's order. Returns their number, also if
@@ -89,7 +89,7 @@ class SphereTree {
    private:
     friend class SphereTree;
     // nodes that remain to be visited: level and index
-    std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack_;
+    std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kLeafSize - 1) + 1> stack_;
     std::size_t depth_ = 0;
   };
   PartSearch start_search() const noexcept {
@@ -103,11 +103,11 @@ class SphereTree {
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
-  /// Bit mask of the given spheres (at most kWide) that near_segment() would find.
+  /// Bit mask of the given spheres (at most kLeafSize) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Position of sphere i in the order of near_segment().
   std::uint32_t rank(int i) const noexcept {
-    constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
+    constexpr auto kLanes = static_cast<std::uint32_t>(kLeafSize);
     const auto place = static_cast<std::uint32_t>(place_of(i));
     const auto last = static_cast<std::uint32_t>(leaves_.size()) - 1;
     return (last - place / kLanes) * kLanes + place % kLanes;
@@ -115,7 +115,7 @@ class SphereTree {
 
   /// Distance from p to the nearest surface, at most `most`, negative inside, m. If it is at most `enough`, any value
   /// between them may be returned.
-  double room(const dvec3& p, double most, double enough = -kNever) const noexcept;
+  double clearance(const dvec3& p, double most, double enough = -kNever) const noexcept;
 
   /// Returns true if a ball (`p`, radius `r`) touches a sphere.
   bool touches(const dvec3& p, double r) const noexcept;
@@ -129,21 +129,21 @@ class SphereTree {
 
   // Public because the SIMD kernels use it.
   struct alignas(64) Leaf {
-    double x[kWide], y[kWide], z[kWide], r[kWide];
+    double x[kLeafSize], y[kLeafSize], z[kLeafSize], r[kLeafSize];
   };
-  /// Copies the given spheres (at most kWide) to the lanes of a leaf; radius 0: unused lane.
+  /// Copies the given spheres (at most kLeafSize) to the lanes of a leaf; radius 0: unused lane.
   Leaf lanes_of(std::span<const Place> spheres) const noexcept {
     Leaf lanes{};
     for (std::size_t k = 0; k < spheres.size(); ++k) {
-      const auto s = static_cast<std::size_t>(spheres[k]), i = s % kWide;
-      const Leaf& leaf = leaves_[s / kWide];
+      const auto s = static_cast<std::size_t>(spheres[k]), i = s % kLeafSize;
+      const Leaf& leaf = leaves_[s / kLeafSize];
       lanes.x[k] = leaf.x[i], lanes.y[k] = leaf.y[i], lanes.z[k] = leaf.z[i], lanes.r[k] = leaf.r[i];
     }
     return lanes;
   }
   /// Boxes of the children relative to origin_, rounded outward; lo > hi: empty.
   struct alignas(32) Node {
-    float lo[3][kWide], hi[3][kWide];
+    float lo[3][kLeafSize], hi[3][kLeafSize];
   };
 
  private:
@@ -153,7 +153,7 @@ class SphereTree {
   void mend(std::size_t leaf, bool exactly) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;             // m, larger than all rounding errors in single precision
+  double rounding_margin_ = 0;   // m, larger than all rounding errors in single precision
   std::vector<int> sphere_in_;   // index of the sphere at each place; -1: empty
   std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;

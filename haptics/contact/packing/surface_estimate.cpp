@@ -42,8 +42,8 @@ namespace {
 
 /// Overlaps of eight tissue spheres with a ball.
 struct Overlaps {
-  double volume[SphereTree::kWide];
-  double n[3][SphereTree::kWide];  // unit vectors from each sphere to the ball
+  double volume[SphereTree::kLeafSize];
+  double n[3][SphereTree::kLeafSize];  // unit vectors from each sphere to the ball
 };
 
 /// Computes overlaps with a ball of radius `r` at `c`.
@@ -73,8 +73,8 @@ SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, c
     if (glm::distance(c, p_WC) - tool.radius[t] > epsilon) continue;
     const double r = tool.radius[t] + epsilon;
     const std::size_t found = std::min(near(t, c, r), scratch.size());
-    for (std::size_t k = 0; k < found; k += SphereTree::kWide) {
-      const std::span<const Place> some = scratch.subspan(k, std::min(found - k, SphereTree::kWide));
+    for (std::size_t k = 0; k < found; k += SphereTree::kLeafSize) {
+      const std::span<const Place> some = scratch.subspan(k, std::min(found - k, SphereTree::kLeafSize));
       Overlaps overlaps;
       overlaps_of(tissue.tree().lanes_of(some), c, r, overlaps);
       for (std::size_t j = 0; j < some.size(); ++j) {

@@ -23,10 +23,10 @@ constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 /// Represents a part that never cuts by a chain of inscribed spheres along the axis.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
-  const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
+  const auto depth = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
   const double least = 0.1 * part.shape.radius();
   for (double z = -half + least; z <= half - least;) {
-    const double r = room(z);
+    const double r = depth(z);
     to.add_non_cutting(dvec3(0, 0, part.z + z), r);
     z += std::max(kChainStep * r, 0.5 * least);
   }
@@ -40,13 +40,13 @@ class Rings {
       : side_(tool.radius() / kCells),
         levels_(static_cast<int>(std::floor(2 * tool.half() / side_)) + 1),
         bottom_(-tool.half()),
-        room_(kCells * static_cast<std::size_t>(levels_)),
-        covered_(room_.size()),
+        depth_(kCells * static_cast<std::size_t>(levels_)),
+        covered_(depth_.size()),
         open_((kCells + 1) * static_cast<std::size_t>(levels_)) {
     for (int j = 0; j < levels_; ++j) {
       for (int i = 0; i < kCells; ++i) {
-        room_[node(i, j)] = -tool.distance(dvec3(rho(i), 0, z(j)));
-        covered_[node(i, j)] = !(room_[node(i, j)] > 0);
+        depth_[node(i, j)] = -tool.distance(dvec3(rho(i), 0, z(j)));
+        covered_[node(i, j)] = !(depth_[node(i, j)] > 0);
       }
       add_up(j);
       enough_ += kMinCovered * open_[sum(kCells, j)];
@@ -74,7 +74,7 @@ class Rings {
       for (std::size_t k = 0; k < count; ++k) {
         const double angle = 2 * kPi * static_cast<double>(k) / static_cast<double>(count);
         centers.emplace_back(rho(best_i) * std::cos(angle), rho(best_i) * std::sin(angle), z(best_j));
-        radii.push_back(room_[node(best_i, best_j)]);
+        radii.push_back(depth_[node(best_i, best_j)]);
       }
       cover(best_i, best_j);
     }
@@ -94,7 +94,7 @@ class Rings {
   }
   /// Number of spheres of the ring through node (i, j); 0: it is outside the head.
   std::size_t in_ring(int i, int j) const {
-    const double r = room_[node(i, j)];
+    const double r = depth_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
@@ -102,7 +102,7 @@ class Rings {
   /// Calls f(level, first, end) for the nodes that a ring covers midway between two spheres, where it is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
-    const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
+    const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = depth_[node(i, j)];
     const double thick2 = (r * r - half * half) / (side_ * side_);
     if (!(thick2 > 0)) return;
     const int most = static_cast<int>(std::sqrt(thick2));
@@ -127,7 +127,7 @@ class Rings {
   double side_;                        // m, distance between grid nodes
   int levels_;                         // number of levels, whose nodes have the same height
   double bottom_;                      // m along the axis, height of the first level
-  std::vector<double> room_;           // for each node: its depth below the surface, m
+  std::vector<double> depth_;          // for each node: its depth below the surface, m
   std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or in a ring
   std::vector<double> open_;           // per level: volume without spheres, from the axis to each node
   double enough_ = 0;

@@ -21,7 +21,7 @@ using H = HeadSampleParameters;
 using L = CreaseContactParameters;
 
 /// Returns true if the tissue has a single smooth surface near x.
-bool is_smooth_at(const SurfacePatch& patch, const dvec3& x) noexcept {
+bool is_smooth_at(const TissuePatch& patch, const dvec3& x) noexcept {
   if (!patch.holds(x, O::depth_below)) return true;
   const FieldSample at = sample_cubic(patch, x);
   const double slope = glm::length(at.gradient);
@@ -57,7 +57,7 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
 
 /// Finds the contact of a ball by one query of the field at its centre c (offset surface: Kim & Park 2006, sec. 3.2).
 /// Exact where the field is smooth. Samples above and below c detect an edge or a second wall.
-bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
+bool ContactFinder::find_by_offset(const TissuePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
@@ -93,7 +93,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
 
 /// Finds the contacts of a ball in a crease, which is a concave edge between flat walls. The computed plane of each
 /// wall is exact, even near the crease.
-bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near,
+bool ContactFinder::find_in_crease(const TissuePatch& patch, const dvec3& c, double near,
                                    ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   FlatWalls walls;
@@ -109,7 +109,7 @@ bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, do
   return true;
 }
 
-bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+bool ContactFinder::seat(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
                          bool& alone) const noexcept {
   if (!sphere_ || !patch.holds(target, O::depth_below + S::hand_depth)) return false;
   alone = seat_on_crease(patch, target, c, seated, set);
@@ -117,7 +117,7 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
 }
 
 /// The same at the crease of the last contact, if no other tissue is near.
-bool ContactFinder::seat_on_crease(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                    ContactSet& set) const noexcept {
   const Crease* crease = set.known_.last();
   if (!crease || !samples_->cover.empty() || glm::length(set.known_.place() - c) > radius_ + CreaseParameters::followed)
@@ -135,9 +135,9 @@ bool ContactFinder::seat_on_crease(const SurfacePatch& patch, const dvec3& targe
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
   // Other tissue at the ball?
-  const Found found = samples_->look_around(patch, {on, {}}, static_cast<float>(S::near), set.rough_);
+  const Found found = samples_->search_around(patch, {on, {}}, static_cast<float>(S::near), set.approximate_);
   for (int i = 0; i < found.count; ++i) {
-    const dvec3 x = on + dvec3(set.rough_.x[i], set.rough_.y[i], set.rough_.z[i]);
+    const dvec3 x = on + dvec3(set.approximate_.x[i], set.approximate_.y[i], set.approximate_.z[i]);
     if (std::abs(crease->above(x)) > S::off_crease) return false;
   }
   seated = on;
@@ -149,7 +149,7 @@ bool ContactFinder::seat_on_crease(const SurfacePatch& patch, const dvec3& targe
   return true;
 }
 
-bool ContactFinder::seat_on_wall(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+bool ContactFinder::seat_on_wall(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                  ContactSet& set, bool& alone) const noexcept {
   FieldSample at = sample_cubic(patch, target);
   double slope = glm::length(at.gradient);
@@ -189,7 +189,7 @@ bool ContactFinder::seat_on_wall(const SurfacePatch& patch, const dvec3& target,
   return true;
 }
 
-void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set,
+void ContactFinder::find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set,
                          bool fine) const noexcept {
   set.clear();
   set.creases_ = fine;
@@ -199,14 +199,14 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   if (sphere_ && uncut && held && (find_by_offset(patch, X_VT.p, set) || find_in_crease(patch, X_VT.p, near, set)))
     return;
 
-  const Found found = samples_->look_around(patch, X_VT, static_cast<float>(near), set.rough_);
+  const Found found = samples_->search_around(patch, X_VT, static_cast<float>(near), set.approximate_);
   set.origin_ = X_VT.p;
   set.count_ = found.count;
   set.deepest_ = static_cast<double>(found.deepest);
   set.engaged_area_ = static_cast<double>(found.area);
   const dvec3 out(found.area_x, found.area_y, found.area_z);
   set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
-  std::fill_n(set.rough_.yields, found.count, 1.0f);
+  std::fill_n(set.approximate_.yields, found.count, 1.0f);
   if (fine && sphere_ && patch.holds(X_VT.p, 0)) {
     // The nearest surface may lie between the samples.
     const FieldSample at = sample_linear_gradient(patch, X_VT.p);
@@ -217,7 +217,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 /// Adds the contact that descend() finds from x: the surface point nearest to the head.
-void ContactFinder::find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
+void ContactFinder::find_below(const TissuePatch& patch, const Pose& X_VT, const dvec3& x, double near,
                                ContactSet& set) const noexcept {
   ContactPlane plane;
   plane.x = x;
@@ -231,7 +231,7 @@ void ContactFinder::find_below(const SurfacePatch& patch, const Pose& X_VT, cons
 }
 
 /// Finds tissue between the samples of a large head.
-void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& X_VT, double near,
+void ContactFinder::find_between_samples(const TissuePatch& patch, const Pose& X_VT, double near,
                                          ContactSet& set) const noexcept {
   struct Candidate {
     float value;
@@ -257,24 +257,24 @@ void ContactFinder::find_between_samples(const SurfacePatch& patch, const Pose& 
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
   // Exact contacts exist only where no cut has changed the tissue, so their surface points need no correction.
-  if (set.sunk_ || set.exact_count_ > 0) return;
+  if (set.deep_penetration_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;
   if (same(X_VE, X_VT)) {
-    samples_->push_out_here(set.rough_, set.count_);
+    samples_->push_out_here(set.approximate_, set.count_);
     set.deepest_ = 0;
   } else {
-    samples_->push_out_at(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.rough_, set.count_);
+    samples_->push_out_at(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.approximate_, set.count_);
     relinearize(X_VT, set);
   }
 }
 
-void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
+void ContactFinder::find_way_out(const TissuePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
   set.count_ = set.exact_count_ = set.added_ = 0;
   set.deepest_ = 0;
   set.origin_ = X_VT.p;
-  set.sunk_ = true;
-  RoughPlanes& planes = set.rough_;
+  set.deep_penetration_ = true;
+  ApproximatePlanes& planes = set.approximate_;
   const auto add = [&](const dvec3& p, double beyond) {
     const FieldSample at = sample_linear_gradient(patch, X_VT.p + p);
     const double slope = glm::length(at.gradient), gap = at.value - beyond;
@@ -291,8 +291,8 @@ void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, Co
 }
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
-  set.deepest_ =
-      static_cast<double>(samples_->update_planes(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.rough_, set.count_));
+  set.deepest_ = static_cast<double>(
+      samples_->update_planes(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.approximate_, set.count_));
   for (int k = 0; k < set.exact_count_; ++k) {
     update_contact(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
   }
@@ -307,9 +307,9 @@ void ContactFinder::update_contact(const Pose& X_VT, ContactPlane& plane) const 
   plane.n = -plane.n;
 }
 
-bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i,
+bool ContactFinder::refine(const TissuePatch& patch, const Pose& X_VT, ContactSet& set, int i,
                            bool fine) const noexcept {
-  if (set.sunk_ || set.flat_ || i >= set.own()) return false;
+  if (set.deep_penetration_ || set.flat_ || i >= set.own()) return false;
   const ContactSet::Exact* known = set.exact(i);
   const double stays = fine ? R::stays_exact_fine : sphere_ ? R::stays_exact : R::stays_exact_edged;
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
@@ -399,7 +399,7 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
 
 /// If a sharp rim of the head is inside smooth tissue, the normals of its two sides both do not point out of the
 /// tissue. Uses the tissue's normal at the deepest point of the rim instead.
-bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
+bool ContactFinder::touch_with_rim(const TissuePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);
   double slope = glm::length(field.gradient);
@@ -423,7 +423,7 @@ bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, 
 
 /// Moves x along the interpolated surface to the point nearest to the head, with an error of about half a voxel at a
 /// crease. Returns false if the surface is not found.
-bool ContactFinder::descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& x) const noexcept {
+bool ContactFinder::descend(const TissuePatch& patch, const Pose& X_VT, dvec3& x) const noexcept {
   dvec3 normal, m;
   const auto onto_surface = [&](dvec3& p) {
     for (int step = 0; step < D::surface_steps; ++step) {
@@ -514,7 +514,7 @@ bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X
 
 /// Finds the contact of the head with a convex edge, rim or corner of the tissue near a point. Returns false if there
 /// is none.
-bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
+bool ContactFinder::touch_crease(const TissuePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
                                  ContactPlane& plane) const noexcept {
   dvec3 x = near;
   if (!descend(patch, X_VT, x) || !is_sharp_at(patch, x)) return false;
@@ -534,7 +534,7 @@ bool ContactFinder::touch_crease(const SurfacePatch& patch, const Pose& X_VT, co
 
 /// Finds the contact of the head with a crease near x, a point of the interpolated surface. Returns false if samples
 /// contradict it.
-bool ContactFinder::touch(const SurfacePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
+bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
                           ContactPlane& plane) const noexcept {
   ContactPlane found = plane;
   found.crease = true;

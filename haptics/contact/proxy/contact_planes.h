@@ -3,13 +3,13 @@
 // 2. nearest_allowed() computes the proxy's position nearest to the hand that all planes allow.
 // 3. ContactFinder::refine computes the planes that stop the head again, by cubic interpolation. Then step 2 is
 // repeated.
-// Frames: W workbench, V grid of the patch (voxels), T tool. docs/contact.md explains the method and its errors.
+// Frames: W workbench, V grid of the tissue patch (voxels), T tool. docs/contact.md explains the method and its errors.
 #pragma once
 
 #include <memory>
 
 #include "haptics/contact/proxy/contact_set.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -27,24 +27,24 @@ class ContactFinder {
 
   double reach() const { return reach_; }  // voxels, distance from the head's centre to its farthest point
 
-  /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). The patch must contain the
-  /// head. `fine`: also searches between the surface samples and finds creases, for a head that neither cuts nor fills.
-  void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set,
-            bool fine = false) const noexcept;
+  /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). The tissue patch must
+  /// contain the head. `fine`: also searches between the surface samples and finds creases, for a head that neither
+  /// cuts nor fills.
+  void find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set, bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall
   /// or a known edge stops it; otherwise returns false and leaves `seated` as it is. `alone`: no other tissue is
   /// near; `set` contains this contact.
-  bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+  bool seat(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   // voxels, largest displacement of the ball by seat()
   static constexpr double kMaxSeated = 1.5;
 
-  /// Finds contacts for a head that overlaps tissue by more than `kSunk`, for example after a jump: the nearest points
-  /// outside the tissue. If there is none within the field's band, `set` gets no contact.
-  void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
-  // voxels; a head with a larger overlap counts as sunk
-  static constexpr double kSunk = 1.5;
+  /// Finds contacts for a head that overlaps tissue by more than `kDeepPenetration`, for example after a jump: the
+  /// nearest points outside the tissue. If there is none within the field's band, `set` gets no contact.
+  void find_way_out(const TissuePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
+  // voxels; a head with a larger overlap is in deep penetration
+  static constexpr double kDeepPenetration = 1.5;
 
   /// Updates the normals and gaps of the contacts in `set` after a small motion of the head to X_VT, without reading
   /// the field again.
@@ -56,30 +56,30 @@ class ContactFinder {
 
   /// Moves contact `i` to the point where head and surface are closest, by cubic interpolation. Returns false if
   /// nothing changed. `fine`: the normal is accurate to 0.01 degree, for a head that does not cut.
-  bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
+  bool refine(const TissuePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
   /// Updates normal and gap of one contact for the head at the pose X_VT, without a query of the field.
   void update_contact(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
-  bool touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
+  bool touch_with_rim(const TissuePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
   dvec3 farthest(const Pose& X_VT, const dvec3& along) const noexcept;
-  void find_below(const SurfacePatch& patch, const Pose& X_VT, const dvec3& x, double near,
+  void find_below(const TissuePatch& patch, const Pose& X_VT, const dvec3& x, double near,
                   ContactSet& set) const noexcept;
-  void find_between_samples(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
-  bool descend(const SurfacePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
-  bool touch_crease(const SurfacePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
+  void find_between_samples(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
+  bool descend(const TissuePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
+  bool touch_crease(const TissuePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
                     ContactPlane& plane) const noexcept;
-  bool touch(const SurfacePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
+  bool touch(const TissuePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
              ContactPlane& plane) const noexcept;
   bool touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
-  bool seat_on_crease(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
+  bool seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                       ContactSet& set) const noexcept;
-  bool seat_on_wall(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+  bool seat_on_wall(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
                     bool& alone) const noexcept;
-  bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
-  bool find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
+  bool find_by_offset(const TissuePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
+  bool find_in_crease(const TissuePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 
   HeadField head_;  // distance field of the head, in voxels

@@ -8,8 +8,9 @@ ContactPlane ContactSet::plane(int i) const noexcept {
   for (int k = 0; k < exact_count_; ++k) {
     if (exact_[static_cast<std::size_t>(k)].index == i) return exact_[static_cast<std::size_t>(k)].plane;
   }
-  return {origin_ + dvec3(rough_.x[i], rough_.y[i], rough_.z[i]), dvec3(rough_.nx[i], rough_.ny[i], rough_.nz[i]),
-          static_cast<double>(rough_.gap[i]), static_cast<double>(rough_.yields[i])};
+  return {origin_ + dvec3(approximate_.x[i], approximate_.y[i], approximate_.z[i]),
+          dvec3(approximate_.nx[i], approximate_.ny[i], approximate_.nz[i]), static_cast<double>(approximate_.gap[i]),
+          static_cast<double>(approximate_.yields[i])};
 }
 
 ContactSet::Exact* ContactSet::exact(int i) noexcept {
@@ -20,7 +21,7 @@ ContactSet::Exact* ContactSet::exact(int i) noexcept {
 }
 
 void ContactSet::set_yields(int i, double yields) noexcept {
-  rough_.yields[i] = static_cast<float>(yields);
+  approximate_.yields[i] = static_cast<float>(yields);
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
@@ -33,20 +34,20 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   }
   *slot = {i, c, plane};
   const glm::vec3 x(plane.x - origin_), n(plane.n);
-  rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
-  rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
-  rough_.gap[i] = static_cast<float>(plane.gap);
-  rough_.yields[i] = static_cast<float>(plane.yields);
+  approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
+  approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
+  approximate_.gap[i] = static_cast<float>(plane.gap);
+  approximate_.yields[i] = static_cast<float>(plane.yields);
 }
 
 /// Adds an approximate contact of the head.
 void ContactSet::put_own(const ContactPlane& plane) noexcept {
   const int i = count_ < kMax ? count_++ : 0;
   const glm::vec3 x(plane.x - origin_), n(plane.n);
-  rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
-  rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
-  rough_.gap[i] = static_cast<float>(plane.gap);
-  rough_.yields[i] = 1;
+  approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
+  approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
+  approximate_.gap[i] = static_cast<float>(plane.gap);
+  approximate_.yields[i] = 1;
   deepest_ = std::max(deepest_, -plane.gap);
 }
 
@@ -55,27 +56,27 @@ void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
   const glm::vec3 x(rim.x - origin_), n(rim.n);
   const auto near = static_cast<float>(within);
   for (int i = 0; i < own(); ++i) {
-    if (glm::length(glm::vec3(rough_.x[i], rough_.y[i], rough_.z[i]) - x) > near) continue;
-    rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
-    rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
-    rough_.gap[i] = static_cast<float>(rim.gap);
+    if (glm::length(glm::vec3(approximate_.x[i], approximate_.y[i], approximate_.z[i]) - x) > near) continue;
+    approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
+    approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
+    approximate_.gap[i] = static_cast<float>(rim.gap);
   }
 }
 
 bool ContactSet::add(const ContactPlane& plane) noexcept {
-  if (count_ == RoughPlanes::kRoom) return false;
+  if (count_ == ApproximatePlanes::kCapacity) return false;
   const glm::vec3 x(plane.x - origin_), n(plane.n);
-  rough_.x[count_] = x.x, rough_.y[count_] = x.y, rough_.z[count_] = x.z;
-  rough_.nx[count_] = n.x, rough_.ny[count_] = n.y, rough_.nz[count_] = n.z;
-  rough_.gap[count_] = static_cast<float>(plane.gap);
-  rough_.yields[count_] = 0;
+  approximate_.x[count_] = x.x, approximate_.y[count_] = x.y, approximate_.z[count_] = x.z;
+  approximate_.nx[count_] = n.x, approximate_.ny[count_] = n.y, approximate_.nz[count_] = n.z;
+  approximate_.gap[count_] = static_cast<float>(plane.gap);
+  approximate_.yields[count_] = 0;
   ++count_, ++added_;
   return true;
 }
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
-  sunk_ = flat_ = creases_ = projects_out_ = false;
+  deep_penetration_ = flat_ = creases_ = projects_out_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }

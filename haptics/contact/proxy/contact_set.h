@@ -13,8 +13,7 @@ struct ContactPlane {
   dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
   double gap = 0;    // voxels between head and tissue at x, negative: overlap
-  // fraction 0..1 of the allowed depth (slack) by which a cutting head may sink into this contact; below 1 in harder
-  // tissue
+  // fraction 0..1 of the allowed depth by which a cutting head may sink into this contact; below 1 in harder tissue
   double yields = 1;
   bool rim = false;     // true if a sharp rim of the head has contact; n is then the normal of the tissue
   bool crease = false;  // true if x lies on an edge, rim or corner of the tissue that was reconstructed (crease.h)
@@ -22,19 +21,20 @@ struct ContactPlane {
 
 /// The approximate planes of all contacts, as arrays of floats for SIMD. Points are in voxels, relative to the head's
 /// centre at the time of the search.
-struct RoughPlanes {
+struct ApproximatePlanes {
   // kMax: largest number of planes; kBatch: number of planes per SIMD operation
   static constexpr int kMax = 256, kBatch = 8;
   // space for one more batch, which may be incomplete
-  static constexpr int kRoom = kMax + kBatch;
-  alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
+  static constexpr int kCapacity = kMax + kBatch;
+  alignas(32) float x[kCapacity], y[kCapacity], z[kCapacity], nx[kCapacity], ny[kCapacity], nz[kCapacity],
+      gap[kCapacity], yields[kCapacity];
 };
 
 /// The contacts of one search, as approximate planes in float arrays. The few that hold the head are also stored as
 /// exact planes.
 class ContactSet {
  public:
-  static constexpr int kMax = RoughPlanes::kMax;
+  static constexpr int kMax = ApproximatePlanes::kMax;
 
   int count() const { return count_; }
   /// Number of the head's own contacts, which come first. The remaining contacts were added by add().
@@ -54,17 +54,18 @@ class ContactSet {
   ContactPlane plane(int i) const noexcept;
   /// Point one voxel below the tissue's surface at contact i.
   dvec3 below(int i) const noexcept {
-    return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
+    return origin_ + dvec3(approximate_.x[i] - approximate_.nx[i], approximate_.y[i] - approximate_.ny[i],
+                           approximate_.z[i] - approximate_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
   /// Removes all contacts.
   void clear() noexcept;
   /// Must be called when the tissue has changed.
   void forget_creases() noexcept { known_.forget(); }
-  const RoughPlanes& rough() const { return rough_; }
+  const ApproximatePlanes& approximate() const { return approximate_; }
   /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
   /// leave the tissue (see ContactFinder::find_way_out()).
-  bool sunk() const { return sunk_; }
+  bool deep_penetration() const { return deep_penetration_; }
   /// Returns true if the contacts are flat walls of a groove; their planes need no refinement.
   bool flat() const { return flat_; }
 
@@ -84,7 +85,7 @@ class ContactSet {
   void put_own(const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;
-  bool sunk_ = false, flat_ = false;
+  bool deep_penetration_ = false, flat_ = false;
   bool creases_ = false;  // true if refined contacts may lie on a crease (ContactFinder::find)
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
@@ -92,7 +93,7 @@ class ContactSet {
   dvec3 origin_{0};
   bool projects_out_ = false;
   Pose emptied_;  // voxels, pose at which the head has removed all tissue inside it; valid if projects_out_ is true
-  RoughPlanes rough_{};
+  ApproximatePlanes approximate_{};
   KnownCreases known_;
   std::array<Exact, kExact> exact_;
 };

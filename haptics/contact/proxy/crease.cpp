@@ -29,7 +29,7 @@ struct Landing {
   dvec3 x{0}, n{0};
 };
 
-bool land(const SurfacePatch& patch, dvec3 x, Landing& landing) noexcept {
+bool land(const TissuePatch& patch, dvec3 x, Landing& landing) noexcept {
   for (int step = 0; step < C::steps; ++step) {
     if (!patch.holds(x, 0)) return false;
     const FieldSample at = sample_linear_gradient(patch, x);
@@ -57,7 +57,7 @@ double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::i
 }
 
 /// Fits a sheet to the samples around the voxel `at`, by fourth-order differences along the axes.
-bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
+bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
   const glm::ivec3 q = at - patch.lo;
   const std::ptrdiff_t step[3] = {static_cast<std::ptrdiff_t>(patch.n) * patch.n, patch.n, 1};
   const float* f = patch.distance.data() + patch.at(q.x, q.y, q.z);
@@ -86,7 +86,7 @@ bool fit(const SurfacePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept
   // The curvatures are those of the level set through the voxel; parallel surfaces give those of the surface.
   const auto at_surface = [&](double k) { return k / (1 - k * value); };
   const double most = std::max(std::abs(mean + half), std::abs(mean - half));
-  if (most > C::max_curvature || rough > C::rough + C::rough_curved * most * most) return false;
+  if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;
   sheet.n = n;
   sheet.x = dvec3(at) - value * n;
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
@@ -110,7 +110,7 @@ struct Fitted {
 };
 
 /// Fits a sheet `farther` voxels beyond a place of the surface, in the direction `away` along the sheet.
-bool fit_beyond(const SurfacePatch& patch, const Landing& place, const dvec3& away, double farther,
+bool fit_beyond(const TissuePatch& patch, const Landing& place, const dvec3& away, double farther,
                 Fitted& fitted) noexcept {
   const dvec3 along = away - glm::dot(away, place.n) * place.n;
   const double length = glm::length(along);
@@ -121,7 +121,7 @@ bool fit_beyond(const SurfacePatch& patch, const Landing& place, const dvec3& aw
   return patch.holds(fitted.at, 0) && fit(patch, at, fitted.sheet) &&
          glm::dot(fitted.sheet.n, place.n) > C::same_normal;
 }
-bool fit_beyond(const SurfacePatch& patch, const Landing& place, const dvec3& away, Fitted& fitted) noexcept {
+bool fit_beyond(const TissuePatch& patch, const Landing& place, const dvec3& away, Fitted& fitted) noexcept {
   return std::ranges::any_of(C::farther,
                              [&](double farther) { return fit_beyond(patch, place, away, farther, fitted); });
 }
@@ -135,7 +135,7 @@ struct Place {
 };
 
 /// Searches the surface in all directions around the crease at x. A place beyond the edge is searched from below.
-void search_around(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside,
+void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
   for (int i = 0; i < C::directions; ++i) {
@@ -186,7 +186,7 @@ struct Groups {
 
 /// Fits the sheet `own` at `place` and then in steps away from the other sheets, until `accepts` returns true.
 template <class Accepts>
-bool fit_away(const SurfacePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
+bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {
   for (int step = 0; step < C::away_steps; ++step) {
     const dvec3 away = groups.away(place.x, place.n, own);
@@ -202,7 +202,7 @@ bool fit_away(const SurfacePatch& patch, Landing place, const Groups& groups, in
 
 /// Fits a sheet at each place, and groups those that belong to the same sheet. Returns false if there are not two or
 /// three sheets.
-bool group(const SurfacePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
+bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
   for (Place& place : around) {
     if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
   }
@@ -234,7 +234,7 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
 }
 
 /// Chooses among the fits of the sheet `own` the one nearest to the crease whose samples no other sheet influences.
-bool choose(const SurfacePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
+bool choose(const TissuePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
             int own, Sheet& sheet) noexcept {
   double nearest = 1e300;
   const auto try_fit = [&](const Fitted& fitted) {
@@ -296,12 +296,12 @@ bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
 namespace {
 
 /// Returns true if the sample at `at` agrees with the sheets.
-bool agrees(const SurfacePatch& patch, const dvec3& at, const Crease& crease, double tolerance) noexcept {
+bool agrees(const TissuePatch& patch, const dvec3& at, const Crease& crease, double tolerance) noexcept {
   return patch.holds(at, 0) && std::abs(sample_linear(patch, at) - crease.above(at)) < tolerance;
 }
 
 /// Returns true if the samples in the tissue around x agree with the sheets.
-bool agrees_around(const SurfacePatch& patch, const dvec3& x, const Crease& crease) noexcept {
+bool agrees_around(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
   const dvec3 centre = glm::floor(x + 0.5);
   for (int i = 0; i < 27; ++i) {
     const dvec3 p = centre + C::around * dvec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
@@ -311,7 +311,7 @@ bool agrees_around(const SurfacePatch& patch, const dvec3& x, const Crease& crea
   return true;
 }
 
-bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, double aside, Crease& crease) noexcept {
+bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside, Crease& crease) noexcept {
   Place around[C::directions];
   search_around(patch, x, n, aside, around);
   Groups groups;
@@ -347,7 +347,7 @@ bool find_sheets(const SurfacePatch& patch, const dvec3& x, const dvec3& n, doub
 }
 
 /// Returns false if another sheet cuts the line of two sheets near x.
-bool line_goes_on(const SurfacePatch& patch, const dvec3& x, const Crease& crease) noexcept {
+bool line_goes_on(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
   dvec3 on = x, n[2];
   if (crease.count != 2 || !crease.onto_line(0, 1, on, n)) return false;
   const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
@@ -361,7 +361,7 @@ bool line_goes_on(const SurfacePatch& patch, const dvec3& x, const Crease& creas
 }
 
 /// Fits the sheets of an edge or rim again, near its point x. Returns false if that fails.
-bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept {
+bool follow(const TissuePatch& patch, const dvec3& x, Crease& crease) noexcept {
   if (crease.count != 2) return false;
   Fitted known[Crease::kMost];
   Groups groups;
@@ -391,7 +391,7 @@ bool follow(const SurfacePatch& patch, const dvec3& x, Crease& crease) noexcept 
 
 }  // namespace
 
-const Crease* KnownCreases::find(const SurfacePatch& patch, const dvec3& x) noexcept {
+const Crease* KnownCreases::find(const TissuePatch& patch, const dvec3& x) noexcept {
   Known* const near =
       std::find_if(known_, known_ + count_, [&](const Known& known) { return glm::length(known.x - x) < C::followed; });
   if (near == known_ + count_) return nullptr;
@@ -419,7 +419,7 @@ bool KnownCreases::is_none(const dvec3& x, const dvec3& n) const noexcept {
   });
 }
 
-bool is_sharp_at(const SurfacePatch& patch, const dvec3& x) noexcept {
+bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept {
   if (!patch.holds(x, 1)) return false;
   const glm::ivec3 q = glm::ivec3(glm::floor(x)) - patch.lo;
   const float* f = patch.distance.data() + patch.at(q.x, q.y, q.z);
@@ -432,7 +432,7 @@ bool is_sharp_at(const SurfacePatch& patch, const dvec3& x) noexcept {
   return false;
 }
 
-bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept {
+bool find_crease(const TissuePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept {
   return std::ranges::any_of(C::aside, [&](double aside) { return find_sheets(patch, x, n, aside, crease); });
 }
 

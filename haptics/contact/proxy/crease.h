@@ -1,7 +1,7 @@
 // Reconstructs the smooth sheets of the tissue's surface that meet at an edge, a rim or a corner.
 #pragma once
 
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 
 namespace typodont::haptics {
 
@@ -35,7 +35,7 @@ struct Crease {
 class KnownCreases {
  public:
   /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
-  const Crease* find(const SurfacePatch& patch, const dvec3& x) noexcept;
+  const Crease* find(const TissuePatch& patch, const dvec3& x) noexcept;
   void add(const dvec3& x, const Crease& crease) noexcept;
   /// The crease of the last contact, near place(); null: none.
   const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
@@ -62,10 +62,10 @@ class KnownCreases {
 };
 
 /// Returns true if the samples near x bend as at a convex edge: far more than beside it. Cheap, for a first test.
-bool is_sharp_at(const SurfacePatch& patch, const dvec3& x) noexcept;
+bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept;
 
 /// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x
 /// to the head. Returns false if the surface is smooth or concave, or if samples contradict the sheets.
-bool find_crease(const SurfacePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;
+bool find_crease(const TissuePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;
 
 }  // namespace typodont::haptics

@@ -18,7 +18,7 @@ struct Face {
 };
 
 /// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
-bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
+bool face_from(const TissuePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
   for (int step = 0; step < E::steps; ++step) {
     if (!patch.holds(x, 0)) return false;
     const FieldSample at = sample_cubic(patch, x);
@@ -38,7 +38,7 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
 
 /// Returns true if the wall `face` is flat: it has the same plane at a second point, farther from the bottom, where the
 /// other wall does not influence the field.
-bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
+bool face_continues(const TissuePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
   if (!patch.holds(p, 0)) return false;
@@ -75,7 +75,7 @@ struct Faces {
 
 }  // namespace
 
-bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept {
+bool walls_of_crease(const TissuePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept {
   const double slope = glm::length(at.gradient);
   const dvec3 n = at.gradient / slope, foot = c - at.value * n;
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);

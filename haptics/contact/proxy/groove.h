@@ -2,7 +2,7 @@
 // there.
 #pragma once
 
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 
 namespace typodont::haptics {
 
@@ -17,6 +17,6 @@ struct FlatWalls {
 
 /// Finds the walls of a concave crease or corner, beyond its bottom that interpolation fills. `at`: value and gradient
 /// at the point `c`. Returns false if there are none, or if another surface is nearer.
-bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
+bool walls_of_crease(const TissuePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 
 }  // namespace typodont::haptics

@@ -16,7 +16,7 @@ namespace typodont::haptics {
 namespace {
 
 using P = HeadSampleParameters;
-constexpr int kBatch = RoughPlanes::kBatch;
+constexpr int kBatch = ApproximatePlanes::kBatch;
 
 /// The head at one pose. Coordinates are in voxels, relative to a voxel near the head.
 struct FlatHead {
@@ -102,7 +102,7 @@ struct FlatField {
   const float* samples;  // address of sample (0,0,0), which may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
-  bool whole;          // the patch contains all tissue; outside it is air
+  bool whole;          // the tissue patch contains all tissue; outside it is air
 };
 
 TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
@@ -171,7 +171,7 @@ struct SampleBatches {
 /// batches make one step before the next, because loads, roots and divisions have a long latency.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
-                      RoughPlanes* planes, Found* found) {
+                      ApproximatePlanes* planes, Found* found) {
   const FlatHead head = *head_at;
   const FlatField field = *field_at;
   const float* R = head.R;
@@ -319,7 +319,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
 
 /// Updates the normals and gaps of the contacts of the last search. `d`: displacement of the head since then, voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
+float see_anew(const FlatHead* head_at, ApproximatePlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
   F8 least = {};
   I8 at = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -344,7 +344,7 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
 /// Moves surface points inside the head to its surface, so that their gap becomes 0. `d`: head's centre relative to the
 /// origin of the points. `head_at`: head at its current pose; null: it has not moved.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
+void push_out(const FlatHead* head_at, ApproximatePlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
   for (int k = 0; k < count; k += kBatch) {
     F8 x, y, z, gap, nx, ny, nz, off, mx, my, mz;
@@ -452,8 +452,8 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
   }
 }
 
-Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
-                               RoughPlanes& planes) const noexcept {
+Found HeadSamples::search_around(const TissuePatch& patch, const Pose& X_VT, float near,
+                                 ApproximatePlanes& planes) const noexcept {
   // Coordinates are relative to a voxel near the head, because floats represent small numbers more precisely.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
@@ -469,7 +469,7 @@ Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, floa
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
-  // A head outside a whole patch touches nothing, and its indices could overflow.
+  // A head outside a whole tissue patch touches nothing, and its indices could overflow.
   const int edge = 2 * (static_cast<int>(reach) + 8);
   if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
     return found;
@@ -477,17 +477,17 @@ Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, floa
   return found;
 }
 
-float HeadSamples::update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes,
+float HeadSamples::update_planes(const dquat& R, const glm::vec3& moved, ApproximatePlanes& planes,
                                  int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
   return see_anew(&head, &planes, count, &moved.x);
 }
 
-void HeadSamples::push_out_here(RoughPlanes& planes, int count) const noexcept {
+void HeadSamples::push_out_here(ApproximatePlanes& planes, int count) const noexcept {
   push_out(nullptr, &planes, count, nullptr);
 }
 
-void HeadSamples::push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
+void HeadSamples::push_out_at(const dquat& R, const glm::vec3& c, ApproximatePlanes& planes, int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
   push_out(&head, &planes, count, &c.x);
 }

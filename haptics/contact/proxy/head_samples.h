@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptics/contact/proxy/contact_set.h"
-#include "haptics/contact/surface_patch.h"
+#include "haptics/contact/tissue_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -32,18 +32,18 @@ struct HeadSamples {
 
   /// Searches contacts of the head at the pose X_VT. Each sample near tissue gives a point that is moved to the
   /// position where head and tissue are closest. This point becomes a contact if the gap is below `near` (voxels).
-  Found look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept;
+  Found search_around(const TissuePatch& patch, const Pose& X_VT, float near, ApproximatePlanes& planes) const noexcept;
 
   /// Updates the normals and gaps of the contacts of the last search. `R`: current rotation of the head; `moved`:
   /// displacement of the head since the search, voxels. Returns the largest overlap in voxels.
-  float update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
+  float update_planes(const dquat& R, const glm::vec3& moved, ApproximatePlanes& planes, int count) const noexcept;
 
   /// Moves surface points that are inside the head to the head's surface. `c`: the head's centre, relative to the
   /// origin of the points. The gap of these contacts becomes 0.
-  void push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
+  void push_out_at(const dquat& R, const glm::vec3& c, ApproximatePlanes& planes, int count) const noexcept;
   /// Moves surface points that are inside the head to the head's surface, as push_out_at() does, for a head that has
   /// not moved since the search.
-  void push_out_here(RoughPlanes& planes, int count) const noexcept;
+  void push_out_here(ApproximatePlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];

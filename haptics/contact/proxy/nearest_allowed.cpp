@@ -10,11 +10,11 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr int kBatch = RoughPlanes::kBatch;
+constexpr int kBatch = ApproximatePlanes::kBatch;
 
 /// Index of the plane whose normal is most similar to `n`; if several are equal, the first one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-int max_along(const RoughPlanes* planes, int count, const float* n) {
+int max_along(const ApproximatePlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
   I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -37,20 +37,20 @@ int max_along(const RoughPlanes* planes, int count, const float* n) {
 /// Returns the index of the most violated plane (the first of several equal ones), or -1 if n·d + room ≥ -slip for all.
 /// `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-int max_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
-                 float slip) {
+int max_violated(const ApproximatePlanes* planes, int count, const float* d, float overlap, float allowed_depth,
+                 bool only_no_deeper, float slip) {
   F8 least = F8{} - slip;
   I8 index = I8{} - 1, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
-    F8 nx, ny, nz, room, yield;
+    F8 nx, ny, nz, allowed_motion, yield;
     std::memcpy(&nx, planes->nx + k, sizeof nx);
     std::memcpy(&ny, planes->ny + k, sizeof ny);
     std::memcpy(&nz, planes->nz + k, sizeof nz);
-    std::memcpy(&room, planes->gap + k, sizeof room);
+    std::memcpy(&allowed_motion, planes->gap + k, sizeof allowed_motion);
     std::memcpy(&yield, planes->yields + k, sizeof yield);
-    room = room + overlap + slack * yield;
-    if (only_no_deeper) room = room > 0.0f ? room : F8{};
-    const F8 e = nx * d[0] + ny * d[1] + nz * d[2] + room;
+    allowed_motion = allowed_motion + overlap + allowed_depth * yield;
+    if (only_no_deeper) allowed_motion = allowed_motion > 0.0f ? allowed_motion : F8{};
+    const F8 e = nx * d[0] + ny * d[1] + nz * d[2] + allowed_motion;
     const I8 less = (e < least) & (at < count);
     least = less ? e : least;
     index = less ? at : index;
@@ -71,30 +71,30 @@ class HeadPlanes {
   // accuracy of normals in single precision.
   static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-8, .min_rest = 1e-8};
 
-  HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)
-      : set_(set), c_(c), overlap_(overlap), slack_(slack), only_no_deeper_(only_no_deeper) {}
+  HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double allowed_depth, bool only_no_deeper)
+      : set_(set), c_(c), overlap_(overlap), allowed_depth_(allowed_depth), only_no_deeper_(only_no_deeper) {}
 
   ContactPlane plane(int i) const noexcept { return set_.plane(i); }
   double excess(const ContactPlane& plane, const dvec3& p) const noexcept {
-    return glm::dot(plane.n, p - c_) + room(plane);
+    return glm::dot(plane.n, p - c_) + allowed_motion(plane);
   }
   int worst(const dvec3& p, const int* active, int count) const noexcept {
     if (set_.count() == 1) return excess(set_.plane(0), p) < -1e-9 ? 0 : -1;
     const glm::vec3 d(p - c_);
-    const int worst = max_violated(&set_.rough(), set_.count(), &d.x, static_cast<float>(overlap_),
-                                   static_cast<float>(slack_), only_no_deeper_, 1e-6f + 3e-7f * glm::length(d));
+    const int worst = max_violated(&set_.approximate(), set_.count(), &d.x, static_cast<float>(overlap_),
+                                   static_cast<float>(allowed_depth_), only_no_deeper_, 1e-6f + 3e-7f * glm::length(d));
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }
 
  private:
-  double room(const ContactPlane& plane) const noexcept {
-    const double room = plane.gap + overlap_ + slack_ * plane.yields;
-    return only_no_deeper_ ? std::max(room, 0.0) : room;
+  double allowed_motion(const ContactPlane& plane) const noexcept {
+    const double allowed_motion = plane.gap + overlap_ + allowed_depth_ * plane.yields;
+    return only_no_deeper_ ? std::max(allowed_motion, 0.0) : allowed_motion;
   }
 
   const ContactSet& set_;
   dvec3 c_;
-  double overlap_, slack_;
+  double overlap_, allowed_depth_;
   bool only_no_deeper_;
 };
 
@@ -105,7 +105,7 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept 
   if (set.count() < 2) return guess;
   for (int i = 0; i < before.count; ++i) {
     const glm::vec3 n(before.n[i]);
-    const int index = max_along(&set.rough(), set.count(), &n.x);
+    const int index = max_along(&set.approximate(), set.count(), &n.x);
     if (std::find(guess.index, guess.index + guess.count, index) == guess.index + guess.count) {
       guess.index[guess.count++] = index;
     }
@@ -118,12 +118,12 @@ void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) no
     held.n[held.count] = set.plane(active.index[held.count]).n;
 }
 
-dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double allowed_depth, const dvec3& target,
                       ActivePlanes& active) noexcept {
   dvec3 p;
-  if (ActiveSet(HeadPlanes(set, c, overlap, slack, false)).solve(target, p, active)) return p;
+  if (ActiveSet(HeadPlanes(set, c, overlap, allowed_depth, false)).solve(target, p, active)) return p;
   active.count = 0;
-  if (ActiveSet(HeadPlanes(set, c, overlap, slack, true)).solve(target, p, active)) return p;
+  if (ActiveSet(HeadPlanes(set, c, overlap, allowed_depth, true)).solve(target, p, active)) return p;
   return c;
 }
 

@@ -21,7 +21,7 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // Half the edge of the coarse patch in samples. 6: space for the interpolation stencil and for moved samples.
+  // Half the edge of the coarse tissue patch in samples. 6: space for the interpolation stencil and for moved samples.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -44,7 +44,7 @@ Pose NonCuttingContacts::in_part(const Part& part, const Pose& X_VT, int every) 
   return {(X_VT.p + X_VT.R * dvec3(0, 0, part.z)) / static_cast<double>(every), X_VT.R};
 }
 
-double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcept {
+double NonCuttingContacts::clearance(const TissuePatch& patch, const Pose& X_VT) noexcept {
   if (!shank_ || patch.coarse_levels.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
@@ -55,7 +55,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
   // Sphere tracing along the shank's axis: each step is as long as the tissue's distance in the field allows.
-  const SurfacePatch& wide = patch.coarse_levels.front();
+  const TissuePatch& wide = patch.coarse_levels.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
   const double top = 2 * shank.half, min_step = 0.3 * every_;
@@ -85,12 +85,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   return least;
 }
 
-void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
-                              bool shank) noexcept {
+void NonCuttingContacts::search(const Part& part, const TissuePatch& patch, const Pose& X, double near,
+                                bool shank) noexcept {
   if (!patch.covers(X.p, part.finder.reach() + 1)) return;
   set_.forget_creases();  // of another part
   part.finder.find(patch, X, near, set_);
-  if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
+  if (set_.deepest() > ContactFinder::kDeepPenetration || sample_linear(patch, X.p) < -part.finder.reach()) {
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
@@ -102,8 +102,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     let[i] = shank ? tolerated_overlap(part, patch, X, set_.plane(i)) / every_ : 0;
     refused[i] = let[i] >= 1;
   }
-  const auto gap = [&](int i) { return set_.rough().gap[i] + let[i]; };
-  for (int taken = 0; taken < kMost && count_ < kRoom; ++taken) {
+  const auto gap = [&](int i) { return set_.approximate().gap[i] + let[i]; };
+  for (int taken = 0; taken < kMost && count_ < kCapacity; ++taken) {
     int best = -1;
     for (int i = 0; i < set_.count(); ++i) {
       if (!refused[i] && (best < 0 || gap(i) < gap(best))) best = i;
@@ -121,13 +121,13 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
 
 /// Returns the allowed overlap (voxels) of tissue at x and a part with this `radius`. Near cuts, the coarse field
 /// cannot distinguish a thin neck from the cut's wall, so parts hardly wider than the head get no contact.
-double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
+double NonCuttingContacts::tolerated_overlap(double radius, const TissuePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
   return std::max({off.x, off.y, off.z}) <= 2 ? head_ + 2 * every_ - radius : 0.0;
 }
 
-double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatch& patch, const Pose& X,
+double NonCuttingContacts::tolerated_overlap(const Part& part, const TissuePatch& patch, const Pose& X,
                                              const ContactPlane& plane) const noexcept {
   const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
   return tolerated_overlap(part.radius_at(u), patch, plane.x);
@@ -135,7 +135,7 @@ double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatc
 
 /// Adds a contact that is computed from points on the part's axis, where the field is smooth. Near an edge of the
 /// tissue, the samples on the shank's surface are too far apart.
-void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X,
+void NonCuttingContacts::search_from_axis(const Part& part, const TissuePatch& patch, const Pose& X,
                                           double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);
   const double half = part.half / every_, first = part.neck / every_, widest = part.radius / every_;
@@ -169,12 +169,12 @@ void NonCuttingContacts::append_to(ContactSet& set) const noexcept {
   }
 }
 
-void NonCuttingContacts::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
+void NonCuttingContacts::find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
   count_ = 0;
-  if (shank_ && room(patch, X_VT) <= near) {
-    look(*shank_, patch.coarse_levels.front(), in_part(*shank_, X_VT, every_), near / every_, true);
+  if (shank_ && clearance(patch, X_VT) <= near) {
+    search(*shank_, patch.coarse_levels.front(), in_part(*shank_, X_VT, every_), near / every_, true);
   }
-  if (safe_end_) look(*safe_end_, patch, in_part(*safe_end_, X_VT, 1), near, false);
+  if (safe_end_) search(*safe_end_, patch, in_part(*safe_end_, X_VT, 1), near, false);
   append_to(set);
 }
 

@@ -1,5 +1,5 @@
-// Contacts of the parts of a tool that never cut. The shank searches in the coarse patch; at cut tissue it has contact
-// only where it is clearly wider than the head. The safe end (pin at the tip) searches in the head's patch.
+// Contacts of the parts of a tool that never cut. The shank searches in the coarse tissue patch; at cut tissue it has
+// contact only where it is clearly wider than the head. The safe end (pin at the tip) searches in the head's patch.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,8 @@
 
 namespace typodont::haptics {
 
-/// Size of the coarse patch: every `every`-th sample along each axis, `edge` samples per axis. 0: no coarse patch.
+/// Size of the coarse tissue patch: every `every`-th sample along each axis, `edge` samples per axis. 0: no coarse
+/// patch.
 struct CoarseGrid {
   int every = 0, edge = 0;
 };
@@ -26,10 +27,10 @@ class NonCuttingContacts {
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
   /// Distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid only if it
   /// is positive.
-  double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
+  double clearance(const TissuePatch& patch, const Pose& X_VT) noexcept;
   /// Finds the contacts of the shank and the safe end (pin at the tip) whose gaps are below `near` (voxels), and adds
   /// them to `set`, which contains the head's contacts. Shank and safe end may not sink into the tissue.
-  void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
+  void find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
   /// Adds the contacts of the last find() to `set` again, updated for a small motion of the tool to the pose X_VT.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
   /// Must be called when tissue may have been added, because the stored free distance is then not valid any more.
@@ -38,24 +39,24 @@ class NonCuttingContacts {
  private:
   struct Part {
     Part(const NonCuttingPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // lengths in voxels of the patch that this part searches
+    ContactFinder finder;  // lengths in voxels of the tissue patch that this part searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
     }  // radius of the part at the distance `u` along the axis from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // in voxels of the patch that this part searches
+    ContactPlane plane;  // in voxels of the tissue patch that this part searches
     bool shank;
-    double let;  // allowed overlap of tissue and part, in voxels of the patch in which this part searches
+    double let;  // allowed overlap of tissue and part, in voxels of the tissue patch in which this part searches
   };
-  static constexpr int kMost = 5, kRoom = 8;  // largest numbers of contacts: one part, and all parts
+  static constexpr int kMost = 5, kCapacity = 8;  // largest numbers of contacts: one part, and all parts
 
-  void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
-  double tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
-  double tolerated_overlap(const Part& part, const SurfacePatch& patch, const Pose& X,
+  void search(const Part& part, const TissuePatch& patch, const Pose& X, double near, bool shank) noexcept;
+  double tolerated_overlap(double radius, const TissuePatch& patch, const dvec3& x) const noexcept;
+  double tolerated_overlap(const Part& part, const TissuePatch& patch, const Pose& X,
                            const ContactPlane& plane) const noexcept;
-  void search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept;
+  void search_from_axis(const Part& part, const TissuePatch& patch, const Pose& X, double near) noexcept;
   void append_to(ContactSet& set) const noexcept;
   Pose in_part(const Part& part, const Pose& X_VT, int every) const noexcept;
 
@@ -63,7 +64,7 @@ class NonCuttingContacts {
   int every_ = 1;
   double head_ = 0;  // voxels, radius of the head
   ContactSet set_;
-  std::array<Known, kRoom> contacts_;
+  std::array<Known, kCapacity> contacts_;
   int count_ = 0;
   bool known_ = false;
   double free_ = 0;

@@ -113,8 +113,8 @@ struct CreaseParameters {
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel
-  // Largest third or fourth difference of the samples. rough_curved × curvature² is added for curved sheets.
-  static constexpr double rough = 0.03, rough_curved = 4;
+  // Largest third or fourth difference of the samples. curved_roughness × curvature² is added for curved sheets.
+  static constexpr double rough = 0.03, curved_roughness = 4;
   // Above this curvature (1/voxel), a fit must agree with samples two voxels from its centre within `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
@@ -195,7 +195,7 @@ struct GrooveParameters {
 /// Shanks and safe ends (pins at the tip), see NonCuttingContacts. Coarse voxels: of the field around the shank.
 /// Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
-  static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch
+  static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse tissue patch
   // Coarse voxels; linear interpolation gives distances that are too large by at most this.
   static constexpr double overestimate = 0.5;
   // Coarse voxels. A distance that differs from the largest stored distance (the band) by less counts as equal to it.
@@ -203,15 +203,15 @@ struct NonCuttingPartParameters {
   // Coarse voxels. If the computed surface point is farther than this from the surface, the field is not a true
   // distance there, as at an intersection of solids.
   static constexpr double edge_distance = 0.4;
-  // Voxels of the head's patch. While the shank's free distance is larger, it is not computed again.
+  // Voxels of the head's tissue patch. While the shank's free distance is larger, it is not computed again.
   static constexpr double enough_room = 3;
-  // voxels of the head's patch; if the shank's free distance is smaller, it is always computed again
+  // voxels of the head's tissue patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
   // Contacts at the same place are merged if the cosine between their normals is larger.
   static constexpr double same_direction = 0.985;
   // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same place.
   static constexpr double same_place = 2;
-  // Voxels of the head's patch, largest overlap that one search corrects. A deeper part is moved out gradually.
+  // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out gradually.
   static constexpr double led_out = 0.1;
 };
 

@@ -49,7 +49,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
              z = R[6] * wx + R[7] * wy + R[8] * wz;
     D8 rho = x * x + y * y;
     take_root(rho);
-    D8 best2 = zero + 1e300, best_x = zero, best_z = zero, way_x = zero, way_z = zero;
+    D8 best2 = zero + 1e300, best_x = zero, best_z = zero, normal_x = zero, normal_z = zero;
     L8 outside = {};
     for (int i = 0; i < piece_count; ++i) {
       const HeadField::Piece& piece = pieces[i];
@@ -81,14 +81,14 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
       const L8 closer = f2 < best2;
       best2 = closer ? f2 : best2;
       best_x = closer ? fx : best_x, best_z = closer ? fz : best_z;
-      way_x = closer ? nx : way_x, way_z = closer ? nz : way_z;
+      normal_x = closer ? nx : normal_x, normal_z = closer ? nz : normal_z;
     }
-    D8 length = best2, way = way_x * way_x + way_z * way_z;
-    take_root(length), take_root(way);
+    D8 length = best2, squared = normal_x * normal_x + normal_z * normal_z;
+    take_root(length), take_root(squared);
     const D8 sign = outside ? zero + 1.0 : zero - 1.0;
-    const L8 off_surface = length > 1e-9, known = way > 0.0, off_axis = rho > 1e-12;
-    const D8 n_rho = off_surface ? sign * best_x / length : known ? way_x / way : zero + 1.0;
-    const D8 n_z = off_surface ? sign * best_z / length : known ? way_z / way : zero;
+    const L8 off_surface = length > 1e-9, known = squared > 0.0, off_axis = rho > 1e-12;
+    const D8 n_rho = off_surface ? sign * best_x / length : known ? normal_x / squared : zero + 1.0;
+    const D8 n_z = off_surface ? sign * best_z / length : known ? normal_z / squared : zero;
     const D8 n_x = off_axis ? n_rho * x / rho : n_rho, n_y = off_axis ? n_rho * y / rho : zero;
     write_lanes(columns.distance + k, sign * length);
     write_lanes(columns.n_x + k, R[0] * n_x + R[3] * n_y + R[6] * n_z);

@@ -6,8 +6,8 @@ namespace typodont::haptics::vertex {
 
 using P = FollowParameters;
 
-bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
-                            bool give, double most) noexcept {
+bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT,
+                            double allowed_depth, bool give, double most) noexcept {
   constexpr double kUnbounded = 1e300;  // m, gap of unused elements; it never limits a step
   const double radius = head.radius();
   const dvec3 rest = X_WT.p - at;
@@ -18,7 +18,7 @@ bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dv
   for (std::size_t i = 0; i < near.count; ++i) {
     const double d = near.distance[i];
     least = std::min(least, d);
-    gaps_[i] = give ? std::max(d, 0.0) : d + slack;
+    gaps_[i] = give ? std::max(d, 0.0) : d + allowed_depth;
   }
   for (std::size_t i = near.count; i < near.count + HeadDistances::kBatch; ++i) gaps_[i] = kUnbounded;
   if (least < -P::led_out * radius) led_out_ = true;

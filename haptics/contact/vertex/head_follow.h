@@ -66,12 +66,12 @@ class HeadFollower {
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns its position. Near points
-  /// limit each step. `slack`: m, allowed overlap. `give`: points inside the head only prevent a deeper overlap.
-  /// `list(p)`: updates the list around p. `complete(p, far)`: adds missing points; returns how far (m), at most `far`,
-  /// the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
+  /// limit each step. `allowed_depth`: m, allowed overlap. `give`: points inside the head only prevent a deeper
+  /// overlap. `list(p)`: updates the list around p. `complete(p, far)`: adds missing points; returns how far (m), at
+  /// most `far`, the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
   template <class List, class Complete, class MayGoOn>
-  dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
-               List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
+  dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double allowed_depth,
+               bool give, List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
     led_out_ = false;
     for (int round = 0; round < FollowParameters::rounds && (round == 0 || may_go_on()); ++round) {
       list(from);
@@ -81,7 +81,7 @@ class HeadFollower {
       for (int look = 0; look < FollowParameters::looks && more; ++look) {
         const double most = complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
         if (!(most > 0)) return from;
-        more = approach(head, points, from, X_WT, slack, give, most);
+        more = approach(head, points, from, X_WT, allowed_depth, give, most);
       }
       if (!more) break;
     }
@@ -97,8 +97,8 @@ class HeadFollower {
 
  private:
   /// Makes one step of at most `most` (m). Returns true if a further step is useful.
-  bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack, bool give,
-                double most) noexcept;
+  bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double allowed_depth,
+                bool give, double most) noexcept;
 
   HeadDistances& distances_;
   std::vector<double> gaps_;  // m, allowed motion towards each point

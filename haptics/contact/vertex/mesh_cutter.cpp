@@ -50,8 +50,8 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return normal2(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
 }
 double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
-  const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
-  return glm::dot(way, way);
+  const dvec3 direction = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
+  return glm::dot(direction, direction);
 }
 /// Smallest height / longest edge; 0: no area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -120,21 +120,21 @@ std::size_t max_faces(const VertexHead& head, double edge) noexcept {
 
 MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
     : labels_(std::move(labels)),
-      vertex_seen_(mesh.vertex_room()),
-      face_seen_(mesh.face_room()),
-      place_of_(mesh.vertex_room()),
-      edge_seen_(mesh.vertex_room()) {
-  near_.reserve(mesh.face_room());
-  sorted_.reserve(mesh.face_room());
-  moved_.reserve(mesh.vertex_room());
-  affected_.reserve(mesh.face_room());
-  suspects_.reserve(2 * mesh.face_room());
-  for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_room() + kBatch);
-  ball_at_.resize(mesh.face_room());
-  overlapping_.resize(mesh.face_room() + kBatch);
-  crowd_ = mesh::TriangleTable(std::min(mesh.face_room(), kMaxInCrowd));
-  slot_of_.resize(mesh.face_room());
-  tested_in_.resize(mesh.face_room());
+      vertex_seen_(mesh.vertex_capacity()),
+      face_seen_(mesh.face_capacity()),
+      place_of_(mesh.vertex_capacity()),
+      edge_seen_(mesh.vertex_capacity()) {
+  near_.reserve(mesh.face_capacity());
+  sorted_.reserve(mesh.face_capacity());
+  moved_.reserve(mesh.vertex_capacity());
+  affected_.reserve(mesh.face_capacity());
+  suspects_.reserve(2 * mesh.face_capacity());
+  for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_capacity() + kBatch);
+  ball_at_.resize(mesh.face_capacity());
+  overlapping_.resize(mesh.face_capacity() + kBatch);
+  crowd_ = mesh::TriangleTable(std::min(mesh.face_capacity(), kMaxInCrowd));
+  slot_of_.resize(mesh.face_capacity());
+  tested_in_.resize(mesh.face_capacity());
 }
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
@@ -161,8 +161,8 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
 
 /// Returns true if `known` contains all faces that are now within margin_ of the head.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // Approach of a face's ball / motion of the head's points; above 1, because a ball may be farther out than the head
-  // when it rotates.
+  // A motion of the head's points by d can bring a face nearer by at most kMotion × d. Above 1, because faces outside
+  // the head move more when it rotates.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
@@ -253,7 +253,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     });
   }
   // A face may be in near_ twice, also as the neighbour of a split edge.
-  ++look_;
+  ++search_number_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
   return true;
 }
@@ -287,25 +287,25 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
     to = p + depth * n;
     return true;
   }
-  dvec3 way = n;
+  dvec3 direction = n;
   for (int round = 0; round < 8; ++round) {
     double worst = 1e-6;
     int at = -1;
     for (int i = 0; i < count; ++i) {
-      if (const double d = glm::dot(way, normals[i]); d > worst) worst = d, at = i;
+      if (const double d = glm::dot(direction, normals[i]); d > worst) worst = d, at = i;
     }
     if (at < 0) break;
-    way -= worst * normals[at];
+    direction -= worst * normals[at];
   }
-  double length = glm::length(way);
+  double length = glm::length(direction);
   if (length < 0.3) {
-    way = -sum;
-    length = glm::length(way);
+    direction = -sum;
+    length = glm::length(direction);
     if (!(length > 0)) return false;
   }
-  way /= length;
-  const dvec3 way_T = head.head->is_ball() ? way : head.R_TW * way;
-  to = p + head.head->distance_to_surface(head.to_tool(p), way_T) * way;
+  direction /= length;
+  const dvec3 direction_T = head.head->is_ball() ? direction : head.R_TW * direction;
+  to = p + head.head->distance_to_surface(head.to_tool(p), direction_T) * direction;
   return true;
 }
 
@@ -335,7 +335,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   if (at_ == 0) {
     moved_.clear();
     distances_.clear();
-    ++look_;
+    ++search_number_;
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
@@ -371,7 +371,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, 
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
-    if (vertex_seen_[v] != look_ || place_of_[v] == kNone || moved_[place_of_[v]].stays) continue;
+    if (vertex_seen_[v] != search_number_ || place_of_[v] == kNone || moved_[place_of_[v]].stays) continue;
     Moved& m = moved_[place_of_[v]];
     mesh.move_back(v, m.before);
     mesh.settle(v);
@@ -485,7 +485,7 @@ bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, con
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const float r = mesh.ball_radius(f);
-  const bool changed = face_seen_[f] == look_;
+  const bool changed = face_seen_[f] == search_number_;
   const mesh::Corners corners = mesh::corners(mesh, f);
   const dvec3 n = normal2(mesh, f);
   const double n2 = glm::dot(n, n), least = kFlat * 2 * static_cast<double>(r);
@@ -499,7 +499,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
       const std::size_t slot = from + (overlapping_[i] & ~kBeside);
       // This face was tested earlier in this round, also against f, without an intersection. Not valid if vertices were
       // moved back since (held_).
-      if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
+      if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_search_number_) continue;
       ++tested;
       if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
     }
@@ -511,7 +511,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t k = ball_at_[overlapping_[i]];
       const Index g = near_[k];
-      if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
+      if (k > first || g == f || !(changed || face_seen_[g] == search_number_)) continue;
       if (intersect(mesh, corners, n, g)) first = k;
     }
   };
@@ -520,7 +520,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
        slice_start_[static_cast<std::size_t>(slice_at(at + reach)) + 1]);
   test(slice_start_[kSlices], slice_start_[kSlices + 1]);
   if (first != kNone) return near_[first];
-  tested_in_[f] = edge_look_;
+  tested_in_[f] = edge_search_number_;
   return kNone;
 }
 
@@ -539,8 +539,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   const dvec3 n = normal2(mesh, f);
   const double length = glm::length(n);
   for (int i = 0; i < 3; ++i) {
-    const dvec3 way = from_core(mesh.point(f, i) - head.X_W.p);
-    if (!(glm::dot(n, way) < kFacesCore * length * glm::length(way))) return false;
+    const dvec3 direction = from_core(mesh.point(f, i) - head.X_W.p);
+    if (!(glm::dot(n, direction) < kFacesCore * length * glm::length(direction))) return false;
   }
   return true;
 }
@@ -550,25 +550,25 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
-  const dvec3 way = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
-  if (!head.head->may_be_within(glm::vec3(way), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
+  const dvec3 direction = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
+  if (!head.head->may_be_within(glm::vec3(direction), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
   left_ -= kCutCosts.distance;
   if (head.head->is_ball()) return add_suspect(mesh, f);
   candidates_[distances_.size()] = {f, within};
-  distances_.add(static_cast<std::uint32_t>(distances_.size()), way);
+  distances_.add(static_cast<std::uint32_t>(distances_.size()), direction);
   if (distances_.full()) decide_candidates(mesh, head);
 }
 
 /// Distance from the head (m) within which a face can intersect another. Moved vertices lie on the head's surface, so
 /// unchanged faces can intersect only very near it.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
-  return mesh.ball_radius(f) + (face_seen_[f] == look_ ? edge : kRounding);
+  return mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? edge : kRounding);
 }
 
 void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   thin_ = true;
   suspects_.push_back(f);
-  for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+  for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_search_number_;
 }
 
 /// Evaluates the faces in candidates_, eight distances at once.
@@ -583,7 +583,7 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
 
 /// If the face intersects another face, moves the vertices of both back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
-  if (!held_ && tested_in_[f] == edge_look_) return;  // The face is listed twice and was tested already.
+  if (!held_ && tested_in_[f] == edge_search_number_) return;  // The face is listed twice and was tested already.
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -767,9 +767,9 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMaxSteps = 100'000;
-  const double way = displacement_bound(X_WA, X_WB, head.reach());
+  const double direction = displacement_bound(X_WA, X_WB, head.reach());
   // The factor ensures that the servo's longest cut (FeelParameters::stride) is exactly one step, in spite of rounding.
-  const double steps = way / (P::step * edge) * (1 - 1e-6);
+  const double steps = direction / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMaxSteps)), 0};
   done_ = {};
   go_to(Stage::kNextStep);
@@ -828,7 +828,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
           for (const Affected& a : affected_) hold_back(mesh, a.f);
           return go_to(Stage::kAccount);
         }
-        ++edge_look_;
+        ++edge_search_number_;
         suspects_.clear();
         distances_.clear();
         held_ = false;
@@ -846,7 +846,8 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       // At a fold, faces away from the head may cross faces towards it, so these are tested too if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
-            if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
+            if (edge_seen_[v[0]] == edge_search_number_ || edge_seen_[v[1]] == edge_search_number_ ||
+                edge_seen_[v[2]] == edge_search_number_) {
               suspects_.push_back(affected_[i].f);
             }
           })) {
@@ -896,7 +897,7 @@ CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, c
   mesh.near(search_.lo_W, search_.hi_W, [&](Index f) { add_if_near(mesh, f); });
   sort_near();
   moved_.clear();
-  ++look_;
+  ++search_number_;
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
       if (!see_vertex(v)) continue;

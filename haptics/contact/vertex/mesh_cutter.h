@@ -56,7 +56,7 @@ struct CutParameters {
   // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
   // rotate farther.
   static constexpr double min_turn_in_mending = 0.5;
-  // Largest change of volume by merging a vertex, cubed target edges.
+  // A merge of two vertices that changes the volume by more is refused, in cubes of the target edge length.
   static constexpr double max_given = 0.2;
   // Largest change of volume by a collapse or flip, in cubed target edge lengths.
   static constexpr double max_volume = 0.02;
@@ -96,9 +96,9 @@ inline constexpr CutCosts kCutCosts;
 
 /// Faces near the head that an earlier search has found.
 struct KnownFaces {
-  std::span<const mesh::Index> faces;  // all faces within `within` of the head, or more
+  std::span<const mesh::Index> faces;  // faces near the head, see `within`
   Pose X_W;
-  double within = 0;         // m, distance for `faces`; 0: the list is not valid
+  double within = 0;         // m; `faces` contains all faces within this distance of the head; 0: not valid
   std::uint64_t number = 0;  // number of the list, different for every list
 };
 
@@ -124,7 +124,7 @@ class MeshCutter {
 
  private:
   static constexpr int kSlices = 32;
-  static constexpr std::size_t kMaxTogether = 64;  // largest number of distances that are computed together
+  static constexpr std::size_t kMaxTogether = 64;  // number of distances that are computed together
 
   struct Moved {
     mesh::Index v;
@@ -235,23 +235,23 @@ class MeshCutter {
     return static_cast<int>(std::clamp((x - slice_lo_) * slices_per_m_, 0.0f, static_cast<float>(kSlices - 1)));
   }
   bool see_vertex(mesh::Index v) noexcept {
-    if (vertex_seen_[v] == look_) return false;
-    vertex_seen_[v] = look_;
+    if (vertex_seen_[v] == search_number_) return false;
+    vertex_seen_[v] = search_number_;
     return true;
   }
   bool see_face(mesh::Index f) noexcept {
-    if (face_seen_[f] == look_) return false;
-    face_seen_[f] = look_;
+    if (face_seen_[f] == search_number_) return false;
+    face_seen_[f] = search_number_;
     return true;
   }
 
   SharedLabels labels_;
-  std::uint32_t look_ = 0;
-  // for each vertex and face: number of the search (look_) that last visited it
+  std::uint32_t search_number_ = 0;
+  // for each vertex and face: number of the search (search_number_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex visited in this step: its index in moved_
-  std::uint32_t edge_look_ = 0;
-  // for each vertex: last round (edge_look_) in which one of its faces was directed away from the head
+  std::uint32_t edge_search_number_ = 0;
+  // for each vertex: last round (edge_search_number_) in which one of its faces was directed away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMaxTogether};           // buffer for distances that are computed together

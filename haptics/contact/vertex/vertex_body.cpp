@@ -158,7 +158,7 @@ std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
   auto snapshot = std::make_unique<VertexSnapshot>();
   snapshot->mesh = mesh_;
   snapshot->cutter = MeshCutter(mesh_, labels_);
-  snapshot->sample_of.resize(mesh_.vertex_room());
+  snapshot->sample_of.resize(mesh_.vertex_capacity());
   return snapshot;
 }
 
@@ -169,10 +169,10 @@ double VertexBody::travel() const {
 void VertexBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
-  if (fresh.sample_of.size() == mesh_.vertex_room()) return;
+  if (fresh.sample_of.size() == mesh_.vertex_capacity()) return;
   // The first snapshot that the servo returns is empty and has no buffers for cutting, so they are allocated here.
   fresh.cutter = MeshCutter(mesh_, labels_);
-  fresh.sample_of.resize(mesh_.vertex_room());
+  fresh.sample_of.resize(mesh_.vertex_capacity());
 }
 
 void VertexBody::remember_writes(bool wanted) {

@@ -46,14 +46,14 @@ void VertexHead::find_flanks() noexcept {
 /// its radius; bisection finds the largest.
 void VertexHead::find_core() noexcept {
   constexpr double kTolerance = 1e-9;  // m, tolerance of the depth
-  const auto end_of_core = [&](double end, double way) {
+  const auto end_of_core = [&](double end, double path) {
     // radii: a ball with the radius `inside` is inside the head, with the radius `outside` it is not
     double inside = 0, outside = 2 * half_;
     for (int i = 0; i < 50; ++i) {
       const double radius = 0.5 * (inside + outside);
-      (distance({0, 0, end + way * radius}) <= kTolerance - radius ? inside : outside) = radius;
+      (distance({0, 0, end + path * radius}) <= kTolerance - radius ? inside : outside) = radius;
     }
-    return end + way * inside;
+    return end + path * inside;
   };
   const double low = end_of_core(-half_, 1), high = end_of_core(half_, -1);
   core_low_ = std::min(low, 0.5 * (low + high)), core_high_ = std::max(high, 0.5 * (low + high));
@@ -61,15 +61,15 @@ void VertexHead::find_core() noexcept {
 
 /// Uses Newton iteration. The distance is convex along the line, so the iteration converges from outside without
 /// overshooting.
-double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
+double VertexHead::distance_to_surface(const dvec3& p, const dvec3& path) const noexcept {
   if (ball_) {
-    const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
+    const double b = glm::dot(p, path), c = glm::dot(p, p) - radius_ * radius_;
     return -b + std::sqrt(std::max(b * b - c, 0.0));
   }
   double s = 2.1 * reach_;
   for (int i = 0; i < 40; ++i) {
     dvec3 n;
-    const double d = distance(p + s * way, n), slope = glm::dot(n, way);
+    const double d = distance(p + s * path, n), slope = glm::dot(n, path);
     if (d < 1e-13 || !(slope > 1e-9)) break;
     s -= d / slope;
   }

@@ -32,17 +32,17 @@ class VertexHead {
   /// Returns false if a point is certainly farther than `far` (m). `off`: vector from the head's centre, m, up to 1 cm.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
     constexpr float kRounding = 1e-8f;  // m, rounding error of floats
-    const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
+    const float margin = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + margin;
     if (square > reach * reach || ball_) return square <= reach * reach;
-    const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
-    if (std::abs(along) > static_cast<float>(half_) + room || square - along * along > wide * wide) return false;
+    const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + margin;
+    if (std::abs(along) > static_cast<float>(half_) + margin || square - along * along > wide * wide) return false;
     // A head's outline is convex, so all of it lies inside the tangents at its inclined pieces.
     constexpr float kRoundingOfSquares = 1e-6f;  // rounding error of `outer` / `square`
     const float outer = square - along * along - kRoundingOfSquares * square;
     for (int i = 0; i < flank_count_; ++i) {
       const Flank& flank = flank_[i];
-      const float most = flank.far + flank.per_far * room - flank.slope * along;  // m, largest distance from the axis
-                                                                                  // at this height
+      const float most = flank.far + flank.per_far * margin - flank.slope * along;  // m, largest distance from the axis
+                                                                                    // at this height
       if (most < 0 || outer > most * most) return false;
     }
     return true;
@@ -58,8 +58,8 @@ class VertexHead {
   double distance(const dvec3& p_TQ) const noexcept {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
-  /// Distance from a point inside to the surface along the unit vector `way_T`, m.
-  double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
+  /// Distance from a point inside to the surface along the unit vector `direction_T`, m.
+  double distance_to_surface(const dvec3& p_TQ, const dvec3& direction_T) const noexcept;
   /// Target position as printed in S4: away from a ball's centre (3.1) or the centre of a round end, otherwise away
   /// from the axis at the same height (3.3, 3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;

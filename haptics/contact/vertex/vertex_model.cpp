@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMaxFaces = 1 << 17;  // upper limit of the number of faces near the head
 /// Measured computing costs of listing points, in units of Effort (10 ns).
 struct ListCosts {
-  Effort face = 2;      // per face that a search in one call finds
+  Effort face = 2;      // per face found by a search that is completed in one call
   Effort visit = 1;     // per visited cell or face of the search grid
   Effort vertex = 2;    // per face whose vertices are listed
   Effort distance = 3;  // per distance between the head and a point
@@ -49,8 +49,8 @@ int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
   for (int i = 0; i < 3; ++i) {
-    const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
-    longest2 = std::max(longest2, glm::dot(way, way));
+    const dvec3 direction = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
+    longest2 = std::max(longest2, glm::dot(direction, direction));
   }
   return parts_of(std::sqrt(longest2), longest);
 }
@@ -286,7 +286,7 @@ void VertexModel::complete_list(const Pose& X, double far) noexcept {
 
 /// Motion for which the list is still valid, m: the distance within which it contains all points, minus the length of
 /// the virtual motion (P::probe).
-double VertexModel::room_in_list(const Pose& X) const noexcept {
+double VertexModel::clearance_in_list(const Pose& X) const noexcept {
   return list_.within - moved_since_listing(X) - P::probe * head().radius();
 }
 
@@ -320,26 +320,26 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
-    double room = listed;
+    double clearance = listed;
     // Examines the nearest points first, then those within larger and larger distances.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
-        room = std::min(room, head().distance(R_TW * (list_.points[i] - X_WG.p)));
+        clearance = std::min(clearance, head().distance(R_TW * (list_.points[i] - X_WG.p)));
       }
-      if (room < touches) return 0;
-      if (room <= within || within >= listed) return room;
+      if (clearance < touches) return 0;
+      if (clearance <= within || within >= listed) return clearance;
     }
   }
   // No listed point is near. The clearance may exceed the distance of listing, so it is computed from the faces'
   // bounding balls.
   const EditableMesh& mesh = snapshot_.mesh;
-  double room = P::look_ahead;
-  const dvec3 far(reach + P::look_ahead);
+  double clearance = P::search_distance;
+  const dvec3 far(reach + P::search_distance);
   mesh.near(X_WG.p - far, X_WG.p + far, [&](Index f) {
     const double off = glm::distance(dvec3(mesh.ball_center(f)), X_WG.p) - static_cast<double>(mesh.ball_radius(f));
-    room = std::min(room, off - reach);
+    clearance = std::min(clearance, off - reach);
   });
-  return std::max(room, 0.0);
+  return std::max(clearance, 0.0);
 }
 
 bool VertexModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
@@ -428,10 +428,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // Without slack, a bur could not leave or re-enter its own hole. A ball that does not cut needs none. Vertices that a
-  // cut could not move only prevent a deeper overlap (in.cuts below).
+  // Without an allowed depth, a bur could not leave or re-enter its own hole. A ball that does not cut needs none.
+  // Vertices that a cut could not move only prevent a deeper overlap (in.cuts below).
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
-  const double slack = exact ? 0 : P::slack * head().radius();
+  const double allowed_depth = exact ? 0 : P::allowed_depth * head().radius();
   // During a cut or while the next list is made, a cutting head moves only as far as the current list is valid. To make
   // a complete list would take too long.
   const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
@@ -442,8 +442,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     const Pose X{p, in.X_WT.R};
     if (!keeps_list) {
       complete_list(X, far);
-    } else if (const double room = room_in_list(X); room >= P::min_room * head().radius()) {
-      return std::clamp(room, 0.0, far);
+    } else if (const double clearance = clearance_in_list(X); clearance >= P::min_clearance * head().radius()) {
+      return std::clamp(clearance, 0.0, far);
     } else {  // a fast rotation has made the list invalid
       gather(head(), edge(), X, complete_list_length());
     }
@@ -452,7 +452,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   listed_ = 0;
   distances_.count_anew();
   const auto may_go_on = [&] { return listed_ + last_list_ <= P::max_listed; };
-  out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
+  out.p_WG =
+      follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, allowed_depth, in.cuts, list, complete, may_go_on);
   out.leading_out = (std::exchange(began_, false) || !in.cuts) && !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -462,17 +463,17 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
-  const dvec3 way = pull / depth;
+  const dvec3 direction = pull / depth;
   if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
-  springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
+  springs_ = springs_at({out.p_WG, in.X_WT.R}, direction);
   // The springs give only the direction of the force and the stiffness. Their sum is not its magnitude: on the steep
   // sides of a cone, springs push in opposite directions, so the sum is too small.
-  const double along = -glm::dot(springs_.force, way);
+  const double along = -glm::dot(springs_.force, direction);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, fraction = along / springs_.sum;
-  dvec3 aside = fraction / along * (springs_.force + along * way);
+  dvec3 aside = fraction / along * (springs_.force + along * direction);
   if (const double size = glm::length(aside); size > P::max_aside) aside *= P::max_aside / size;
-  give(in, stiffness * depth * (aside - way), fraction * stiffness * depth / along * springs_.torque, out);
+  give(in, stiffness * depth * (aside - direction), fraction * stiffness * depth / along * springs_.torque, out);
 }
 
 /// Without contact: reduces the bur's last force gradually to zero.
@@ -498,14 +499,14 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
     // m, from the paper's target position to the vertex
-    const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
+    const dvec3 direction = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
+    const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * direction;
     sum.force += push;
     sum.torque += glm::cross(in.X_WT.R * off_T, push);
     sum.area += sample.area;
-    sum.tissue[tissue] += glm::length(way);
-    out.depth = std::max(out.depth, glm::length(way));
+    sum.tissue[tissue] += glm::length(direction);
+    out.depth = std::max(out.depth, glm::length(direction));
     ++sum.count;
   }
   out.touching = sum.count > 0;
@@ -555,12 +556,12 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
-    const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
-    if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
+    const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
+    if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     // A new cut waits some ticks after the last.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
-    if (part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), P::min_rest)) return false;
-    to.p = from.p + way / depth * pull;
+    if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
+    to.p = from.p + direction / depth * pull;
   }
   part_ = {.open = true,
            .scrapes = in.scrapes,

@@ -19,7 +19,7 @@ struct FeelParameters {
   // Length of the virtual motion / the head's radius. Long enough to push many vertices; short enough that no vertex
   // passes the head's centre.
   static constexpr double probe = 0.2;
-  static constexpr double slack =
+  static constexpr double allowed_depth =
       0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
   // Largest force perpendicular to the pull (direction from head to hand) / force along the pull.
   static constexpr double max_aside = 0.25;
@@ -38,15 +38,16 @@ struct FeelParameters {
   static constexpr double met_weight = 0.1, min_met = 0.01;
   // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
-  static constexpr double look_ahead = 0.5e-3;  // m, distance from the head within which clearance() searches tissue
+  static constexpr double search_distance =
+      0.5e-3;  // m, distance from the head within which clearance() searches tissue
   // Motion / radius for which a short list of points is valid. It is used while the head cuts, because the head then
   // moves little until the next list.
   static constexpr double short_list = 0.05;
   // Fraction of a list's valid motion after which the model begins the next list.
   static constexpr double begin_next = 0.3;
-  // If room_in_list() / radius is below this, a new list is made at once. A head that waits for its next list stops at
-  // 0, but a fast rotation can make the value negative.
-  static constexpr double min_room = -0.1;
+  // If clearance_in_list() / radius is below this, a new list is made at once. A head that waits for its next list
+  // stops at 0, but a fast rotation can make the value negative.
+  static constexpr double min_clearance = -0.1;
   // Motion / radius up to which distances are extrapolated.
   static constexpr double reuse = 0.02;
   // After a cut of n ticks, the next cut waits up to `rest` × n ticks. The longer the possible advance, the shorter the
@@ -143,7 +144,7 @@ class VertexModel final : public ContactModel {
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X, bool cuts) noexcept;
   void complete_list(const Pose& X, double far) noexcept;
-  double room_in_list(const Pose& X) const noexcept;
+  double clearance_in_list(const Pose& X) const noexcept;
   void list_ahead(const ContactInput& in, const Pose& proxy) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   void begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;

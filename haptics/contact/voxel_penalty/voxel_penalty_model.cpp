@@ -57,8 +57,8 @@ double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.covers(c, head().reach + 1)) return 0;
-  const double room = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
-  return std::max(0.0, room) * voxel();
+  const double clearance = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
+  return std::max(0.0, clearance) * voxel();
 }
 
 bool VoxelPenaltyModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
@@ -80,17 +80,17 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Depth of tissue from x along the unit vector `way`, at most `most`, by stepping from voxel to voxel (Amanatides &
-/// Woo 1987).
-double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
+/// Depth of tissue from x along the unit vector `direction`, at most `most`, by stepping from voxel to voxel
+/// (Amanatides & Woo 1987).
+double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& direction, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
   dvec3 next, step;
   glm::ivec3 sign;
   for (int i = 0; i < 3; ++i) {
-    sign[i] = way[i] > 0 ? 1 : -1;
-    const bool moves = std::abs(way[i]) > 1e-12;
-    step[i] = moves ? 1 / std::abs(way[i]) : std::numeric_limits<double>::infinity();
-    next[i] = moves ? (at[i] + 0.5 * sign[i] - x[i]) / way[i] : std::numeric_limits<double>::infinity();
+    sign[i] = direction[i] > 0 ? 1 : -1;
+    const bool moves = std::abs(direction[i]) > 1e-12;
+    step[i] = moves ? 1 / std::abs(direction[i]) : std::numeric_limits<double>::infinity();
+    next[i] = moves ? (at[i] + 0.5 * sign[i] - x[i]) / direction[i] : std::numeric_limits<double>::infinity();
   }
   double depth = 0;
   while (depth < most && is_full(at)) {
@@ -181,7 +181,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   return true;
 }
 
-PerTissue VoxelPenaltyModel::repeat(const CutLog::Made& made, std::uint64_t, SurfacePatch& fresh) noexcept {
+PerTissue VoxelPenaltyModel::repeat(const CutLog::Made& made, std::uint64_t, TissuePatch& fresh) noexcept {
   return carve(fresh, VoxelStamp(heads_[made.tool].tool, made.X_WB, settings_.frame));
 }
 

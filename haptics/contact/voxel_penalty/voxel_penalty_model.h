@@ -42,10 +42,10 @@ class VoxelPenaltyModel final : public PatchModel {
   const Head& head() const noexcept { return heads_[tool_]; }
   void probe(const Pose& X_VT) noexcept;
   bool is_full(const glm::ivec3& voxel) const noexcept;
-  double depth_along(const dvec3& x, const dvec3& way, double most) const noexcept;
+  double depth_along(const dvec3& x, const dvec3& direction, double most) const noexcept;
   void sum_springs(const ContactInput& in, Contact& out) const noexcept;
 
-  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
+  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept override;
   void adopted(bool, bool) noexcept override {}
 
   Parameters parameters_;

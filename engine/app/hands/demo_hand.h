@@ -10,12 +10,12 @@
 
 namespace typodont {
 
-class Student final : public haptics::HapticDevice {
+class DemoHand final : public haptics::HapticDevice {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
   /// The carver must outlive this object. Throws Error if there is no caries or no ideal.
-  Student(const Scene& scene, haptics::Carver& carver, double rate);
+  DemoHand(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return scripted_->info(); }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}

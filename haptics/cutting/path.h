@@ -28,10 +28,10 @@ struct Straight {
   // voxels, distance from the line; 0 without second-order term
   float bent = 0;
 };
-Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
+Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
 /// Sets the second-order term for a path from pose A. `X_VM`: pose in the middle of the path.
-void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
+void bend(Straight& path, const Pose& X_VA, const Pose& X_VM, double reach);
 /// Returns true if a round end continues flank `i` below.
 bool has_round_end(const MeridianPiece* pieces, int i);
 
@@ -40,7 +40,7 @@ bool has_round_end(const MeridianPiece* pieces, int i);
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // index of first block; number of blocks along each axis
-  float way;               // voxels, path length at the end of the sweep
+  float path_length;       // voxels, path length at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
   /// Elements along z from the block at `voxel` to that of `last_z`; null: some are unknown.
@@ -55,29 +55,29 @@ inline constexpr float kNear = 0.01f;
 
 /// Distance r from the axis beyond which no search is needed: over a motion of length L below one piece, a sample is at
 /// most L² / (4 r) deeper than at the ends, which is below kTop.
-inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
-  const float least = way.longest * way.longest / (3.6f * kTop);
+inline float smooth_from(const Straight& path, const MeridianPiece& piece) {
+  const float least = path.longest * path.longest / (3.6f * kTop);
   // 4 voxels, because a cut reaches 3.
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
 /// Samples that may have been deeper during the motion, after the end of the motion was cut.
 struct PathMaxima {
-  static constexpr int kRoom = 1024;
+  static constexpr int kCapacity = 1024;
 
   Straight back;  // motion from the end pose back to the start pose
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
   // voxels, relative to HeadPose::base of the last pose
-  float x[kRoom], y[kRoom], z[kRoom];
-  float* at[kRoom];
-  std::uint8_t label[kRoom];
+  float x[kCapacity], y[kCapacity], z[kCapacity];
+  float* at[kCapacity];
+  std::uint8_t label[kCapacity];
 
-  PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
+  PathMaxima(const Straight& path_back, RemovedVolume* taken) : back(path_back), removed(taken) {}
   /// Call it before `samples` samples are added; a full list is cut and emptied.
   void make_room(int samples) noexcept {
-    if (count > kRoom - samples) carve();
+    if (count > kCapacity - samples) carve();
   }
   void add(float at_x, float at_y, float at_z, float* sample, std::uint8_t tissue) noexcept {
     x[count] = at_x, y[count] = at_y, z[count] = at_z, at[count] = sample, label[count++] = tissue;

@@ -1,12 +1,12 @@
-// The events of a session, and the tapes (event queues) on which its threads write them. Times are session times unless
-// a comment states another clock.
+// The events of a session, and the event logs to which its threads write them. Times are session times unless a comment
+// states another clock.
 #pragma once
 
 #include <array>
 #include <variant>
 
 #include "engine/app/tissue/stroke_book.h"
-#include "engine/base/tape.h"
+#include "engine/base/event_log.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/hmd.h"
@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. Its position among cuts and tissue copies (patches) is recorded for an exact replay.
+/// An undo or redo of a stroke. Its position among cuts and tissue patches is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
@@ -56,20 +56,21 @@ struct PictureTiming {
   int step = 0;        // index of the quality level; 0 is the best
 };
 
-/// Events of the servo. A patch use and a cut are written before the tick that contains their numbers.
+/// Events of the servo. The use of a tissue patch and a cut are written before the tick that contains their numbers.
 using ServoEvent = std::variant<ServoTick, Cut, PatchUse, GumMoves, haptics::SoftWound>;
-/// Changes of the tissue other than cuts, and the state afterwards. An edit is written before the patch that shows it.
+/// Changes of the tissue other than cuts, and the state afterwards. An edit is written before the tissue patch that
+/// shows it.
 using CarverEvent = std::variant<StrokeEdit, LoosePiece, TissueState>;
 /// What the trainee sees; written after each change and frame.
 using ViewEvent = std::variant<SeenFrom, WaterSwitch, PictureTiming, display::HmdTiming>;
 
-/// A session's tapes (event queues), one for each thread that writes.
-struct Tapes {
-  Tape<ServoEvent> servo{1 << 16};  // holds eight seconds at 4 kHz, if every tick cuts
-  Tape<CarverEvent> carver{1 << 12};
-  Tape<ViewEvent> view{1 << 12};            // written by the thread that draws the trainee's picture
-  Tape<haptics::HandSample> left{1 << 13};  // samples of the second hand (mouth mirror or suction tip)
-  Tape<LoopReport> loop{8};                 // written by the servo thread, some times per second
+/// A session's event logs, one for each thread that writes.
+struct EventLogs {
+  EventLog<ServoEvent> servo{1 << 16};  // holds eight seconds at 4 kHz, if every tick cuts
+  EventLog<CarverEvent> carver{1 << 12};
+  EventLog<ViewEvent> view{1 << 12};            // written by the thread that draws the trainee's picture
+  EventLog<haptics::HandSample> left{1 << 13};  // samples of the second hand (mouth mirror or suction tip)
+  EventLog<LoopReport> loop{8};                 // written by the servo thread, some times per second
 };
 
 }  // namespace typodont

@@ -20,10 +20,10 @@
 namespace typodont::haptics {
 
 /// n³ samples of distance (voxels) and tissue label; z is the fastest index.
-struct SurfacePatch : Snapshot {
+struct TissuePatch : Snapshot {
   glm::ivec3 lo{0};  // voxels, position of sample (0,0,0)
   int n = 0;
-  bool whole = false;   // true: the patch contains all tissue; outside it there is only air
+  bool whole = false;   // true: the tissue patch contains all tissue; outside it there is only air
   double band = 1e300;  // voxels, largest distance that is stored
   // true: outside the tissue, no distance is too large, except near cuts and fillings
   bool exact_outside = false;
@@ -37,7 +37,7 @@ struct SurfacePatch : Snapshot {
   SlidingBuffer<std::uint8_t> hardness;
   // Has one element if a tool has a shank: a larger region that contains every `every`-th sample. Its lengths are in
   // its own, larger voxels.
-  std::vector<SurfacePatch> coarse_levels;
+  std::vector<TissuePatch> coarse_levels;
   int every = 1;
   // Allows the carver to copy only samples that are new or have changed. copied_at: TissueVolume::mark() at the last
   // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since, inclusive.
@@ -54,8 +54,8 @@ struct SurfacePatch : Snapshot {
   }
   /// Allocates the hardness of each voxel.
   void grade() { hardness.resize(tissue.size()); }
-  /// Moves the patch so that it starts at voxel `first`. Samples inside both positions keep their values; the others
-  /// are unspecified.
+  /// Moves the tissue patch so that it starts at voxel `first`. Samples inside both positions keep their values; the
+  /// others are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -67,16 +67,16 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// Returns true if the patch contains all samples within `reach` of p_V (voxels), and those that cubic interpolation
-  /// needs there.
+  /// Returns true if the tissue patch contains all samples within `reach` of p_V (voxels), and those that cubic
+  /// interpolation needs there.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
-    const double room = reach + kStencil, top = n - 1 - room;
-    return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
+    const double margin = reach + kStencil, top = n - 1 - margin;
+    return q.x >= margin && q.y >= margin && q.z >= margin && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// Returns true if the patch contains all tissue within `reach` of p_V (voxels), although it may lack samples of air
-  /// there.
+  /// Returns true if the tissue patch contains all tissue within `reach` of p_V (voxels), although it may lack samples
+  /// of air there.
   bool covers(const dvec3& p_V, double reach) const { return holds(p_V, reach) || (whole && number != 0); }
   /// Largest `reach` for which covers() is true at p_V, voxels.
   double reach_around(const dvec3& p_V) const {
@@ -88,13 +88,13 @@ struct SurfacePatch : Snapshot {
   dvec3 nearest_held(const dvec3& p_V) const {
     return glm::clamp(p_V, dvec3(lo) + kStencil, dvec3(lo + n - 1) - kStencil);
   }
-  /// Fraction 0..1 of `way` (voxels) from p_V along which holds(…, reach) remains true. It must be true at p_V.
-  double held_fraction(const dvec3& p_V, const dvec3& way, double reach) const {
-    const double room = reach + kStencil;
+  /// Fraction 0..1 of `motion` (voxels) from p_V along which holds(…, reach) remains true. It must be true at p_V.
+  double held_fraction(const dvec3& p_V, const dvec3& motion, double reach) const {
+    const double margin = reach + kStencil;
     double fraction = 1;
     for (int axis = 0; axis < 3; ++axis) {
-      const double q = p_V[axis] - lo[axis], end = way[axis] > 0 ? n - 1 - room : room;
-      if (way[axis] != 0) fraction = std::min(fraction, (end - q) / way[axis]);
+      const double q = p_V[axis] - lo[axis], end = motion[axis] > 0 ? n - 1 - margin : margin;
+      if (motion[axis] != 0) fraction = std::min(fraction, (end - q) / motion[axis]);
     }
     return std::max(fraction, 0.0);
   }
@@ -104,16 +104,16 @@ struct SurfacePatch : Snapshot {
 };
 
 /// Adds the samples from `lo` to `hi`, which the servo has changed, to the box of written samples.
-inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
+inline void mark_written(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
 /// Adds the samples `lo` to `hi` to the box of all cuts.
-inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
+inline void mark_cut(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
 /// Returns true if no cut has changed the field around p_V (voxels): the samples for interpolation and the nearest
 /// tissue lie outside the box of cuts. `distance`: the field at p_V.
-inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
+inline bool is_true_around(const TissuePatch& patch, const dvec3& p_V, double distance) {
   // voxels, distance of the farthest sample that cubic interpolation reads (3√3)
   constexpr double kStencil = 5.2;
   if (!patch.exact_outside) return false;
@@ -131,47 +131,47 @@ struct FieldSample {
 // The following functions do not check bounds: call holds() first.
 
 /// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
-/// ns. For searches, never for a force. Outside a whole patch, returns a lower bound.
-double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear interpolation with gradient; also outside a `whole` patch.
-FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+/// ns. For searches, never for a force. Outside a whole tissue patch, returns a lower bound.
+double sample_linear(const TissuePatch& patch, const dvec3& p_V) noexcept;
+/// Trilinear interpolation with gradient; also outside a `whole` tissue patch.
+FieldSample sample_linear_gradient(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, error O(h⁴). Its weights
 /// contain the prefilter, so a cut requires no update (Condat, Blu & Unser 2005, sec. III).
-FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+FieldSample sample_cubic(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
 /// Tissues at p_V (voxels): trilinear weights of the eight labels around it. Air has no weight; the sum is 1, or 0 in
 /// air.
-PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
 /// Tissue at p_V (voxels) if all eight labels around it are equal; otherwise kAir.
-Tissue sole_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+Tissue sole_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
 /// Weight × hardness of each tissue at p_V (voxels), with the weights of sample_tissue(). Without hardness per voxel:
 /// the weights.
-PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
-/// Tissue of the voxel nearest to p_V (voxels). The patch must contain it.
-inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+/// Tissue of the voxel nearest to p_V (voxels). The tissue patch must contain it.
+inline Tissue tissue_at(const TissuePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Number of samples along an edge of a patch, for the tools' reach, the interpolation, and the motion until the next
-/// patch. A multiple of 8, because patches are copied by leaves.
+/// Number of samples along an edge of a tissue patch, for the tools' reach, the interpolation, and the motion until the
+/// next patch. A multiple of 8, because patches are copied by leaves.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Distance in voxels that a tool may move from the patch's centre before it needs a new patch.
+/// Distance in voxels that a tool may move from the tissue patch's centre before it needs a new patch.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Empty patch (number 0) with `edge` samples along each axis. It has a coarse patch if a tool has a shank.
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge);
-/// Empty patch with patch_edge_for() samples along each axis.
-SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
+/// Empty tissue patch (number 0) with `edge` samples along each axis. It has a coarse patch if a tool has a shank.
+TissuePatch empty_patch_for(std::span<const Tool> tools, double voxel, int edge);
+/// Empty tissue patch with patch_edge_for() samples along each axis.
+TissuePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
-/// Hardness byte of a sample; filling has its own hardness. Only for a patch with hardness per voxel.
-inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
+/// Hardness byte of a sample; filling has its own hardness. Only for a tissue patch with hardness per voxel.
+inline std::uint8_t felt_hardness(const TissuePatch& patch, std::size_t at) noexcept {
   return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
 }
-/// Hardness 0..1 of the voxel nearest to p_V (voxels). The patch must contain it.
-inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+/// Hardness 0..1 of the voxel nearest to p_V (voxels). The tissue patch must contain it.
+inline double hardness_at(const TissuePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return 1;
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return hardness_fraction(

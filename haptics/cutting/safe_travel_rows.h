@@ -1,4 +1,4 @@
-// Slack of a column of blocks, and the stage from which its samples can change. Private to haptics/cutting.
+// Safe travel of a column of blocks, and the stage from which its samples can change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,16 @@
 
 namespace typodont::haptics {
 
-/// Slack of the samples in 16 rows: voxels that the head must approach until a sample can change.
-class SlackRows {
+/// Safe travel of the samples in 16 rows: voxels that the head must approach until a sample can change.
+class SafeTravelRows {
  public:
   static constexpr int kStretch = 64;  // samples of a row that are listed together
 
-  /// Stores the slack of eight samples.
-  TYPODONT_INLINE void put(int row, int z, const F8& slack) {
-    std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
+  /// Stores the safe travel of eight samples.
+  TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {
+    std::memcpy(rows_ + row * kRow + z, &safe_travel, sizeof safe_travel);
   }
-  /// Smallest of the sixteen slacks from z on whose bits in `which` are set. Slacks without a bit are ignored.
+  /// Smallest safe travel of the sixteen samples from z on, of those whose bits in `which` are set.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -42,9 +42,10 @@ class SlackRows {
   float rows_[16 * kRow];
 };
 
-/// First of CutFront::kStages over `ahead` (voxels) in which a sample with this slack can change.
-inline int stage_of(float slack, float ahead) {
-  const float stage = slack / ahead * CutFront::kStages;
+/// The list's lifetime `ahead` (voxels) is divided into CutFront::kStages stages. Returns the first in which a sample
+/// with this safe travel can change.
+inline int stage_of(float safe_travel, float ahead) {
+  const float stage = safe_travel / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);
 }
 

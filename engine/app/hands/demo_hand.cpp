@@ -1,4 +1,4 @@
-#include "engine/app/hands/scripted_student.h"
+#include "engine/app/hands/demo_hand.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +79,8 @@ class Writer {
 
 }  // namespace
 
-Student::Student(const Scene& scene, haptics::Carver& carver, double rate) : rate_(rate), expert_(scene, carver, rate) {
+DemoHand::DemoHand(const Scene& scene, haptics::Carver& carver, double rate)
+    : rate_(rate), expert_(scene, carver, rate) {
   const haptics::TissueVolume& tissue = carver.volume();
   const dvec3 top = top_of_caries(tissue);
   const double r = scene.servo.tool.radius();
@@ -105,14 +106,14 @@ Student::Student(const Scene& scene, haptics::Carver& carver, double rate) : rat
   scripted_ = haptics::make_scripted_hand({hand.take()}, rate, /*paced=*/false);
 }
 
-bool Student::read(haptics::HandSample& sample) noexcept {
+bool DemoHand::read(haptics::HandSample& sample) noexcept {
   if (!next(sample)) return false;
   sample.t = from_seconds(static_cast<double>(ticks_++) / rate_);
   last_ = sample.X_WT;
   return true;
 }
 
-bool Student::next(haptics::HandSample& sample) {
+bool DemoHand::next(haptics::HandSample& sample) {
   if (phase_ == Phase::kExplore) {
     if (scripted_->read(sample)) return true;
     phase_ = Phase::kDrill;

@@ -1,6 +1,6 @@
 // Cuts by heads that are not balls, along their path. Heads are convex, so the depth of a sample along its line in
 // frame T is concave. Its maximum is searched after a long motion, otherwise only where needed.
-#include "haptics/cutting/way.h"
+#include "haptics/cutting/path.h"
 
 #include <algorithm>
 #include <bit>
@@ -21,8 +21,8 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
 #include "haptics/cutting/row_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 }  // namespace
 }  // namespace eight
 
@@ -47,7 +47,7 @@ bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, 
   const float root = std::sqrt(root2);
   const int from = static_cast<int>(std::floor(height + (-b - root) / a)) - 1,
             to = static_cast<int>(std::ceil(height + (-b + root) / a)) + 1;
-  lowest = std::max(lowest, from - kDeep);
+  lowest = std::max(lowest, from - kRowLength);
   highest = std::min(highest, to);
   return lowest <= highest;
 }
@@ -65,19 +65,19 @@ TYPODONT_INLINE Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
 }
 
 /// Motions of eight samples that start at the positions `from`.
-TYPODONT_INLINE Points paths_from(const Straight& way, const Points& from) {
-  const float* const T = way.turn;
-  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
-          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.shift[1]),
-          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
+TYPODONT_INLINE Points paths_from(const Straight& path, const Points& from) {
+  const float* const T = path.turn;
+  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + path.shift[0]),
+          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + path.shift[1]),
+          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + path.shift[2])};
 }
 
 /// Second-order terms (Straight::bend_turn) of eight samples.
-TYPODONT_INLINE Points bends_from(const Straight& way, const Points& from) {
-  const float* const T = way.bend_turn;
-  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
-          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.bend_shift[1]),
-          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
+TYPODONT_INLINE Points bends_from(const Straight& path, const Points& from) {
+  const float* const T = path.bend_turn;
+  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + path.bend_shift[0]),
+          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + path.bend_shift[1]),
+          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + path.bend_shift[2])};
 }
 
 /// Depths of eight samples, and their derivatives along the paths.
@@ -90,7 +90,7 @@ struct Depth {
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
   // in frame T: start points, motions, second-order terms
-  Points from, way, bend;
+  Points from, path, bend;
   // fractions 0..1: maximum between a and b, now at s
   F8 a, b, s;
   Depth at_a, at_b;
@@ -98,7 +98,7 @@ struct Search {
   I8 open;
 
   TYPODONT_INLINE Points place(const Straight& head, const F8& fraction) const {
-    Points p{from.x + fraction * way.x, from.y + fraction * way.y, from.z + fraction * way.z};
+    Points p{from.x + fraction * path.x, from.y + fraction * path.y, from.z + fraction * path.z};
     if (head.bent > 0) {
       const F8 off = fraction * (fraction - 1.0f);
       p.x += off * bend.x, p.y += off * bend.y, p.z += off * bend.z;
@@ -112,10 +112,10 @@ struct Search {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y);
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
-    Points along = way;
+    Points along = path;
     if (head.bent > 0) {
       const F8 off = 2.0f * fraction - 1.0f;
-      along = {way.x + off * bend.x, way.y + off * bend.y, way.z + off * bend.z};
+      along = {path.x + off * bend.x, path.y + off * bend.y, path.z + off * bend.z};
     }
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
@@ -132,7 +132,7 @@ struct Search {
                              const F8& least, float fraction, float most) {
     set = pieces;
     from = in_head(head.from, x, y, z);
-    way = paths_from(head, from);
+    path = paths_from(head, from);
     bend = head.bent > 0 ? bends_from(head, from) : Points{};
     needed = least - head.slip - head.bent;
     a = b = F8{} + fraction;
@@ -172,15 +172,15 @@ struct Deepest {
 /// the distance from a half-line; squared distances are quadratic along the path.
 TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
-  const Points way = paths_from(head, from);
+  const Points path = paths_from(head, from);
   const F8 none = {}, one = none + 1.0f, least = none + 1e-12f;
-  const F8 across2 = way.x * way.x + way.y * way.y, A = eight::greater(across2, least),
-           B = from.x * way.x + from.y * way.y;
+  const F8 across2 = path.x * path.x + path.y * path.y, A = eight::greater(across2, least),
+           B = from.x * path.x + from.y * path.y;
   F8 s = -B / A;
   if (line.naz != 0.0f) {
     // Depth: -nax rho - naz z + constant, with the normal (nax, naz); rho² = A t² + C, where t is measured from the
     // smallest rho.
-    const F8 rises = -line.naz * way.z, steepest = line.nax * line.nax * A - rises * rises;
+    const F8 rises = -line.naz * path.z, steepest = line.nax * line.nax * A - rises * rises;
     const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
     const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
     s = steepest > least ? s + t : rises > 0.0f ? one : none;
@@ -191,11 +191,11 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
     // The head is convex: the deepest point is that nearest to the round end's centre if it is below this centre,
     // otherwise that nearest to the axis.
     const F8 above = from.z - line.az;
-    F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
+    F8 at_end = -(B + above * path.z) / eight::greater(across2 + path.z * path.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
-    s = above + at_end * way.z <= 0.0f ? at_end : s;
+    s = above + at_end * path.z <= 0.0f ? at_end : s;
   }
-  Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
+  Deepest found{s, {from.x + s * path.x, from.y + s * path.y, from.z + s * path.z}, none, none, none};
   // The maximum is located on the straight path; its small error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
@@ -226,20 +226,20 @@ struct Centres {
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at(const Straight* way_at, Centres* centres) {
-  const Straight& way = *way_at;
+void examine_centres(const Straight* path_at, Centres* centres) {
+  const Straight& path = *path_at;
   Search search;
-  search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
+  search.begin(path, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
-  for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
+  for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(path, step, centres->emptied);
   // The depth is below both tangents, so also below their weighted mean. The weights make this mean constant along the
   // path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
-  const Points a = search.normal(way, search.a), b = search.normal(way, search.b);
+  const Points a = search.normal(path, search.a), b = search.normal(path, search.b);
   const F8 nx = b.x + part * (a.x - b.x), ny = b.y + part * (a.y - b.y), nz = b.z + part * (a.z - b.z);
-  const float* const R = way.from.R;
+  const float* const R = path.from.R;
   centres->n_x = R[0] * nx + R[1] * ny + R[2] * nz;
   centres->n_y = R[3] * nx + R[4] * ny + R[5] * nz;
   centres->n_z = R[6] * nx + R[7] * ny + R[8] * nz;
@@ -247,22 +247,22 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// As look_at(), in closed form, for blocks in which the line `line` alone decides.
+/// As examine_centres(), in closed form, for blocks in which the line `line` alone decides.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_line(const Straight* way_at, Centres* centres, int line) {
-  const Straight& way = *way_at;
-  const Deepest found = deepest_below(way, line, in_head(way.from, centres->x, centres->y, centres->z));
-  const MeridianPiece& piece = way.pieces[line];
+void examine_line(const Straight* path_at, Centres* centres, int line) {
+  const Straight& path = *path_at;
+  const Deepest found = deepest_below(path, line, in_head(path.from, centres->x, centres->y, centres->z));
+  const MeridianPiece& piece = path.pieces[line];
   const F8 least = F8{} + 1e-6f;
   F8 nx, ny, nz;
-  if (has_round_end(way.pieces, line)) {
+  if (has_round_end(path.pieces, line)) {
     const F8 inverse = 1.0f / eight::greater(piece.ax - found.depth, least);
     nx = found.at.x * inverse, ny = found.at.y * inverse, nz = found.below * inverse;
   } else {
     const F8 inverse = piece.nax / eight::greater(found.rho, least);
     nx = found.at.x * inverse, ny = found.at.y * inverse, nz = F8{} + piece.naz;
   }
-  const float* const R = way.from.R;
+  const float* const R = path.from.R;
   centres->n_x = R[0] * nx + R[1] * ny + R[2] * nz;
   centres->n_y = R[3] * nx + R[4] * ny + R[5] * nz;
   centres->n_z = R[6] * nx + R[7] * ny + R[8] * nz;
@@ -291,29 +291,29 @@ struct AtStart {
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_start(const Straight* way_at, const Centres* centres, AtStart* found) {
-  const Straight& way = *way_at;
-  const Points p = in_head(way.from, centres->x, centres->y, centres->z);
+void examine_start(const Straight* path_at, const Centres* centres, AtStart* found) {
+  const Straight& path = *path_at;
+  const Points p = in_head(path.from, centres->x, centres->y, centres->z);
   const F8 rho = eight::root(p.x * p.x + p.y * p.y);
-  found->depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, rho, p.z);
+  found->depth = eight::depth_below_pieces(path.pieces, (1u << path.count) - 1, rho, p.z);
   found->at = p, found->rho = rho;
 }
 
 /// Computes AtStart::recedes by a lower bound of n·w. `rounding`: voxels, error of a motion's component along a normal.
-TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float rounding) {
+TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
-  const auto [wx, wy, wz] = paths_from(way, at.at);
+  const auto [wx, wy, wz] = paths_from(path, at.at);
   // First and last piece that can be nearest, with normals.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
-  for (int i = 0; i < way.count; ++i) {
-    const MeridianPiece& piece = way.pieces[i];
+  for (int i = 0; i < path.count; ++i) {
+    const MeridianPiece& piece = path.pieces[i];
     const I8 near = at.to_piece[i] <= within;
     last_x = near ? eight::all(piece.nbx) : last_x, last_z = near ? eight::all(piece.nbz) : last_z;
   }
-  for (int i = way.count - 1; i >= 0; --i) {
-    const MeridianPiece& piece = way.pieces[i];
+  for (int i = path.count - 1; i >= 0; --i) {
+    const MeridianPiece& piece = path.pieces[i];
     const I8 near = at.to_piece[i] <= within;
     first_x = near ? eight::all(piece.nax) : first_x, first_z = near ? eight::all(piece.naz) : first_z;
     from_axis = near ? I8{} - (piece.ax == 0.0f) : from_axis;
@@ -331,29 +331,29 @@ TYPODONT_INLINE I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
   // Largest n·(-w), which is the negative of the smallest n·w.
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
-  return -approach >= way.turned * kHalf + rounding;
+  return -approach >= path.turned * kHalf + rounding;
 }
 
 /// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. Below a line they are concave
 /// along the path, so they are smallest at one of its ends.
-TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
+TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   const F8 z = at.at.z;
-  const auto [wx, wy, wz] = paths_from(way, at.at);
+  const auto [wx, wy, wz] = paths_from(path, at.at);
   const F8 end_x = at.at.x + wx, end_y = at.at.y + wy, end_rho = eight::root(end_x * end_x + end_y * end_y);
   const F8 across = eight::root(wx * wx + wy * wy), up = wz < 0.0f ? -wz : wz;
-  const float beside = (1 + way.turned) * kHalf + kTop;
+  const float beside = (1 + path.turned) * kHalf + kTop;
   I8 found = I8{} - 1;
-  for (int i = 0; i < way.count; ++i) {
-    const MeridianPiece& line = way.pieces[i];
-    const bool round = has_round_end(way.pieces, i);
+  for (int i = 0; i < path.count; ++i) {
+    const MeridianPiece& line = path.pieces[i];
+    const bool round = has_round_end(path.pieces, i);
     if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
     // distances along the line from both ends
     const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
-    const F8 room = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
-    I8 alone = from_b > room + Sweep::kInner * line.corner_b;
-    if (!round) alone &= from_a > room + Sweep::kInner * line.corner_a;
-    for (int k = 0; k < way.count; ++k) {
-      const MeridianPiece& other = way.pieces[k];
+    const F8 reach_beside = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
+    I8 alone = from_b > reach_beside + Sweep::kInner * line.corner_b;
+    if (!round) alone &= from_a > reach_beside + Sweep::kInner * line.corner_a;
+    for (int k = 0; k < path.count; ++k) {
+      const MeridianPiece& other = path.pieces[k];
       if (std::abs(k - i) < 2) continue;
       const F8 least =
           eight::lesser(eight::depth_below_line(other, at.rho, z), eight::depth_below_line(other, end_rho, z + wz));
@@ -366,37 +366,37 @@ TYPODONT_INLINE void find_lines(const Straight& way, AtStart& at) {
 
 /// Called only if a centre is inside the head: rare.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
-  const Straight& way = *way_at;
-  for (int i = 0; i < way.count; ++i) {
+void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
+  const Straight& path = *path_at;
+  for (int i = 0; i < path.count; ++i) {
     // The second end of an arc usually belongs to the next piece, but is needed here.
-    const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
-             off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
+    const F8 depth = eight::depth_below_pieces(path.pieces, 1u << i, found->rho, found->at.z),
+             off_rho = found->rho - path.pieces[i].bx, off_z = found->at.z - path.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
-  found->recedes = receding(way, *found, rounding);
-  find_lines(way, *found);
+  found->recedes = receding(path, *found, rounding);
+  find_lines(path, *found);
 }
 
 /// Smallest depth of a block at the start of the path. Depth is concave, so it occurs at a corner. `first`: relative to
 /// HeadPose::base of the first pose.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-float min_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
-  const Straight& way = *way_at;
-  constexpr float kX = kRows - 1, kZ = kDeep - 1;
+float min_depth_at_start(const Straight* path_at, const glm::ivec3* first) {
+  const Straight& path = *path_at;
+  constexpr float kX = kRows - 1, kZ = kRowLength - 1;
   const F8 x = static_cast<float>(first->x) + F8{0, 0, 0, 0, kX, kX, kX, kX},
            y = static_cast<float>(first->y) + F8{0, 0, kX, kX, 0, 0, kX, kX},
            z = static_cast<float>(first->z) + F8{0, kZ, 0, kZ, 0, kZ, 0, kZ};
-  const Points p = in_head(way.from, x, y, z);
+  const Points p = in_head(path.from, x, y, z);
   const F8 depth =
-      eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, eight::root(p.x * p.x + p.y * p.y), p.z);
+      eight::depth_below_pieces(path.pieces, (1u << path.count) - 1, eight::root(p.x * p.x + p.y * p.y), p.z);
   float least = depth[0];
   for (int i = 1; i < 8; ++i) least = depth[i] < least ? depth[i] : least;
   return least;
 }
 
 /// A block's processed part, and the bounds at its centre.
-struct WayBlock {
+struct PathBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
@@ -425,8 +425,8 @@ struct WayBlock {
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches the rows that carve_way_block() will read.
-void fetch(const WayBlock& block) {
+/// Prefetches the rows that carve_path_block() will read.
+void fetch(const PathBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (block.unread(ix, iy) < 0) {
@@ -437,26 +437,26 @@ void fetch(const WayBlock& block) {
 }
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
-/// Returns true if a sample changed. `slack`: voxels.
+/// Returns true if a sample changed. `safe_travel`: voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
-  const Straight& way = *way_at;
-  const WayBlock& block = *block_at;
+bool carve_path_block(const Straight* path_at, const PathBlock* block_at, RemovedVolume* removed, float* safe_travel) {
+  const Straight& path = *path_at;
+  const PathBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
   // All rows make one step before the next, so that no row waits for its own results.
   constexpr int kAll = kRows * kRows;
-  const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
+  const bool whole = block.from[2] == 0 && block.to[2] == kRowLength;
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, smallest slack of the rows that are not read
+  // voxels, smallest safe travel of the rows that are not read
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, slacks in rows that are read but do not change
+  F8 read = F8{} + kNoEnd;  // voxels, safe travels in rows that are read but do not change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
-      if (const float room = block.unread(ix, iy); room >= 0) {
-        unread = std::min(unread, room);
+      if (const float reach_beside = block.unread(ix, iy); reach_beside >= 0) {
+        unread = std::min(unread, reach_beside);
         continue;
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
@@ -472,11 +472,11 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       if (block.emptied) {
         search.best = F8{} + Sweep::kInner;
       } else if (block.line >= 0) {
-        const Points from = in_head(way.from, eight::all(static_cast<float>(block.first.x + ix)),
+        const Points from = in_head(path.from, eight::all(static_cast<float>(block.first.x + ix)),
                                     eight::all(static_cast<float>(block.first.y + iy)), z);
-        search.best = deepest_below(way, block.line, from).depth;
+        search.best = deepest_below(path, block.line, from).depth;
       } else {
-        search.begin(way, block.set, eight::all(static_cast<float>(block.first.x + ix)),
+        search.begin(path, block.set, eight::all(static_cast<float>(block.first.x + ix)),
                      eight::all(static_cast<float>(block.first.y + iy)), z, least, block.fraction, Sweep::kInner);
         still_open[open] = rows;
         open += any_of(search.open);
@@ -484,14 +484,14 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       ++rows;
     }
   }
-  *slack = unread;
-  for (int i = 0; i < 8; ++i) *slack = std::min(*slack, read[i]);
-  if (rows > 0) *slack = block.emptied ? kNoEnd : 0;
+  *safe_travel = unread;
+  for (int i = 0; i < 8; ++i) *safe_travel = std::min(*safe_travel, read[i]);
+  if (rows > 0) *safe_travel = block.emptied ? kNoEnd : 0;
   for (int step = 0; step < kSteps && open > 0; ++step) {
     int left = 0;
     for (int i = 0; i < open; ++i) {
       Search& search = searches[still_open[i]];
-      search.step(way, step, Sweep::kInner);
+      search.step(path, step, Sweep::kInner);
       still_open[left] = still_open[i];
       left += any_of(search.open);
     }
@@ -547,47 +547,48 @@ void PathMaxima::carve() noexcept {
   count = 0;
 }
 
-Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
+Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
   // R − 1, computed without cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
-  Straight way{.from = head_pose(X_VA),
-               .shift = {},
-               .turn = {},
-               .pieces = pieces,
-               .count = count,
-               .turned = 0,
-               .longest = 0,
-               .slip = 0};
+  Straight path{.from = head_pose(X_VA),
+                .shift = {},
+                .turn = {},
+                .pieces = pieces,
+                .count = count,
+                .turned = 0,
+                .longest = 0,
+                .slip = 0};
   double turned = 0;
   for (int i = 0; i < 3; ++i) {
-    way.shift[i] = static_cast<float>(moved[i]);
-    for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
+    path.shift[i] = static_cast<float>(moved[i]);
+    for (int j = 0; j < 3; ++j)
+      path.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
   // Half the sum of squares of R − 1 is the squared chord of the angle. A sample may be up to `beyond` (voxels) outside
   // the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
-  way.turned = static_cast<float>(std::sqrt(turned / 2));
-  way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
+  path.turned = static_cast<float>(std::sqrt(turned / 2));
+  path.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
   // Error of a tangent: rounding of the depth, corners (2 kNear), rounding of the direction.
-  way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
-  return way;
+  path.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * path.longest;
+  return path;
 }
 
-void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach) {
-  const Straight half = straight_way(X_VA, X_VM, way.pieces, way.count, reach);
+void bend(Straight& path, const Pose& X_VA, const Pose& X_VM, double reach) {
+  const Straight half = straight_path(X_VA, X_VM, path.pieces, path.count, reach);
   double turned = 0, shifted = 0;
   for (int i = 0; i < 3; ++i) {
-    way.bend_shift[i] = 4 * (way.shift[i] / 2 - half.shift[i]);
-    shifted += static_cast<double>(way.bend_shift[i]) * static_cast<double>(way.bend_shift[i]);
+    path.bend_shift[i] = 4 * (path.shift[i] / 2 - half.shift[i]);
+    shifted += static_cast<double>(path.bend_shift[i]) * static_cast<double>(path.bend_shift[i]);
   }
   for (int i = 0; i < 9; ++i) {
-    way.bend_turn[i] = 4 * (way.turn[i] / 2 - half.turn[i]);
-    turned += static_cast<double>(way.bend_turn[i]) * static_cast<double>(way.bend_turn[i]);
+    path.bend_turn[i] = 4 * (path.turn[i] / 2 - half.turn[i]);
+    turned += static_cast<double>(path.bend_turn[i]) * static_cast<double>(path.bend_turn[i]);
   }
   const double beyond = reach + static_cast<double>(Sweep::kMargin) + 1;
-  way.bent = static_cast<float>((std::sqrt(shifted) + std::sqrt(turned) * beyond) / 4) + 1e-6f;
+  path.bent = static_cast<float>((std::sqrt(shifted) + std::sqrt(turned) * beyond) / 4) + 1e-6f;
 }
 
 bool has_round_end(const MeridianPiece* pieces, int i) {
@@ -597,16 +598,16 @@ bool has_round_end(const MeridianPiece* pieces, int i) {
 }
 
 float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
-  const glm::ivec3 step(kRows, kRows, kDeep), i = voxel / step - first;
+  const glm::ivec3 step(kRows, kRows, kRowLength), i = voxel / step - first;
   if (i.x < 0 || i.y < 0 || i.z < 0 || i.x >= size.x || i.y >= size.y) return nullptr;
-  if (i.z + (last_z - voxel.z) / kDeep >= size.z) return nullptr;
+  if (i.z + (last_z - voxel.z) / kRowLength >= size.z) return nullptr;
   return due + (i.x * size.y + i.y) * size.z + i.z;
 }
 
 namespace {
 
-/// Cuts along one straight part of the path: choose(), look(), cut() for eight blocks at a time, while the next eight
-/// are loaded.
+/// Cuts along one straight part of the path: choose(), examine(), cut() for eight blocks at a time, while the next
+/// eight are loaded.
 class PathPass {
  public:
   /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
@@ -614,7 +615,7 @@ class PathPass {
   /// another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
-      : way_(part),
+      : path_(part),
         cut_before_(cut_before),
         turned_(turned),
         rounding_(rounding),
@@ -628,14 +629,14 @@ class PathPass {
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;
-    put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
+    put(starts_, started_, glm::vec3(first - path_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
   /// Completes the cut. Returns true if a sample changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {
-      if (groups_[group].count > 0) look(group);
+      if (groups_[group].count > 0) examine(group);
     }
     for (int i = 0; i < waiting_; ++i) cut(fetched_[i]);
     return changed_;
@@ -647,15 +648,15 @@ class PathPass {
   struct Group {
     int count = 0;
     Centres centres;
-    WayBlock blocks[8];
+    PathBlock blocks[8];
   };
 
   static void put(Centres& to, int lane, const glm::vec3& c) { to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z; }
   static void fill_up(Centres& to, int from) {
     for (int lane = from; lane < 8; ++lane) to.x[lane] = to.x[0], to.y[lane] = to.y[0], to.z[lane] = to.z[0];
   }
-  void note(float* at, float slack) const {
-    if (at && known_) *at = known_->way + (slack - known_->slip);
+  void note(float* at, float safe_travel) const {
+    if (at && known_) *at = known_->path_length + (safe_travel - known_->slip);
   }
 
   /// Drops blocks that are too far away on the whole path, and, if the start has been cut, blocks that are empty or
@@ -663,50 +664,50 @@ class PathPass {
   void choose() {
     fill_up(starts_, started_);
     AtStart at;
-    look_at_start(&way_, &starts_, &at);
+    examine_start(&path_, &starts_, &at);
     bool pieces_seen = false;
     for (int lane = 0; lane < started_; ++lane) {
-      if (const float top = at.depth[lane] + way_.longest + kBesideSlip; top < outside_) {
+      if (const float top = at.depth[lane] + path_.longest + kBesideSlip; top < outside_) {
         note(due_[lane], outside_ - top);
         continue;
       }
-      const float empty = Sweep::kInner + way_.slip + way_.bent;
+      const float empty = Sweep::kInner + path_.slip + path_.bent;
       if (cut_before_ && at.depth[lane] > empty) {
-        const glm::ivec3 in_base = begun_[lane] - way_.from.base;
-        if (at.depth[lane] > emptied_ || min_depth_at_start(&way_, &in_base) > empty) {
+        const glm::ivec3 in_base = begun_[lane] - path_.from.base;
+        if (at.depth[lane] > emptied_ || min_depth_at_start(&path_, &in_base) > empty) {
           note(due_[lane], kNoEnd);
           continue;
         }
       }
-      if (!pieces_seen) look_at_pieces(&way_, &at, rounding_);
+      if (!pieces_seen) examine_pieces(&path_, &at, rounding_);
       pieces_seen = true;
       if (cut_before_ && at.recedes[lane]) continue;
       const int line = at.line[lane];
       Group& group = groups_[line >= 0 ? line : HeadField::kMaxPieces];
-      WayBlock& block = group.blocks[group.count];
+      PathBlock& block = group.blocks[group.count];
       place(block, begun_[lane]);
       block.due = due_[lane];
       block.line = line;
-      block.set = at.nearest_within(kHalf + way_.longest + kBesideSlip, lane, way_.count);
+      block.set = at.nearest_within(kHalf + path_.longest + kBesideSlip, lane, path_.count);
       put(group.centres, group.count, {starts_.x[lane], starts_.y[lane], starts_.z[lane]});
-      if (++group.count == 8) look(line >= 0 ? line : HeadField::kMaxPieces);
+      if (++group.count == 8) examine(line >= 0 ? line : HeadField::kMaxPieces);
     }
     started_ = 0;
   }
-  void place(WayBlock& block, const glm::ivec3& first) const {
+  void place(PathBlock& block, const glm::ivec3& first) const {
     const glm::ivec3 inside = first - target_.lo;
     const std::ptrdiff_t at = inside.x * target_.stride_x + inside.y * target_.stride_y + inside.z;
     block.distance = target_.distance + at, block.tissue = target_.tissue ? target_.tissue + at : nullptr;
     block.stride_x = target_.stride_x, block.stride_y = target_.stride_y;
-    const int size[3] = {kRows, kRows, kDeep};
+    const int size[3] = {kRows, kRows, kRowLength};
     for (int i = 0; i < 3; ++i) {
       block.from[i] = std::max(-inside[i], 0);
       block.to[i] = std::min(target_.size[i] - inside[i], size[i]);
     }
-    block.first = first - way_.from.base;
+    block.first = first - path_.from.base;
   }
   /// Computes the bounds of a group and requests its rows; meanwhile, the earlier blocks are cut.
-  void look(int which) {
+  void examine(int which) {
     Group& group = groups_[which];
     Centres& centres = group.centres;
     fill_up(centres, group.count);
@@ -714,20 +715,20 @@ class PathPass {
     for (int lane = 0; lane < group.count; ++lane) centres.set |= group.blocks[lane].set;
     centres.outside = outside_, centres.emptied = emptied_;
     if (which < HeadField::kMaxPieces) {
-      look_at_line(&way_, &centres, which);
+      examine_line(&path_, &centres, which);
     } else {
-      look_at(&way_, &centres);
+      examine_centres(&path_, &centres);
     }
     int kept[8], keep = 0;
     for (int lane = 0; lane < group.count; ++lane) {
-      WayBlock& block = group.blocks[lane];
+      PathBlock& block = group.blocks[lane];
       if (centres.top[lane] <= outside_) {
         note(block.due, outside_ - centres.top[lane]);
         continue;
       }
       block.top = centres.top[lane], block.fraction = centres.fraction[lane],
       block.emptied = centres.best[lane] >= emptied_;
-      block.bent = way_.slip + kTop + turned_ + way_.bent;
+      block.bent = path_.slip + kTop + turned_ + path_.bent;
       block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
       if (!block.may_change()) {
         note(block.due, -Sweep::kMargin - block.most_of_all());
@@ -743,13 +744,13 @@ class PathPass {
     waiting_ = keep;
     group.count = 0;
   }
-  void cut(const WayBlock& block) {
-    float slack;
-    changed_ |= carve_way_block(&way_, &block, removed_, &slack);
-    note(block.due, slack);
+  void cut(const PathBlock& block) {
+    float safe_travel;
+    changed_ |= carve_path_block(&path_, &block, removed_, &safe_travel);
+    note(block.due, safe_travel);
   }
 
-  const Straight way_;
+  const Straight path_;
   const bool cut_before_;
   const float turned_, rounding_;
   const HeadTarget& target_;
@@ -764,12 +765,12 @@ class PathPass {
   float* due_[8];
   Group groups_[HeadField::kMaxPieces + 1];
   int waiting_ = 0;
-  WayBlock fetched_[8];  // blocks whose rows have been requested from memory
+  PathBlock fetched_[8];  // blocks whose rows have been requested from memory
 };
 
 }  // namespace
 
-bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept {
+bool Sweep::carve_path(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const double radius = static_cast<double>(radius_);
@@ -783,38 +784,38 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   };
   const auto is_whole = [&](const glm::ivec3& first) {
     return glm::all(glm::lessThanEqual(target.lo, first)) &&
-           glm::all(glm::lessThanEqual(first + glm::ivec3(kRows, kRows, kDeep), target.lo + target.size));
+           glm::all(glm::lessThanEqual(first + glm::ivec3(kRows, kRows, kRowLength), target.lo + target.size));
   };
   bool changed = false;
   Pose X_VB = X_VA_;
   for (int k = 1; k <= straights_; ++k) {
     const Pose X_VA = X_VB;
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
-    Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
-    if (bends_) bend(way, X_VA, interpolate(X_VA, X_VB, 0.5), reach_);
+    Straight path = straight_path(X_VA, X_VB, pieces_, back_.count, reach_);
+    if (bends_) bend(path, X_VA, interpolate(X_VA, X_VB, 0.5), reach_);
     const dvec3 extent_a = extent(X_VA), extent_b = extent(X_VB);
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
     // A block farther than `far` from the axis at A is outside on the whole path.
-    const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
-    const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
-    const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
+    const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(path.from.base));
+    const float far = static_cast<float>(radius + beside) + kHalf + path.longest;
+    const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kRowLength));
     // The last part determines when blocks are due next.
-    PathPass pass(way, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
+    PathPass pass(path, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
         int lowest = first.z, highest = last.z;
         if (!column_beside_axis(
-                glm::vec2(x0 - way.from.base.x, y0 - way.from.base.y) + glm::vec2(kMiddle) - glm::vec2(center), axis,
-                far, static_cast<float>(way.from.base.z) + center.z - kMiddle.z, lowest, highest))
+                glm::vec2(x0 - path.from.base.x, y0 - path.from.base.y) + glm::vec2(kMiddle) - glm::vec2(center), axis,
+                far, static_cast<float>(path.from.base.z) + center.z - kMiddle.z, lowest, highest))
           continue;
-        const int lowest_first = first.z + down(lowest - first.z, kDeep);
+        const int lowest_first = first.z + down(lowest - first.z, kRowLength);
         float* const row = known ? known->row({x0, y0, lowest_first}, highest) : nullptr;
-        for (int z0 = lowest_first; z0 <= highest; z0 += kDeep) {
+        for (int z0 = lowest_first; z0 <= highest; z0 += kRowLength) {
           const glm::ivec3 from(x0, y0, z0);
-          float* const noted = row ? row + (z0 - lowest_first) / kDeep : nullptr;
-          if (noted && *noted > known->way) continue;
+          float* const noted = row ? row + (z0 - lowest_first) / kRowLength : nullptr;
+          if (noted && *noted > known->path_length) continue;
           pass.add(from, noted && is_whole(from) ? noted : nullptr);
         }
       }

@@ -1,6 +1,6 @@
 // Passes events from one thread to any number of threads, in order. The writer never waits and writes each event once.
-// Each reader has its own place on the tape. If the writer overtakes a reader, the reader skips the overwritten events
-// and counts them.
+// Each reader has its own place in the event log. If the writer overtakes a reader, the reader skips the overwritten
+// events and counts them.
 #pragma once
 
 #include <array>
@@ -18,12 +18,12 @@ namespace typodont {
 
 /// A fixed array of slots and the number of events written so far. Event n is in slot n modulo the number of slots.
 template <class T>
-class Tape {
+class EventLog {
   static_assert(std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T>);
 
  public:
   /// `slots`: a power of two; all but one keep an event. Only the constructor allocates memory.
-  explicit Tape(std::size_t slots) : mask_(slots - 1), words_(slots * kWords) {
+  explicit EventLog(std::size_t slots) : mask_(slots - 1), words_(slots * kWords) {
     TYPODONT_CHECK(std::has_single_bit(slots));
   }
 
@@ -39,22 +39,22 @@ class Tape {
   /// Number of events written so far. Any thread.
   std::uint64_t written() const noexcept { return written_.load(std::memory_order_acquire); }
 
-  /// A reader's place on the tape. Only one thread at a time may use it. The tape must outlive it.
+  /// A reader's place in the event log. Only one thread at a time may use it. The event log must outlive it.
   class Reader {
    public:
-    /// Begins at the tape's first event.
-    explicit Reader(const Tape& tape) : tape_(&tape) {}
+    /// Begins at the event log's first event.
+    explicit Reader(const EventLog& event_log) : event_log_(&event_log) {}
 
     /// Copies the next event. False if there is none.
     bool next(T& event) noexcept {
       for (;;) {
-        const std::uint64_t written = tape_->written();
+        const std::uint64_t written = event_log_->written();
         if (next_ == written) return false;
-        if (const std::uint64_t kept = tape_->mask_; written - next_ > kept) {
+        if (const std::uint64_t kept = event_log_->mask_; written - next_ > kept) {
           lost_ += written - kept - next_;
           next_ = written - kept;
         }
-        if (tape_->copy(next_, event)) return ++next_, true;
+        if (event_log_->copy(next_, event)) return ++next_, true;
       }
     }
     /// Jumps to the newest event and copies it. The skipped events do not count as lost. False if there is no new
@@ -62,15 +62,15 @@ class Tape {
     bool newest(T& event) noexcept {
       const std::uint64_t before = next_;
       do {
-        next_ = tape_->written();
-      } while (next_ != before && !tape_->copy(next_ - 1, event));
+        next_ = event_log_->written();
+      } while (next_ != before && !event_log_->copy(next_ - 1, event));
       return next_ != before;
     }
     /// Number of events overwritten before this reader reached them.
     std::uint64_t lost() const noexcept { return lost_; }
 
    private:
-    const Tape* tape_;
+    const EventLog* event_log_;
     std::uint64_t next_ = 0, lost_ = 0;
   };
 

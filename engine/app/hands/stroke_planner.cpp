@@ -1,4 +1,4 @@
-#include "engine/app/hands/task_student.h"
+#include "engine/app/hands/stroke_planner.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-// Depth to which the head may enter the ideal, voxels: the error of the distance field.
+// Depth to which the head may enter the ideal shape, voxels: the error of the distance field.
 constexpr double kClear = 0.05;
 // Largest depth for heads that fit the target shape exactly (reamers), voxels.
 constexpr double kExact = 0.02;
@@ -297,7 +297,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// The last free position between a free position and one inside the ideal, by bisection.
+  /// The last free position between a free position and one inside the ideal shape, by bisection.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);

@@ -1,4 +1,4 @@
-// Plans strokes that cut the tissue down to a task's ideal. Used by the expert hand and by tests.
+// Plans strokes that cut the tissue down to a task's ideal shape. Used by the expert hand and by tests.
 #pragma once
 
 #include <vector>
@@ -21,11 +21,11 @@ struct Stroke {
 /// The rotation that turns the tool's z axis (its shank) to the direction `axis_W`.
 dquat toward(const dvec3& axis_W);
 
-/// Plans strokes that remove the tissue outside the ideal: the bulk, layer by layer from the opening down; if `finish`
-/// is true, then the floor and the walls. Strokes that would remove nothing are left out. The shank is parallel to the
-/// preparation's axis and does not touch the ideal.
+/// Plans strokes that remove the tissue outside the ideal shape: the bulk, layer by layer from the opening down; if
+/// `finish` is true, then the floor and the walls. Strokes that would remove nothing are left out. The shank is
+/// parallel to the preparation's axis and does not touch the ideal shape.
 ///   `step`: m, distance between two passes along floor and walls.
-///   `into`: m, depth to which the head may enter the ideal.
+///   `into`: m, depth to which the head may enter the ideal shape.
 ///   `around`: neighbouring teeth and gum, which the head must not touch; may be null.
 ///   `size`: factor for grid distances and tolerances; 1 for a tooth, larger for a larger body.
 ///   `least`: m; no strokes are planned for thinner tissue.

@@ -40,11 +40,12 @@ struct NearestWithNormal {
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// Returns the derivative of the depth along the direction `way`, frame T.
-  TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
+  /// Returns the derivative of the depth along the motion (motion_x, motion_y, motion_z), frame T.
+  TYPODONT_INLINE Floats slope(Floats x, Floats y, Floats rho, Floats motion_x, Floats motion_y,
+                               Floats motion_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
-    return all(0.0f) - (m_rho * ((x * way_x + y * way_y) / (rho + all(1e-6f))) + m_z * way_z);
+    return all(0.0f) - (m_rho * ((x * motion_x + y * motion_y) / (rho + all(1e-6f))) + m_z * motion_z);
   }
 };
 
@@ -67,28 +68,29 @@ TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 }
 
 /// Distance from the nearest piece, and the component of a motion away from it, × rho, which saves a square root.
-struct NearestOnWay {
+struct NearestOnPath {
   NearestPiece nearest;
   /// component × distance × rho
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
-  TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
+  TYPODONT_INLINE void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats motion_rho, Floats motion_z) {
     const Floats before = nearest.square, nax = all(piece.nax), naz = all(piece.naz);
     nearest.meet_line(piece, rho, z);
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz,
                  along = in * naz - down * nax;
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
-    take(before, all(0.0f) - (over * (way_rho * naz - way_z * nax) + below * (way_rho * nax + way_z * naz)));
+    take(before,
+         all(0.0f) - (over * (motion_rho * naz - motion_z * nax) + below * (motion_rho * nax + motion_z * naz)));
   }
-  TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
+  TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z, Floats motion_rho, Floats motion_z) {
     const Floats before = nearest.square, none = all(0.0f);
     nearest.meet_arc(piece, rho, z);
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask between =
         no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
     const Floats off = all(1.0f) - all(piece.radius) / greater(root(vx * vx + vz * vz), all(1e-6f));
-    take(before, pick(between, off * (vx * way_rho + vz * way_z), ex * way_rho + ez * way_z));
+    take(before, pick(between, off * (vx * motion_rho + vz * motion_z), ex * motion_rho + ez * motion_z));
   }
   TYPODONT_INLINE Mask deeper(Floats rho, Floats depth, Floats least) const {
     return may_be_deeper(depth, least, pick(nearest.outside, all(0.0f) - away, away),
@@ -97,13 +99,13 @@ struct NearestOnWay {
 };
 
 /// `set`: bit mask of the pieces.
-TYPODONT_INLINE NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
-                                            Floats way_rho, Floats way_z) {
-  NearestOnWay found{no_piece_yet(), all(0.0f)};
+TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
+                                              Floats motion_rho, Floats motion_z) {
+  NearestOnPath found{no_piece_yet(), all(0.0f)};
   for (; set != 0; set &= set - 1) {
     const MeridianPiece& piece = pieces[std::countr_zero(set)];
-    piece.radius == 0.0f ? found.meet_line(piece, rho, z, way_rho, way_z)
-                         : found.meet_arc(piece, rho, z, way_rho, way_z);
+    piece.radius == 0.0f ? found.meet_line(piece, rho, z, motion_rho, motion_z)
+                         : found.meet_arc(piece, rho, z, motion_rho, motion_z);
   }
   return found;
 }
