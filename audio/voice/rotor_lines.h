@@ -48,7 +48,7 @@ class RotorLines {
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
     int step;                 // number of samples between two noise values
-    int since = 0;            // samples since the last noise value
+    int since = 0;            // number of samples since the last noise value
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
     /// Random relative deviation of the amplitude: previous and next value.
     double varies = 0, varies_next = 0;

@@ -490,7 +490,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // A longer interval has another middle, so u changes by rate × distance.
+      // u is the shift at the interval's middle. A longer interval has a later middle, so u changes by rate × time.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;

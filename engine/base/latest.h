@@ -32,7 +32,7 @@ class Latest {
     publish();
   }
 
-  /// A slot that the reader gave to hand_back() becomes back().
+  /// If the reader has returned a slot by hand_back(), that slot becomes back().
   void take_returned() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {

@@ -36,7 +36,7 @@ struct Renderer::Impl {
   std::array<Look, kMatterCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // per frame in flight: scene, and reflected scene
+  gpu::ShaderInputs inputs;  // for each frame in flight: inputs of the scene and of its mirror image
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;

@@ -36,7 +36,7 @@ struct Defect {
   double amount = 0;                  // in unit_of(item)
   dvec3 p_W{0};                       // m, of the largest deviation
   bool on_tooth = true;               // false: on a neighbouring tooth or the gum, or a force
-  bool left = false;                  // no stroke made it; the stroke came closest
+  bool left = false;                  // true: tissue was left; `strokes` has the stroke that came nearest to it
   std::vector<DefectStroke> strokes;  // in order of time
 };
 

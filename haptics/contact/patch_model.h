@@ -33,8 +33,8 @@ class PatchModel : public ContactModel {
   /// Adds the cuts that the coarse tissue patch of `fresh` lacks. `edited`: undo, redo or a loose piece changed the
   /// tissue.
   virtual void update_coarse(TissuePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo; `known`: the new tissue patch contains no
-  /// unknown change.
+  /// Called after patch_ was replaced. `strokes_edited`: an undo or redo changed the tissue; `known`: all other changes
+  /// in the new patch are the servo's own cuts.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;

@@ -31,7 +31,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// Distance outside the surface with labels, voxels.
+/// Voxels outside the surface get labels up to this distance, voxels.
 inline constexpr double kLabelReach = 2.5;
 
 /// Returns the smallest box that contains both boxes.

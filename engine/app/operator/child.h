@@ -34,7 +34,7 @@ class Started {
  private:
   struct One {
     int process = -1;
-    int said = -1;  // descriptor of its messages, in memory
+    int said = -1;  // file descriptor of the child's messages, a file in memory
     std::string file;
   };
   void start(std::vector<std::string> words, const std::string& file);

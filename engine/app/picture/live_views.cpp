@@ -260,7 +260,7 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  // For each picture: the Look that was computed last.
+  // For each picture: the view settings of the last computed result.
   std::array<Wish, 2> shown;
   std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue when `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};

@@ -104,7 +104,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool seated_ = false;     // true: the implant is at its final position
   bool placed_ = false;     // true: an implant was placed; the hand holds nothing
 
-  // Difference of the pose at the last entering or leaving; decreases to zero.
+  // Jump of the pose when the tool last entered or left a bed; decreases to zero, so that the tool does not jump.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick

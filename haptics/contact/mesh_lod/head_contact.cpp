@@ -14,7 +14,7 @@ constexpr double kOverlap = 1e-9;
 constexpr double kAllowedDepth = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list is begun
 constexpr double kAhead = 0.4;
-// largest effort per tick for the next list, in faces + points
+// largest number of faces and points that are examined per tick for the next list
 constexpr int kMaxListed = 600;
 constexpr double kLiftReach = 2e-3;  // m, distance within which a head inside tissue searches the surface
 

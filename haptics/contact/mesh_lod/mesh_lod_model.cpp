@@ -29,7 +29,7 @@ constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks
 constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
 // m; a shorter vector offset_ counts as zero
 constexpr double kNoOffset = 1e-12;
-// lower limit of: stiffness of a tissue / ServoSettings::stiffness
+// smallest allowed ratio of a tissue's stiffness to ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
 constexpr double kClear = 0.3e-3;  // m from the mesh; beyond, a bur has left its cut
 constexpr double kEase = 15;       // N/s, largest change of a bur's force while the hand rests

@@ -102,7 +102,7 @@ class MeshLodModel final : public ContactModel {
   dvec3 offset_{0};
   // true: the bur has cut since it last lost contact; ease() limits the change of its force
   bool eases_ = false;
-  // m, vector from the hand to the tool's position that was returned in the last tick
+  // m, vector from the hand to the position of the tool that the last tick returned
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   // Normal of the wall that stops the tool; stored until offset_ has shrunk to zero after the tool left the wall.

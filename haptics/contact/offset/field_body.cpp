@@ -242,7 +242,7 @@ bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_
     leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
   });
   if (leaves > patch.step.most()) return false;
-  // The tissue patch lacks the samples that stay, so the next copy must be complete.
+  // `patch` has only the new samples, not those that the servo keeps, so its next copy must be complete.
   patch.lo = lo;
   patch.copied_at = 0;
   patch.step.clear();

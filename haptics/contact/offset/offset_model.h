@@ -48,7 +48,7 @@ class OffsetModel : public PatchModel {
     double allowed_depth = 0;
     double allowed_depth_at_walls = 0;  // 0..1, fraction of `allowed_depth` at a wall of harder tissue
     double overlap_before = 0;
-    // Voxels of lag behind the hand that change the force by 1 N/s for one tick.
+    // Voxels by which the proxy's lag behind the hand changes per tick if the force changes by 1 N/s.
     double step_per_slew = 0;
     bool limits_step = false;  // true: the proxy's speed is limited in this tick
     // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.

@@ -141,8 +141,7 @@ struct RetreatParameters {
   // m from hand to proxy; beyond this, the hand has moved away. At 1 N/mm, nobody presses so hard.
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s for which the proxy is held before it is led back
-  static constexpr double report_after = 1;  // s for which the proxy must be held without a way back before a fault is
-                                             // reported
+  static constexpr double report_after = 1;  // s; a proxy that is held for longer without a way back is a fault
   // m by which a point of the path must be nearer to the hand than the proxy is
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, rate of force while the proxy is led back

@@ -23,7 +23,7 @@ constexpr double kNoteEvery = 0.03;
 constexpr double kAround = 1.8;
 // A cut sphere also empties the gaps around it up to this distance, in radii of the largest hole in the packing.
 constexpr double kGapsAround = 2;
-// largest number of stored notes; with more, the field is updated
+// largest number of stored notes; then the field is updated and they are deleted
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());

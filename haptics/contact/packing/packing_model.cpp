@@ -16,9 +16,9 @@ namespace {
 constexpr double kSearchDistance = 10e-3;  // m, largest distance that clearance() can return
 // m; tissue_at() finds spheres up to this distance
 constexpr double kNearby = 0.2e-3;
-// largest number of lengths tried per cut, to find the affordable one
+// largest number of cut lengths that are tried to find the longest one within the energy budget
 constexpr int kTrials = 8;
-// The search for the length of a step ends when the step needs at least this fraction of the energy budget.
+// The search for the length of a step ends when the step uses at least this fraction of the energy budget.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
@@ -320,8 +320,8 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the fraction of the motion, at most `most`, that the budget allows; up to 15 % may remain. Increases the
-/// last step's fraction until the cost is too high, then alternates secant and bisection.
+/// Returns the largest fraction of the motion, at most `most`, that the energy budget pays for; up to 15 % of the
+/// budget may remain. Increases the last step's fraction until it costs too much, then alternates secant and bisection.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;

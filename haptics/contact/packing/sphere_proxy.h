@@ -115,18 +115,18 @@ class SphereProxy {
   /// Tissue spheres near one tool sphere, in the tree's order (Verlet 1967). Valid while the tool sphere moves by less
   /// than the margin, usually for many ticks.
   struct NearList {
-    // m; unlisted spheres were at least this far away then
+    // m; when the list was made, all other spheres were at least this far away
     double margin = 0;
-    // m, motion of the tool sphere since its list was made, plus all protrusions
+    // m, motion of the tool sphere since its list was made, plus the protrusions of cut spheres
     double moved = 0;
-    // m, largest protrusion in the current cut
+    // m, largest distance by which this cut moved a sphere beyond its old surface
     double protrudes = 0;
     // m, distance of the nearest sphere when the list was made; negative: overlap
     double free = 0;
-    // m, largest `epsilon` of near_here() within the margin; negative: the list is too short, so the tree is searched
+    // m, largest `epsilon` of near_here() for which the list is complete; negative: the tree must be searched
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    // number of searches until a too long list is tried again
+    // number of searches for which no list is made, because the last one was too long
     int refused = 0;
   };
   /// A list that is still being made.

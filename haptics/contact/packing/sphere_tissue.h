@@ -143,7 +143,7 @@ class TriedCut {
     CutSphere after;
   };
   std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
-  std::size_t count_ = 0;    // number of changes; above kMaxSteps: not all are stored
+  std::size_t count_ = 0;    // number of changes; above kMaxSteps, only the first kMaxSteps are stored
   // true: a ball may cut a sphere that an earlier ball cut
   bool several_ = true;
   std::vector<CutSphere> state_;         // each sphere's state after the current cut, with several balls

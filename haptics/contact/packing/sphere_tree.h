@@ -105,7 +105,7 @@ class SphereTree {
 
   /// Bit mask of the given spheres (at most kLeafSize) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
-  /// Position of sphere i in the order of near_segment().
+  /// Rank of sphere i: near_segment() lists spheres by ascending rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kLeafSize);
     const auto place = static_cast<std::uint32_t>(place_of(i));

@@ -54,8 +54,8 @@ struct RefineParameters {
   // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would gain about its
   // square.
   static constexpr double gained = 1e-4;
-  // Voxels; as `gained`, for a head that does not cut. The force's direction depends on the lateral error of the
-  // contact, which is the square root of the gap's error.
+  // Voxels; same limit as `gained`, for a head that does not cut. The force's direction depends on the lateral error of
+  // the contact, which is the square root of the gap's error.
   static constexpr double gained_fine = 3e-8;
   // The secant method is used only if a step is shorter than this factor times the previous step.
   static constexpr double still_converges = 0.95;

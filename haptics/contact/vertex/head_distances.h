@@ -76,9 +76,9 @@ class HeadDistances {
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, vectors from the head's centre, frame W
   std::vector<double> distance_, n_x_, n_y_, n_z_;
-  // Distances at one pose, for extrapolation; otherwise empty.
+  // Distances at the pose known_at_, for extrapolation; otherwise empty.
   std::uint64_t known_list_ = 0;  // NearPoints::number() of the list
-  std::size_t known_ = 0;         // number of points in the list
+  std::size_t known_ = 0;         // number of points with a stored distance
   std::size_t computed_ = 0;      // number of distances computed since the last count_anew()
   Pose known_at_;                 // pose of the head for these distances
   // For each point in frame T: position p (m), distance d (m), gradient g.

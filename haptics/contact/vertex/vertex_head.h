@@ -41,8 +41,7 @@ class VertexHead {
     const float outer = square - along * along - kRoundingOfSquares * square;
     for (int i = 0; i < flank_count_; ++i) {
       const Flank& flank = flank_[i];
-      const float most = flank.far + flank.per_far * margin - flank.slope * along;  // m, largest distance from the axis
-                                                                                    // at this height
+      const float most = flank.far + flank.per_far * margin - flank.slope * along;  // m, largest distance from axis
       if (most < 0 || outer > most * most) return false;
     }
     return true;
