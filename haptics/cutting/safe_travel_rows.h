@@ -1,4 +1,4 @@
-// Safe travel of a column of blocks, and the stage from which its samples can change. Private to haptics/cutting.
+// Stores how far the head may move before the samples of a column of blocks can change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>

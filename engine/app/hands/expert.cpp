@@ -119,9 +119,9 @@ struct Filling {
   static constexpr double one_surface = 0.5;
   // Largest height above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
-  // Cost of unwanted filling, relative to the gain of wanted filling. carved_again, overfilled: over the cavity in the
-  // first and second pass, to be carved away later. flash: on the enamel beside it, where a hand instrument hardly
-  // removes it.
+  // Cost of unwanted filling, relative to the gain of wanted filling. carved_again, overfilled: filling above the
+  // cavity in the first and in the second pass, which is carved away later. flash: filling on the enamel beside the
+  // cavity, where a hand instrument hardly removes it.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
   // Depth below the contour, voxels. A position is over the cavity if the point at this depth was empty before the
   // task.
