@@ -63,7 +63,7 @@ struct Parameters {
   double torque_grey = 1050;
   // fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
-  double torque_surface = 138e-6;  // m², surface of the reference implant, 4 × 11 mm
+  double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
   // torque in a cut thread / torque without thread
   double tapped_fraction = 0.6;
   std::vector<Bed> beds;  // beds at the start of the session
