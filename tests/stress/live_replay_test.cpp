@@ -181,6 +181,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
     }
     if (random.chance(0.2)) recorder.turn();
   }
+  carver.turn();  // the last undo; without its patch, the servo would count the undone cuts
   while (alive && s.side.edit_waits()) feel(1), carver.turn();
   if (random.chance(0.2)) s.wiring.emergency = true;
   if (random.chance(0.5)) carver.turn();
