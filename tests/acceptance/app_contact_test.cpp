@@ -1,7 +1,6 @@
 // Tests `typodont servo` and `replay` through the command line: the behaviour of a scene's tissue and tools with a
 // hand.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 

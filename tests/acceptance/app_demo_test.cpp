@@ -1,10 +1,6 @@
 // Tests the whole demo and its results: each result file is opened and examined.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "engine/base/json.h"
 #include "engine/render/picture.h"

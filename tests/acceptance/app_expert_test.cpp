@@ -10,7 +10,6 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
-#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"

@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <optional>
 
 #include "engine/app/hands/expert_hand.h"

@@ -1,7 +1,6 @@
 // Tests the mouse as the hand in the program's own window. Reads the result from the recording.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>

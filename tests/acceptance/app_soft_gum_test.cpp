@@ -2,12 +2,10 @@
 // and it can be cut and bleeds.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
 
 #include "engine/app/live/session.h"
 #include "engine/app/picture/soft_gum_view.h"
@@ -15,10 +13,8 @@
 #include "engine/app/review/player.h"
 #include "engine/app/scene.h"
 #include "engine/app/stepped.h"
-#include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/damage.h"
-#include "engine/base/units.h"
 #include "engine/session/ticks_csv.h"
 #include "tests/support/program.h"
 

@@ -360,7 +360,7 @@ TEST(ShippedScenes, TheRubberDamAndThePhantomHeadAreDrawn) {
   const auto picture = [&](const std::string& scene) {
     folder.write("scene.json", scene);
     const test::Ran ran = folder.run("render " + (folder / "scene.json") +
-                                     " --rig closeup --eye left --quality fast --size 160x128 --out " + (folder / "p"));
+                                     " --rig closeup --eye left --quality bare --size 160x128 --out " + (folder / "p"));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return test::read_text(folder / "p/left.png");
   };

@@ -2,7 +2,6 @@
 // the computer is.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <thread>

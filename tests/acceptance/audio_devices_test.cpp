@@ -1,18 +1,15 @@
 // Tests PortAudio without a sound card. ALSA's plugin `file` over `null` gives the content; a dummy JACK server gives
 // the timing.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <thread>
 
 #include "audio/audio_output.h"
 #include "audio/drill_synth.h"
-#include "engine/base/error.h"
 #include "engine/base/ring.h"
 #include "tests/support/audio_signals.h"
 
@@ -35,7 +32,7 @@ struct AlsaConfiguration {
 };
 
 TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
-  const ScratchFolder folder;
+  const Folder folder;
   write_text(folder / "asound.conf",
              "</usr/share/alsa/alsa.conf>\n"
              "pcm.tofile { type file slave.pcm { type null } file \"" +
@@ -80,15 +77,10 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
 }
 
 TEST(PortAudioOnAlsa, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
-  const ScratchFolder folder;
+  const Folder folder;
   write_text(folder / "asound.conf", "</usr/share/alsa/alsa.conf>\npcm.quietcard { type null }\n");
   const AlsaConfiguration configuration(folder / "asound.conf");
-  try {
-    AudioOutput::open("portaudio:no such card");
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("quietcard"));
-  }
+  EXPECT_THAT(test::refusal([&] { AudioOutput::open("portaudio:no such card"); }), HasSubstr("quietcard"));
 }
 
 #ifdef TYPODONT_JACKD

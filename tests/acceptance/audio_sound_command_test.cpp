@@ -1,7 +1,6 @@
 // Tests `typodont sound` as users run it: the program, its files, and its exit statuses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -22,7 +21,6 @@ namespace typodont::audio {
 namespace {
 
 using namespace typodont::test;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class SoundCommand : public ::testing::Test {
@@ -47,7 +45,7 @@ class SoundCommand : public ::testing::Test {
     }
     return count;
   }
-  ScratchFolder folder_;
+  Folder folder_;
 };
 
 const std::string kMicromotor = "assets/sounds/micromotor_steady.wav";

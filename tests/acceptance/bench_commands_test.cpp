@@ -2,12 +2,10 @@
 // the units of tables.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "calibration/statistics.h"
 #include "engine/base/json.h"

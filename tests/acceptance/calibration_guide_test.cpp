@@ -1,6 +1,5 @@
 // Tests guided capture through the command line, with a scripted hand in place of a device.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "calibration/bench_simulator.h"
 #include "calibration/guided_capture.h"

@@ -1,7 +1,6 @@
 // Tests `typodont fuse` through the command line with the synthetic jaw: its output files and report, and which input
 // it refuses.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
@@ -12,7 +11,6 @@ namespace typodont {
 namespace {
 
 using test::Ran;
-using test::TissueMesh;
 using ::testing::HasSubstr;
 
 /// Points of the crowns that a person recognises, mm in the CT.

@@ -1,7 +1,6 @@
 // Tests the import of several intraoral scans through the command line: the poses that the bite scan gives, the scene
 // that the command writes, and which files it refuses.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // Tests scenes with a mesh and the model "mesh_lod" as users run them: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>

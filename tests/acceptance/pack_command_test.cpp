@@ -1,6 +1,5 @@
 // Tests `typodont pack` as users run it: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <filesystem>
 

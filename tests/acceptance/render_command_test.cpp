@@ -1,7 +1,6 @@
 // Tests `typodont render` through the command line: pictures and their matrices, compared with formulas that are
 // written independently in this file.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>

@@ -2,7 +2,6 @@
 // nothing is loaded from the network.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <sstream>

@@ -1,7 +1,6 @@
 // Tests `typodont report` and `typodont doctor` through the command line, and a film that the real encoder writes.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdio>
@@ -25,15 +24,10 @@ struct Ran {
   std::string out, err;
 };
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 Ran run(const TemporaryFolder& folder, const std::string& command) {
   const int status =
-      std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path.string(), folder.path.string()).c_str());
-  return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
+      std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path().string(), folder.path().string()).c_str());
+  return {WEXITSTATUS(status), read_text(folder / "out"), read_text(folder / "err")};
 }
 
 void record(const std::filesystem::path& file) {
@@ -48,7 +42,7 @@ TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   TemporaryFolder folder;
   record(folder / "s.h5");
   const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json",
-                                          folder.path.string()));
+                                          folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(json["ticks"].integer(), 2500);
@@ -59,14 +53,14 @@ TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   EXPECT_NEAR(full, 100, 1e-9);
   EXPECT_EQ(json["full"].number(), 100);
   EXPECT_EQ(json["passed"].boolean(), json["points"].number() >= json["pass_mark"].number());
-  EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("<html lang=\"de\">"));
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("<html lang=\"de\">"));
 }
 
 TEST(ReportCommand, BadInputExitsWithTwoAndFoundAndExpectedAndWritesNoPage) {
   TemporaryFolder folder;
   std::ofstream(folder / "garbage.h5") << "not a session";
   record(folder / "s.h5");
-  const std::string f = folder.path.string();
+  const std::string f = folder.path().string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
     const Ran ran = run(folder, TYPODONT_PROGRAM " report " + arguments);
     EXPECT_EQ(ran.status, 2) << arguments;
@@ -92,13 +86,13 @@ TEST(ReportCommand, AFolderGivesTheLearningCurveOfItsSessions) {
   record(folder / "sessions/a.h5");
   record(folder / "sessions/b.h5");
   std::ofstream(folder / "sessions/c.h5") << "not a session";
-  const std::string f = folder.path.string();
+  const std::string f = folder.path().string();
   const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/sessions --out {0}/r.html --json", f));
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_EQ(Json::parse(ran.out, "out")["sessions"].items().size(), 2u);
   EXPECT_THAT(ran.err, HasSubstr("left out: "));
   EXPECT_THAT(ran.err, HasSubstr("c.h5: found no intact HDF5 file"));
-  EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("b.h5"));
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("b.h5"));
   const Ran none = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/empty --out {0}/none.html", f));
   EXPECT_EQ(none.status, 2);
   EXPECT_THAT(none.err, HasSubstr("found a folder without sessions, expected sessions (.h5)"));
@@ -142,7 +136,7 @@ TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {
   std::ofstream(folder / "garbage.json") << "{{{";
   const auto openxr = [&](const std::string& file) {
     const Ran ran = run(
-        folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path.string(), file, TYPODONT_PROGRAM));
+        folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path().string(), file, TYPODONT_PROGRAM));
     for (const Json& check : Json::parse(ran.out, "out")["checks"].items()) {
       if (check["id"].string() == "openxr") return check["state"].string() + ": " + check["found"].string();
     }
@@ -213,7 +207,7 @@ TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
   // Nothing else is left beside it.
   std::filesystem::remove(folder / "out");
   std::filesystem::remove(folder / "err");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 2);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
 }
 
 TEST(Film, AnUnreadableSoundGivesASilentFilmAndAMessage) {

@@ -1,7 +1,6 @@
 // Tests a school's key through the command line: sign, verify by replay, report, and several attempts to forge a
 // signature.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
@@ -124,7 +123,7 @@ TEST_F(SignCommand, ASessionThatIsSwappedWhileItIsReportedIsTheSignedOneOrRefuse
     }
   });
   int accepted = 0;
-  for (int i = 0; i < 200 && accepted < 5; ++i) {
+  for (int i = 0; i < 200 && accepted < 3; ++i) {
     const Ran ran = run("report {}/s.h5 --json --out {}/r.html --verify --key {}/school.key");
     if (ran.status != 0) {
       EXPECT_EQ(ran.status, 1) << ran.err;
@@ -134,7 +133,7 @@ TEST_F(SignCommand, ASessionThatIsSwappedWhileItIsReportedIsTheSignedOneOrRefuse
     EXPECT_EQ(Json::parse(ran.out, "report")["ticks"].number(), ticks);
   }
   stop = true;
-  EXPECT_EQ(accepted, 5);
+  EXPECT_EQ(accepted, 3);
 }
 
 TEST_F(SignCommand, UsageErrorsAreNamed) {

@@ -1,6 +1,5 @@
 // Tests `typodont mesh` as users run it: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>

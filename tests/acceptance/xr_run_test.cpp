@@ -1,6 +1,5 @@
 // Tests `typodont run` with a headset as users run it, with the test runtime and the real OpenXR loader.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 

@@ -8,7 +8,6 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/mouse_hand.h"
-#include "engine/app/recording/resume.h"
 #include "engine/base/json.h"
 #include "tests/support/desktop.h"
 #include "tests/support/mouse_user.h"

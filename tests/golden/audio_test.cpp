@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "audio/ar/spectrum.h"
-#include "audio/contact_track.h"
 #include "audio/drill_synth.h"
 #include "tests/support/audio_signals.h"
 

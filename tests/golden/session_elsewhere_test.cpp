@@ -2,16 +2,13 @@
 // h5read of MATLAB, this tool has only the filters that the library contains.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <numeric>
 #include <sstream>
 
-#include "engine/base/clock.h"
 #include "engine/session/recorder.h"
 #include "tests/support/session_fixture.h"
 
@@ -71,7 +68,7 @@ TEST(SessionFromR, RunsTheDocumentedExampleAndHasEveryTick) {
   std::ofstream(folder / "example.R") << "pdf(NULL)\n"
                                       << document.substr(begin, document.find("```", begin) - begin)
                                       << "cat(nrow(t), format(sum(t[, \"depth_mm\"]), digits = 15), \"\\n\")\n";
-  const std::string out = output_of(fmt::format("cd {} && {} example.R", folder.path.string(), TYPODONT_RSCRIPT));
+  const std::string out = output_of(fmt::format("cd {} && {} example.R", folder.path().string(), TYPODONT_RSCRIPT));
   double sum = 0;
   for (const ServoTick& tick : ticks) sum += tick.depth * 1e3;
   ASSERT_THAT(out, HasSubstr("1300 "));

@@ -1,7 +1,6 @@
 // Tests the session file with h5py in the system's Python.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 

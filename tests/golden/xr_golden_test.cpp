@@ -10,7 +10,6 @@
 #include "engine/app/live/xr_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
-#include "engine/base/units.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 #include "tests/support/xr_fixture.h"

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <optional>
 #include <random>
 #include <string>
@@ -13,7 +12,6 @@
 #include "engine/app/review/session_report.h"
 #include "engine/app/scene.h"
 #include "engine/app/stepped.h"
-#include "engine/base/units.h"
 #include "haptics/scripted_hand.h"
 #include "tests/support/campaign.h"
 #include "tests/support/program.h"
@@ -171,7 +169,7 @@ TEST_F(Defects, NameTheStrokesOfInjectedErrorsWithinAFifthOfASecondAndNoOthers) 
   constexpr double kSlack = 0.2;  // s
   int injected = 0, found = 0, named = 0, right = 0;
   const std::uint64_t seed = test::campaign_seed(1);
-  for (std::uint64_t k = seed; k < seed + static_cast<std::uint64_t>(test::campaign(10)); ++k) {
+  for (std::uint64_t k = seed; k < seed + static_cast<std::uint64_t>(test::campaign(6)); ++k) {
     const std::string file = folder / "session.h5";
     const std::vector<Injected> errors = drill(k, file);
     const session::SessionReader session{std::filesystem::path(file)};

@@ -64,7 +64,7 @@ TEST(CaseTooth, ThePulpIsInsideDentinOnlyAndShrinksWithAge) {
     for (const int old : {0, 1}) {
       SplitMix64 random{11};
       const CaseTooth tooth = make_tooth(type, old ? 60 : 20, random);
-      const haptics::DenseTissue tissue = sample_tooth(tooth, 0.2e-3);
+      const haptics::DenseTissue tissue = sample_tooth(tooth, 0.3e-3);
       for (std::size_t i = 0; i < tissue.tissue.size(); ++i) {
         if (tissue.tissue[i] != Tissue::kPulp) continue;
         EXPECT_LT(tissue.distance[i], -0.2e-3) << type;

@@ -481,27 +481,6 @@ TEST(Cutting, ABallSlidOverARoundToothRemovesTheVolumeOfItsMotorsWork) {
   }
 }
 
-TEST(Cutting, TheVolumeCutByASlidingBallDependsOnlyOnTheForceNotOnVoxelSizeAndRate) {
-  double least = 1e300, most = 0;
-  for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
-    for (const double depth : {0.25_mm, 0.5_mm, 1.0_mm}) {
-      const ServoSettings s = ball(1.0_mm, 300.0_krpm, 0, rate);
-      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
-                            R"(, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})",
-                        s);
-      double pushed = 0;
-      for (double t = 0; t < 5.0_mm / 0.03; t += s.tick) {
-        const double a = 6 * t - 0.5, in = depth * std::min(1.0, t / 0.03);
-        const ServoTick& tick = bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
-        pushed += glm::length(tick.f_T_W) * s.tick;
-      }
-      const double fraction = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
-      least = std::min(least, fraction), most = std::max(most, fraction);
-    }
-  }
-  EXPECT_LT(most / least, 1.03);
-}
-
 // A hand that jumps into the tissue gives the ledger hardly any energy, and if it then retreats a little and rests, it
 // feels almost no force. Its bur must still cut.
 TEST(Cutting, ABurThatIsPressedInAbruptlyCutsAtLeastHalfAsFastAsOneThatLandsSoftly) {

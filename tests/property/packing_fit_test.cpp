@@ -5,7 +5,6 @@
 #include <random>
 #include <vector>
 
-#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/sphere_tissue.h"
@@ -13,6 +12,7 @@
 #include "haptics/material_fit.h"
 #include "haptics/packing.h"
 #include "haptics/solid.h"
+#include "tests/support/folder.h"
 
 namespace typodont::haptics {
 namespace {
@@ -134,12 +134,7 @@ TEST(MaterialFit, ACurveWithoutContactAnUnstableStepAndAnotherModelAreRefused) {
   std::vector<FeedSample> samples = machine.way(16.0_mm);
   const auto refused = [&](std::span<const FeedSample> curve, const ServoSettings& settings,
                            const FitOptions& options) {
-    try {
-      fit_material(machine.tissue, settings, curve, options, "curve.csv");
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { fit_material(machine.tissue, settings, curve, options, "curve.csv"); });
   };
   EXPECT_NE(refused(beside, machine.settings, {}).find("touches nothing"), std::string::npos);
   EXPECT_NE(refused(samples, machine.settings, {}).find("no force"), std::string::npos);

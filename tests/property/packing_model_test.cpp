@@ -5,10 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <random>
 #include <utility>
-#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -16,7 +14,6 @@
 #include "haptics/contact_method.h"
 #include "haptics/dense_tissue.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {
 namespace {
@@ -391,52 +388,6 @@ TEST(PackingModel, TheFieldLosesTheVolumeOfTheSpheresWithinSixPercent) {
     hash[often] = run.carver.volume().hash();
   }
   EXPECT_EQ(hash[0], hash[1]);
-}
-
-TEST(PackingModel, TheSameHandGivesTheSameBits) {
-  ServoTick a, b;
-  for (ServoTick* last : {&a, &b}) {
-    Session run(settings(kPacking));
-    for (int i = 0; i < 900; ++i) run.step(pressing(i, 0.5_mm, 0.5), 1);
-    *last = run.last;
-  }
-  EXPECT_EQ(std::memcmp(&a.f_T_W, &b.f_T_W, sizeof a.f_T_W), 0);
-  EXPECT_EQ(std::memcmp(&a.removed, &b.removed, sizeof a.removed), 0);
-  EXPECT_EQ(std::memcmp(&a.X_WG, &b.X_WG, sizeof a.X_WG), 0);
-}
-
-TEST(PackingModel, AServosTickNeverAllocates) {
-  Session run(settings(kPacking));
-  for (int i = 0; i < 210; ++i) run.step(pressing(i, 0.5_mm, 0.5), 1);
-  HandSample hand;
-  ServoTick tick;
-  Cut cut;
-  test::NoAlloc guard;
-  for (int i = 210; i < 600; ++i) {
-    hand.t = run.t += 1'000'000;
-    hand.X_WT.p = pressing(i, 0.5_mm, 0.5);
-    hand.pedal = 1;
-    run.servo.tick(hand, tick, cut);
-  }
-  EXPECT_EQ(guard.count(), 0u);
-  EXPECT_GT(tick.cuts, 100u);
-}
-
-TEST(PackingModel, NoRandomHandGainsEnergy) {
-  std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> u(-1, 1);
-  for (int hand = 0; hand < 8; ++hand) {
-    Session run(settings(kPacking, hand % 2 == 0));
-    const double wide = 0.6 + 0.5 * u(random), pace = 0.004 + 0.003 * u(random), phase = 3 * u(random);
-    for (int i = 0; i < 3000; ++i) {
-      const double down = std::min(i / 500.0, 1.0);
-      const dvec3 p(wide * 1.0_mm * std::sin(pace * i + phase), wide * 1.0_mm * std::cos(0.7 * pace * i),
-                    kBall + kHead + 1.0_mm - down * (1.0_mm + 0.3_mm + 0.2_mm * std::sin(2 * pace * i)));
-      run.step(p, hand % 2 == 0 ? 1 : 0);
-      ASSERT_GE(run.last.energy, -1e-9) << hand << " " << i;
-      ASSERT_TRUE(is_finite(run.last.f_T_W));
-    }
-  }
 }
 
 TEST(PackingModel, NoHandPassesASheetAtUpTo20MillimetresATick) {

@@ -230,6 +230,9 @@ TEST(AnalyticCavities, OfAnySizeTiltAndPositionAreMeasuredWithinTheErrorOfTheFie
     EXPECT_NEAR(box.over_volume, volume, 0.01 * volume) << i;
     EXPECT_NEAR(box.floor_depth.value(), d, 8 * kUm) << i;
     EXPECT_LT(box.floor_flatness.value(), 8 * kUm) << i;
+    EXPECT_LT(box.floor_tilt.value(), 0.5 * kDegree) << i;
+    EXPECT_NEAR(box.over.depth, d, 0.05e-3) << i;
+    EXPECT_FALSE(box.pulp_distance || box.kept_removed) << i;
     EXPECT_NEAR(box.taper.value() / kDegree, 2 * lean / kDegree, 0.5) << i;
     EXPECT_NEAR(box.isthmus.value(), 2 * (b + t * d / 2), 25 * kUm) << i;
 

@@ -14,7 +14,6 @@
 #include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/mesh_shapes.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont {
 namespace {
@@ -411,21 +410,6 @@ TEST(DrawnEdges, WithVertexACuttingEdgeRemovesTheVolumeOfTheHandsWork) {
             << haptics::name_of(shape) << ' ' << deep << ' ' << one_stroke;
       }
     }
-  }
-}
-
-TEST(VertexModel, EqualHandsGiveEqualBits) {
-  std::uint64_t hash = 0;
-  dvec3 force(0);
-  for (int run = 0; run < 2; ++run) {
-    HapticBench bench(kBall, drill(R"({"vertex": {"edge_mm": 0.15}})"));
-    groove(bench, 600);
-    const auto now = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body()).mesh().hash();
-    if (run == 1) {
-      EXPECT_EQ(now, hash);
-      EXPECT_EQ(bench.last.f_T_W, force);
-    }
-    hash = now, force = bench.last.f_T_W;
   }
 }
 

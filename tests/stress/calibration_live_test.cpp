@@ -2,7 +2,6 @@
 // its links, joints and scales and is held in sockets. Enter takes each touch. The result must be this arm.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>

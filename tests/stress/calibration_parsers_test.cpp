@@ -12,22 +12,17 @@
 #include "calibration/camera_solver.h"
 #include "calibration/rig_file.h"
 #include "engine/base/error.h"
+#include "tests/support/folder.h"
 
 namespace typodont::calibration {
 namespace {
 
-std::string slurp(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "calibration-stress-XXXXXX").string();
-  const std::filesystem::path folder = mkdtemp(pattern.data());
+  const test::Folder folder;
   SimulationOptions options;
   options.touches = 0.1;
   const SimulatedRoutine run = simulate_routine(options);
-  write_captures(folder, run.captures);
+  write_captures(folder.path(), run.captures);
   RigFile rig = RigFile::create(folder / "rig.json");
   rig.set(run.bench);
   rig.save();
@@ -52,7 +47,7 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
   const std::string spice = "\"{}[],:.-+eE0123456789nainf \n\r\t\0\xff#";
   int accepted = 0, refused = 0;
   for (const auto& [name, read] : readers) {
-    const std::string original = slurp(folder / name).substr(0, 6000);
+    const std::string original = test::read_text(folder / name).substr(0, 6000);
     for (int trial = 0; trial < 250; ++trial) {
       std::string text = original;
       const std::size_t changes = 1 + random.index(6);
@@ -84,7 +79,6 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
       }
     }
   }
-  std::filesystem::remove_all(folder);
   EXPECT_GT(accepted, 50);
   EXPECT_GT(refused, 500);
 }

@@ -159,9 +159,6 @@ class ArmRig : public Rig {
   void attack(Attack attack) override {
     if (attack == Attack::kUnasked || attack == Attack::kRubbish) board_.chatter = 20e3;
     if (attack == Attack::kRubbish) board_.garbage_reports = 1 << 30;
-    if (attack == Attack::kSilence) board_.silent = true;
-    if (attack == Attack::kGone) board_.unplugged = true;
-    if (attack == Attack::kLeap) board_.leaping_reports = 1;
   }
 
  private:
@@ -371,19 +368,6 @@ TEST_P(ArmAttacks, UnrequestedReportsDoNotSpeedUpTheServoAndAreNotFelt) {
 TEST_P(ArmAttacks, AFloodOfInvalidDataSetsTheForceToZero) {
   attack(Attack::kRubbish, false, std::nullopt);  // now and then rubbish is a place where the arm could be
 }
-TEST_P(ArmAttacks, ABoardThatFallsSilentIsALostDevice) {
-  attack(Attack::kSilence, false, true);
-}
-TEST_P(ArmAttacks, ABoardThatIsUnpluggedIsALostDevice) {
-  attack(Attack::kGone, false, true);
-}
-TEST_P(ArmAttacks, AJumpingReportSetsTheForceToZeroUntilTheHandIsFree) {
-  attack(Attack::kLeap, false, false);
-}
-TEST_P(ArmAttacks, AStalledProcessHasNoForceUntilTheHandIsFree) {
-  attack(Attack::kStalledServo, false, false);
-}
-
 std::string name_of_arm(const testing::TestParamInfo<ArmProtocol>& info) {
   constexpr const char* kNames[] = {"HidV1", "HidV2", "RawHid", "Text"};
   return kNames[static_cast<int>(info.param)];

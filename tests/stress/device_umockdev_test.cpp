@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <cmath>
 #include <cstring>
 #include <deque>
 #include <filesystem>
@@ -29,7 +28,6 @@
 #include "haptics/devices.h"
 #include "haptics/devices/arm_protocol.h"
 #include "haptics/devices/hid.h"
-#include "haptics/devices/spacemouse.h"
 #include "tests/support/program.h"
 
 namespace typodont::haptics {

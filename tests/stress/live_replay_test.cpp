@@ -10,7 +10,6 @@
 #include <fstream>
 #include <limits>
 #include <random>
-#include <string>
 #include <thread>
 
 #include "engine/app/live/session.h"

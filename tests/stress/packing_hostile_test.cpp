@@ -138,37 +138,6 @@ TEST_P(HostileHandAmongSpheres, GainsNoEnergyAndPassesNoWall) {
   RecordProperty("lowest_ledger_J", fmt::format("{:.3g}", outcome.ledger));
 }
 
-TEST_P(HostileHandAmongSpheres, InvalidInputNeverCausesAnInvalidForce) {
-  std::uint64_t seed = campaign_seed(1);
-  int bad = 0, all = 0;
-  for (const Body& body : kBodies) {
-    for (int left = campaign(4200); left > 0; left -= kHostileRound, ++seed) {
-      SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
-      HapticBench bench(body.tissue, settings_of(GetParam()));
-      ErraticHand hand(seed, {0, 0, body.top});
-      InvalidInput nonsense(seed, {0, 0, body.top});
-      std::uint64_t cuts = 0;
-      for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {
-        Pose X = hand.next(1e-3);
-        double pedal = nonsense.pedal();
-        spoil(nonsense, /*undoes=*/true, bench, hand, X, pedal);
-        const ServoTick& tick = bench.tick(X, pedal);
-        ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
-        ASSERT_GE(tick.cuts, cuts) << "tick " << i;
-        cuts = tick.cuts;
-        for (const double removed : tick.removed) ASSERT_GE(removed, -1e-15) << "tick " << i;
-        if (tick.faults & bits(Fault::kBadInput)) {
-          ++bad;
-          ASSERT_EQ(tick.f_T_W, dvec3(0)) << "tick " << i;
-        }
-      }
-    }
-  }
-  EXPECT_GT(bad, all / 500);
-  RecordProperty("ticks", all);
-  RecordProperty("bad_inputs", bad);
-}
-
 // Two hands of the long campaign. The shank slips off the sheet's edge, and the head gets below the sheet beside it.
 // follow_hand() checks in every tick that the head does not pass through the sheet.
 TEST(HostileHandAtASheet, AToolThatSlipsOffTheEdgeDoesNotPassThroughTheSheet) {

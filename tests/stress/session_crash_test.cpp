@@ -1,7 +1,6 @@
 // Tests the state of a recording after the program died, the disk failed, or the file was damaged.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -9,7 +8,6 @@
 
 #include <fstream>
 #include <iterator>
-#include <thread>
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
@@ -187,11 +185,6 @@ TEST(FailingDisk, IsCountedAndReportedAndEarlierDataStayReadable) {
   for (std::size_t i = 0; i < 512; ++i) ASSERT_TRUE(same_for_replay(first[i], back[i]));
 }
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::string whole_session(const TemporaryFolder& folder) {
   SessionWriter writer(folder / "whole.h5", some_header());
   for (std::uint64_t i = 0; i < 4; ++i) {
@@ -202,7 +195,7 @@ std::string whole_session(const TemporaryFolder& folder) {
   SessionResult result;
   result.pictures = {{"after", "", {1, 2, 3}}};
   EXPECT_TRUE(writer.finish(result));
-  return bytes_of(folder / "whole.h5");
+  return read_text(folder / "whole.h5");
 }
 
 TEST(ShortenedFile, IsReadUpToItsEndOrRefused) {

@@ -4,7 +4,6 @@
 // are those of the folder's last sync or of any later step.
 #include <dlfcn.h>
 #include <fcntl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -358,8 +357,7 @@ TEST(PowerCut, AReplacedFileIsCompletelyOldOrCompletelyNew) {
   std::mt19937_64 random(5);
   const auto content = [&] {
     disk.lay_down(folder / "cut", random);
-    std::ifstream in(folder / "cut" / "report.html", std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
+    return read_text(folder / "cut" / "report.html");
   };
   for (const Step& step : steps) {
     for (int i = 0; i < 30; ++i) {

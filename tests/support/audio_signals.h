@@ -14,6 +14,7 @@
 #include "audio/ar_model.h"
 #include "audio/sound_file.h"
 #include "engine/base/units.h"
+#include "tests/support/folder.h"
 
 namespace typodont::test {
 
@@ -60,32 +61,8 @@ inline double power_of_samples(const auto& x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// A temporary folder that is removed when the test ends.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "typodont_audio_XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  ~ScratchFolder() {
-    std::error_code code;
-    std::filesystem::remove_all(path_, code);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
-};
-
 inline void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file) << text;
-}
-
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 template <class T>

@@ -6,17 +6,13 @@
 
 #include "engine/base/error.h"
 #include "haptics/import/import.h"
+#include "tests/support/folder.h"
 
 namespace typodont::test {
 
 /// Returns the error's message, or an empty text if the file was imported.
 inline std::string message_of(const std::filesystem::path& file, const haptics::ImportOptions& options = {}) {
-  try {
-    haptics::import_tissue(file, options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return refusal([&] { haptics::import_tissue(file, options); });
 }
 
 }  // namespace typodont::test

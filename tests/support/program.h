@@ -16,19 +16,14 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
 
-namespace typodont::test {
+#include "tests/support/folder.h"
 
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return std::move(text).str();
-}
+namespace typodont::test {
 
 /// The file of a live session's recording. The program creates the file first; the file grows when ticks are written.
 class GrowingFile {
@@ -54,25 +49,17 @@ struct Ran {
 };
 
 /// A temporary folder for one test, which is removed at the end. Runs `typodont` in it and captures its output.
-class ProgramFolder {
+class ProgramFolder : public TemporaryFolder {
  public:
-  explicit ProgramFolder(std::string program) : program_(std::move(program)) {
-    std::string pattern = (std::filesystem::temp_directory_path() / "typodont_test_XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  ~ProgramFolder() { std::filesystem::remove_all(path_); }
-  ProgramFolder(const ProgramFolder&) = delete;
-  ProgramFolder& operator=(const ProgramFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  explicit ProgramFolder(std::string program) : program_(std::move(program)) {}
+  std::string operator/(const std::string& name) const { return (path() / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return (path_ / name).string();
+    std::ofstream(path() / name, std::ios::binary) << text;
+    return (path() / name).string();
   }
   /// Copies the shipped assets and adds `preset` as devices/NAME.json. Programs started later use this copy.
   std::string add_device(const std::string& name, const std::string& preset) const {
-    const std::filesystem::path assets = path_ / "assets";
+    const std::filesystem::path assets = path() / "assets";
     std::filesystem::create_directories(assets / "devices");
     for (const auto& entry : std::filesystem::directory_iterator("assets")) {
       if (entry.path().filename() != "devices") {
@@ -124,7 +111,6 @@ class ProgramFolder {
 
  private:
   std::string program_;
-  std::filesystem::path path_;
 };
 
 }  // namespace typodont::test

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <random>
 #include <vector>
@@ -15,27 +13,13 @@
 #include "engine/contract/loop_timing.h"
 #include "engine/contract/safety_event.h"
 #include "engine/session/session_data.h"
+#include "tests/support/folder.h"
 
 namespace typodont::session::test {
 
-/// A temporary folder that is removed when the test ends.
-struct TemporaryFolder {
-  TemporaryFolder() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    path = std::filesystem::temp_directory_path() /
-           ("typodont_session_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    std::filesystem::remove_all(path);
-    std::filesystem::create_directories(path);
-  }
-  ~TemporaryFolder() {
-    std::error_code code;
-    std::filesystem::remove_all(path, code);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path / name; }
-  std::filesystem::path path;
-};
+using TemporaryFolder = typodont::test::Folder;
+using typodont::test::read_text;
+using typodont::test::refusal;
 
 struct Random {
   std::mt19937_64 engine;

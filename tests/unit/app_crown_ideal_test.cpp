@@ -1,7 +1,6 @@
 // Tests the ideal of a crown preparation on a tooth with a simple shape, and in the shipped exercise.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +10,8 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/task.h"
-#include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
@@ -109,12 +108,7 @@ TEST(CrownIdeal, OfTheExerciseReducesTheOcclusalSurfaceEvenlyAndKeepsItsCusps) {
 
 TEST(CrownIdeal, RefusesWhatItDoesNotKnow) {
   const auto message = [](const std::string& text) -> std::string {
-    try {
-      (void)read_crown_reduction(Json::parse(text, "scene.json"));
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return test::refusal([&] { (void)read_crown_reduction(Json::parse(text, "scene.json")); });
   };
   const std::string whole =
       R"({"margin_mm": 2, "chamfer_mm": 0.5, "chamfer_radius_mm": 1, "taper_deg": 12, "occlusal_mm": 1)";

@@ -1,7 +1,6 @@
 // Tests what pictures contain besides the tooth's own surface: its surroundings, and the content of the views for
 // teaching.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,8 +23,6 @@
 
 namespace typodont {
 namespace {
-
-using testing::HasSubstr;
 
 haptics::TissueVolume solids(const char* list, double voxel_mm = 0.1) {
   return haptics::TissueVolume(haptics::read_solids(
@@ -305,7 +302,7 @@ TEST_F(Around, TheCoarseMeshesAreShadedSmoothly) {
   }
 }
 
-TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
+TEST(SuctionInAScene, IsReadWithItsTipAndMistakesAreNamed) {
   const auto scene = [](const std::string& suction, const char* parts = "[\"haptics\", \"render\", \"debris\"]") {
     return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": )" + std::string(parts) +
                                        R"(, "suction": )" + suction + "}",
@@ -321,16 +318,7 @@ TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
   EXPECT_THROW(scene(R"({"flow_l_per_min": 60})"), Error);
   EXPECT_THROW(scene(R"({"flow": 60})"), Error);
   EXPECT_THROW(scene(R"({"position_mm": [0, 0, 0]})", R"(["haptics"])"), Error);
-}
 
-TEST(SuctionInAScene, ATipIsReadAndItsMistakesAreNamed) {
-  const auto scene = [](const std::string& suction) {
-    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": ["haptics", "render",
-                                   "debris"], "suction": )" +
-                                       suction + "}",
-                                   "scene.json"),
-                       "scene.json");
-  };
   const Scene held = scene(R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 2, 0]})");
   EXPECT_NEAR(held.suction_tip.opening, 4e-3, 1e-12);
   EXPECT_NEAR(held.suction->radius, 2e-3, 1e-12) << "the opening's";
@@ -423,23 +411,6 @@ TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
   };
   EXPECT_EQ(left_after(false).second, 0);
   EXPECT_GT(left_after(true).second, 0);
-}
-
-TEST(SurroundingsFile, MistakesAreNamed) {
-  const auto message = [](const char* text) {
-    try {
-      read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", {});
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
-  };
-  EXPECT_THAT(message(R"({"neighbors": []})"), HasSubstr("neighbors"));
-  EXPECT_THAT(message(R"({"neighbours": [{"scale": [1, 1, 1]}]})"), HasSubstr("contact_mm"));
-  EXPECT_THAT(message(R"({"neighbours": [{"contact_mm": [0, 0, 0], "scale": [1, 0, 1]}]})"), HasSubstr("scale"));
-  EXPECT_THAT(message(R"({"crown": [0, 0, 1], "arch": [0, 0, 1]})"), HasSubstr("square"));
-  EXPECT_THAT(message(R"({"gum": {"papilla_mm": 2}})"), HasSubstr("margin_mm"));
-  EXPECT_EQ(message(R"({"gum": {"margin_mm": [0, 0, 14]}})"), "");
 }
 
 TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {

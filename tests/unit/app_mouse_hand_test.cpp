@@ -1,7 +1,6 @@
 // Tests the mouse as a hand: from the events of the window to the position of the tool.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <random>
 
@@ -9,10 +8,10 @@
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
-#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
 #include "haptics/solid.h"
+#include "tests/support/folder.h"
 #include "tests/support/mouse_user.h"
 
 namespace typodont::test {
@@ -128,13 +127,8 @@ TEST(MouseHand, ANotchOfTheWheelMovesTheToolAlongItsShankByTheChosenStep) {
     EXPECT_NEAR(pointer.wheel_step(), step / 2, 1e-12);
   }
   for (const char* wrong : {"x", "0", "-0.1", "5", "0.1mm", "nan"}) {
-    try {
-      wheel_step_of(wrong);
-      FAIL() << wrong;
-    } catch (const Error& e) {
-      EXPECT_THAT(e.what(), testing::HasSubstr(wrong));
-      EXPECT_THAT(e.what(), testing::HasSubstr("mouse:STEP_MM"));
-    }
+    EXPECT_THAT(test::refusal([&] { wheel_step_of(wrong); }),
+                testing::AllOf(testing::HasSubstr(wrong), testing::HasSubstr("mouse:STEP_MM")));
   }
 }
 

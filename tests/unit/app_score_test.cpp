@@ -1,7 +1,6 @@
 // Tests the score of a finished session: it is the same with and without a recording.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <fstream>
 
 #include "engine/app/task/task.h"

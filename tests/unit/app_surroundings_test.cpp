@@ -1,19 +1,15 @@
 // Tests the row of teeth, the gum, the mouth and the rubber dam around the working tooth.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <random>
 #include <set>
 
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
-#include "engine/app/surroundings/jaw.h"
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/base/error.h"
-#include "engine/base/units.h"
 #include "engine/display/display_rig.h"
 #include "engine/render/drawn_matter.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
@@ -225,14 +221,9 @@ TEST(SurroundingsOfTheScenes, ThatAreNotMonitoredHaveNoShapeForDamage) {
   EXPECT_TRUE(surroundings_shape(shipped("crown-preparation").surroundings));
 }
 
-TEST(SurroundingsFile, MistakesInTheNewKeysAreNamed) {
+TEST(SurroundingsFile, MistakesAreNamed) {
   const auto message = [](const std::string& text) {
-    try {
-      read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", assets_folder());
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::refusal([&] { read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", assets_folder()); });
   };
   const std::string row = R"("row": "jaw/lower_row.json", "gum": {"margin_mm": [7, 5, 14]})";
   EXPECT_EQ(message("{" + row + R"(, "mouth": "patient", "dam": {"gap_mm": 0.2, "clamp": false}, "monitored": false})"),
@@ -246,6 +237,12 @@ TEST(SurroundingsFile, MistakesInTheNewKeysAreNamed) {
   EXPECT_THAT(message("{" + row + R"(, "dam": {"gap_mm": 5}})"), HasSubstr("gap_mm"));
   EXPECT_THAT(message("{" + row + R"(, "dam": {"colour": "red"}})"), HasSubstr("colour"));
   EXPECT_THAT(message("{" + row + R"(, "monitored": 1})"), HasSubstr("monitored"));
+  EXPECT_THAT(message(R"({"neighbors": []})"), HasSubstr("neighbors"));
+  EXPECT_THAT(message(R"({"neighbours": [{"scale": [1, 1, 1]}]})"), HasSubstr("contact_mm"));
+  EXPECT_THAT(message(R"({"neighbours": [{"contact_mm": [0, 0, 0], "scale": [1, 0, 1]}]})"), HasSubstr("scale"));
+  EXPECT_THAT(message(R"({"crown": [0, 0, 1], "arch": [0, 0, 1]})"), HasSubstr("square"));
+  EXPECT_THAT(message(R"({"gum": {"papilla_mm": 2}})"), HasSubstr("margin_mm"));
+  EXPECT_EQ(message(R"({"gum": {"margin_mm": [0, 0, 14]}})"), "");
 }
 
 TEST(ToothFormFile, MistakesAreNamed) {
@@ -254,12 +251,7 @@ TEST(ToothFormFile, MistakesAreNamed) {
       "contour_mm": [5, 3, 4], "rounding_mm": 1.5, "root_mm": 14, "groove_mm": [0.3, 0.3],
       "hills": [{"at_mm": [0, 0], "height_mm": 8, "slope": 0.6}]})";
     if (!change.empty()) text.replace(text.find(change), change.size(), to);
-    try {
-      read_tooth_form(Json::parse(text, "form.json"));
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::refusal([&] { read_tooth_form(Json::parse(text, "form.json")); });
   };
   EXPECT_EQ(message("", ""), "");
   EXPECT_THAT(message("[5, 3, 4]", "[5, 3, 9]"), HasSubstr("within the crown"));

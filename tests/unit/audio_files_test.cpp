@@ -1,14 +1,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <fstream>
 
 #include "audio/ar/resample.h"
 #include "audio/compare.h"
 #include "audio/contact_track.h"
 #include "audio/sound_models.h"
-#include "engine/base/error.h"
 #include "tests/support/audio_signals.h"
 
 namespace typodont::audio {
@@ -17,16 +13,6 @@ namespace {
 using namespace typodont::test;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-template <class Work>
-std::string refusal(Work work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "accepted";
-}
 
 class Files : public ::testing::Test {
  protected:
@@ -48,7 +34,7 @@ class Files : public ::testing::Test {
     write_text(folder_ / "c.csv", text);
     return read_contact_track(folder_ / "c.csv");
   }
-  ScratchFolder folder_;
+  Folder folder_;
 };
 
 TEST_F(Files, OfModelsAreReadBackWithTheSameBits) {
@@ -259,7 +245,7 @@ TEST_F(Files, ComparedWithThemselvesAreZeroApartAndTwiceAsLoudIsSixDecibels) {
 }
 
 TEST(Comparison, RecordingsOfDifferentSampleRatesAreComparedInHertz) {
-  const ScratchFolder folder;
+  const Folder folder;
   const auto x = sound_of(resonance(0.9, 0.5), 3 * 48000, 1);
   write_wav(folder / "a.wav", x, 48000);
   write_wav(folder / "b.wav", resampled(x, 48000, 44100), 44100);

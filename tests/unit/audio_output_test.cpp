@@ -1,13 +1,11 @@
 #include "audio/audio_output.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "audio/drill_synth.h"
 #include "audio/output/device_output.h"
-#include "engine/base/error.h"
 #include "tests/support/audio_signals.h"
 #include "tests/support/no_alloc.h"
 
@@ -75,12 +73,7 @@ class FakeBackend final : public StreamBackend {
 
 TEST(Output, OfAnUnknownAddressIsRefusedNamingTheChoices) {
   for (const char* address : {"wav:", "speaker", "none:x", ""}) {
-    try {
-      AudioOutput::open(address);
-      ADD_FAILURE() << address;
-    } catch (const Error& e) {
-      EXPECT_THAT(e.what(), HasSubstr("none:"));
-    }
+    EXPECT_THAT(test::refusal([&] { AudioOutput::open(address); }), HasSubstr("none:"));
   }
 }
 
@@ -94,7 +87,7 @@ TEST(Output, WithoutOutputNoSoundIsSynthesized) {
 }
 
 TEST(Output, ToAFileContainsEverySampleAndTicksAtTheirTimes) {
-  const ScratchFolder folder;
+  const Folder folder;
   Marker marker;
   for (int i = 0; i < 90; ++i) marker.ticks.push_back(5 * kNanosPerSecond + i * 10'000'000ll + 123'456);
   const auto output = AudioOutput::open("wav:" + (folder / "out.wav").string());
@@ -167,7 +160,7 @@ AudioSource two_ears() {
 }
 
 TEST(Output, OfTwoChannelsGoesToBothChannelsOfAFile) {
-  const ScratchFolder folder;
+  const Folder folder;
   const auto output = AudioOutput::open("wav:" + (folder / "out.wav").string(), {.channels = 2});
   output->start(two_ears(), 0);
   output->advance(100'000'000);

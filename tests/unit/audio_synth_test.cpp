@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
@@ -188,11 +187,6 @@ TEST(DrillSynth, HasNoBeatsInATransitionFromIdleToWork) {
   EXPECT_LT(follow_line(part(y, 0.2, 6), kRate, 3200).own_variation(), 0.02);
 }
 
-TEST(DrillSynth, SoundsLinesWithTheSameBitsHoweverTheBuffersAreDivided) {
-  const std::vector<SoundState> states = {state(0, 1), state(0.3, 0.9, 0.5e-6, 1), state(0.7, 1)};
-  EXPECT_EQ(voiced(states, 1, 256, whistling()), voiced(states, 1, 37, whistling()));
-}
-
 TEST(DrillSynth, LowersItsPitchWithTheSpindleBeforeStall) {
   const auto y = voiced({state(0, 1), state(1, 0.9, 0.5e-6, 1), state(2, 0.75, 1e-6, 2)}, 3);
   EXPECT_NEAR(strongest_line(y, 0.1, 0.9), 3000, 15);
@@ -326,24 +320,6 @@ std::vector<SoundState> a_busy_second() {
     states.push_back(s);
   }
   return states;
-}
-
-TEST(DrillSynth, GivesTheSameBitsForTheSameSeedAndStates) {
-  EXPECT_EQ(voiced(a_busy_second(), 1.2), voiced(a_busy_second(), 1.2));
-}
-
-TEST(DrillSynth, GivesTheSameBitsHoweverTheBuffersAreDivided) {
-  const auto whole = voiced(a_busy_second(), 1.2, 100000);
-  EXPECT_EQ(whole, voiced(a_busy_second(), 1.2, 256));
-  EXPECT_EQ(whole, voiced(a_busy_second(), 1.2, 1));
-  EXPECT_EQ(whole, voiced(a_busy_second(), 1.2, 37));
-}
-
-TEST(DrillSynth, GivesOtherSamplesForAnotherSeed) {
-  DrillSynth a(drill(), kRate, 1), b(drill(), kRate, 2);
-  a.push(state(0, 1));
-  b.push(state(0, 1));
-  EXPECT_NE(render(a, 0.01), render(b, 0.01));
 }
 
 TEST(DrillSynth, LetsAStateTakeEffectAtTheSampleNearestToItsTime) {

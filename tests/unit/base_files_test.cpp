@@ -2,7 +2,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -16,7 +15,6 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +29,7 @@
 #include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
 #include "engine/base/temporary_folder.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
@@ -59,39 +58,16 @@ TEST(GuardedProcess, AProgramThatCannotLoadItsLibrariesIsSaidNotToStart) {
   const std::filesystem::path reader = folder.path() / "reader";
   std::ofstream(reader) << "#!/bin/sh\nexit 127\n";
   std::filesystem::permissions(reader, std::filesystem::perms::owner_all);
-  try {
-    run_guarded({reader.string()});
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("does not start"), std::string::npos) << e.what();
-  }
+  EXPECT_THAT(test::refusal([&] { run_guarded({reader.string()}); }), testing::HasSubstr("does not start"));
 }
 
 namespace fs = std::filesystem;
+using test::read_text, test::refusal;
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 class Files : public testing::Test {
  protected:
-  Files() {
-    std::string pattern = (fs::temp_directory_path() / "typodont_files_XXXXXX").string();
-    folder = ::mkdtemp(pattern.data());
-  }
-  ~Files() override { fs::remove_all(folder); }
   fs::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder / name, std::ios::binary) << text;
     return folder / name;
@@ -104,7 +80,8 @@ class Files : public testing::Test {
                   Over over = Over::kNoInput) {
     write_file_atomically(file, text, kind, over);
   }
-  fs::path folder;
+  TemporaryFolder own_;
+  const fs::path folder = own_.path();
 };
 
 class InputFiles : public Files {};
@@ -122,8 +99,8 @@ TEST_F(InputFiles, MustBeRegularFiles) {
       {folder, "a directory"},   {fifo, "a FIFO"},         {socket, "no regular file"},   {"/dev/zero", "a device"},
       {"/dev/full", "a device"}, {"/dev/tty", "a device"}, {folder / "link", "a device"}, {"/dev/urandom", "a device"}};
   for (const auto& [file, found] : special) {
-    EXPECT_THAT(message_of([&] { Json::load(file); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
-    EXPECT_THAT(message_of([&] { read_csv(file, {"t_s"}); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
+    EXPECT_THAT(refusal([&] { Json::load(file); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
+    EXPECT_THAT(refusal([&] { read_csv(file, {"t_s"}); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
   }
   ::close(listening);
 }
@@ -135,13 +112,13 @@ TEST_F(InputFiles, HaveASizeLimit) {
     fs::resize_file(file, max_input(kind));  // sparse
     EXPECT_EQ(require_input(file, kind), max_input(kind));
     fs::resize_file(file, max_input(kind) + 1);
-    EXPECT_THAT(message_of([&] { require_input(file, kind); }), AllOf(HasSubstr("large"), HasSubstr("of at most")));
+    EXPECT_THAT(refusal([&] { require_input(file, kind); }), AllOf(HasSubstr("large"), HasSubstr("of at most")));
   }
 }
 
 TEST_F(InputFiles, OfOneEndlessLineAreRefusedAtThatLine) {
   const fs::path file = write("long.csv", "t_s\n1\n" + std::string(LineReader::kLongest + 1, '7') + "\n2\n");
-  EXPECT_THAT(message_of([&] { read_csv(file, {"t_s"}); }), HasSubstr("long.csv: line 3: found over 65535 characters"));
+  EXPECT_THAT(refusal([&] { read_csv(file, {"t_s"}); }), HasSubstr("long.csv: line 3: found over 65535 characters"));
   LineReader lines(write("even", std::string(LineReader::kLongest, 'x') + "\n\nlast"), InputKind::kTable);
   std::string line;
   for (const std::size_t length : {LineReader::kLongest, std::size_t{0}, std::size_t{4}}) {
@@ -159,13 +136,13 @@ TEST_F(Outputs, NeverReplaceAnInputFileUnderAnyName) {
   fs::create_symlink(input, soft);
   const std::size_t before = count();
   for (const fs::path& name : {input, hard, soft, folder / "." / "scene.json"}) {
-    EXPECT_THAT(message_of([&] { put(name, "[]", FileKind::kJson); }),
+    EXPECT_THAT(refusal([&] { put(name, "[]", FileKind::kJson); }),
                 AllOf(HasSubstr(name.string()), HasSubstr("is read here, too")));
-    EXPECT_EQ(text_of(name), "{}");
+    EXPECT_EQ(read_text(name), "{}");
   }
   EXPECT_EQ(count(), before);
   put(input, "[1]", FileKind::kJson, Over::kItsInput);
-  EXPECT_EQ(text_of(input), "[1]");
+  EXPECT_EQ(read_text(input), "[1]");
 }
 
 TEST_F(Outputs, MayTakeTheNameOfADeletedInputFile) {
@@ -174,7 +151,7 @@ TEST_F(Outputs, MayTakeTheNameOfADeletedInputFile) {
   Json::load(file);
   fs::remove(file);
   put(file, "[]", FileKind::kJson);
-  EXPECT_EQ(text_of(file), "[]");
+  EXPECT_EQ(read_text(file), "[]");
 }
 
 TEST_F(Outputs, ReplaceOnlyFilesOfTheirType) {
@@ -199,17 +176,17 @@ TEST_F(Outputs, ReplaceOnlyFilesOfTheirType) {
   for (const auto& [kind, own] : samples) {
     for (const auto& [other, bytes] : samples) {
       const fs::path file = write("there", bytes);
-      const std::string said = message_of([&, &own_bytes = own, wanted = kind] { put(file, own_bytes, wanted); });
+      const std::string said = refusal([&, &own_bytes = own, wanted = kind] { put(file, own_bytes, wanted); });
       if (kind == other) {
         EXPECT_EQ(said, "") << name_of(kind);
       } else {
         EXPECT_THAT(said, HasSubstr("a file of another kind")) << name_of(kind) << " over " << name_of(other);
-        EXPECT_EQ(text_of(file), bytes);
+        EXPECT_EQ(read_text(file), bytes);
       }
     }
     const fs::path empty = write("empty", "");
     put(empty, own, kind);
-    EXPECT_EQ(text_of(empty), own);
+    EXPECT_EQ(read_text(empty), own);
   }
 }
 
@@ -218,12 +195,12 @@ TEST_F(Outputs, AMeshReplacesAGltfFileButNoOtherJsonOrBinaryFile) {
   for (const std::string& there : {binary, text}) {
     const fs::path file = write("mesh.glb", there);
     put(file, binary, FileKind::kObj);
-    EXPECT_EQ(text_of(file), binary);
+    EXPECT_EQ(read_text(file), binary);
   }
   for (const std::string& there : {std::string("{\"name\": \"asset\"}"), std::string("\x89PNG\r\n\x1a\n")}) {
     const fs::path file = write("other", there);
-    EXPECT_THAT(message_of([&] { put(file, binary, FileKind::kObj); }), HasSubstr("a file of another kind"));
-    EXPECT_EQ(text_of(file), there);
+    EXPECT_THAT(refusal([&] { put(file, binary, FileKind::kObj); }), HasSubstr("a file of another kind"));
+    EXPECT_EQ(read_text(file), there);
   }
 }
 
@@ -234,13 +211,13 @@ TEST_F(Outputs, GoIntoDevicesWhichStayDevices) {
     ASSERT_EQ(::stat(device, &s), 0);
     EXPECT_TRUE(S_ISCHR(s.st_mode));
   }
-  EXPECT_THAT(message_of([] { put("/dev/full", "bytes"); }), HasSubstr("No space left on device"));
+  EXPECT_THAT(refusal([] { put("/dev/full", "bytes"); }), HasSubstr("No space left on device"));
 }
 
 TEST_F(Outputs, GoIntoFifosWithAReader) {
   const fs::path fifo = folder / "fifo";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
-  EXPECT_THAT(message_of([&] { put(fifo, "bytes"); }), HasSubstr("a FIFO that nobody reads"));
+  EXPECT_THAT(refusal([&] { put(fifo, "bytes"); }), HasSubstr("a FIFO that nobody reads"));
   const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
   put(fifo, "bytes");
   std::array<char, 16> got{};
@@ -249,7 +226,7 @@ TEST_F(Outputs, GoIntoFifosWithAReader) {
   {
     PartialFile partial(fifo);
     ::close(reader);
-    EXPECT_THAT(message_of([&] {
+    EXPECT_THAT(refusal([&] {
                   std::ofstream(partial.path()) << "more";
                   partial.keep();
                 }),
@@ -265,7 +242,7 @@ TEST_F(Outputs, GoIntoAnOpenDescriptorWithoutReplacingItsFile) {
   put(fmt::format("/dev/fd/{}", open_file), "two,");
   ASSERT_EQ(::write(open_file, "three", 5), 5);
   ::close(open_file);
-  EXPECT_EQ(text_of(file), "one,two,three");
+  EXPECT_EQ(read_text(file), "one,two,three");
 }
 
 TEST_F(Outputs, FollowALinkToAFileAndRefuseADanglingLink) {
@@ -274,15 +251,15 @@ TEST_F(Outputs, FollowALinkToAFileAndRefuseADanglingLink) {
   fs::create_symlink("far/file.txt", folder / "link.txt");
   put(folder / "link.txt", "new");
   EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
-  EXPECT_EQ(text_of(file), "new");
+  EXPECT_EQ(read_text(file), "new");
   EXPECT_FALSE(fs::is_symlink(file));
   const fs::path accounts = write("far/accounts", "root:x:0:0\n");  // plain text, but no table
   fs::create_symlink("far/accounts", folder / "link.csv");
-  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "link.csv", "a,b\n", FileKind::kTable); }),
+  EXPECT_THAT(refusal([&] { write_file_atomically(folder / "link.csv", "a,b\n", FileKind::kTable); }),
               AllOf(HasSubstr("a link to "), HasSubstr("expected a link to a table (.csv)")));
-  EXPECT_EQ(text_of(accounts), "root:x:0:0\n");
+  EXPECT_EQ(read_text(accounts), "root:x:0:0\n");
   fs::create_symlink("nowhere", folder / "dangling.txt");
-  EXPECT_THAT(message_of([&] { put(folder / "dangling.txt", "new"); }), HasSubstr("a link that leads to no file"));
+  EXPECT_THAT(refusal([&] { put(folder / "dangling.txt", "new"); }), HasSubstr("a link that leads to no file"));
   EXPECT_FALSE(fs::exists(folder / "nowhere"));
 }
 
@@ -318,12 +295,12 @@ TEST_F(Outputs, DoNotChangeAWriteProtectedFile) {
   const pid_t child = ::fork();
   if (child == 0) {  // who is root may write everywhere
     if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
-    ::_exit(message_of([&] { put(file, "new"); }).find("Permission denied") != std::string::npos ? 0 : 1);
+    ::_exit(refusal([&] { put(file, "new"); }).find("Permission denied") != std::string::npos ? 0 : 1);
   }
   int status = -1;
   ::waitpid(child, &status, 0);
   EXPECT_EQ(status, 0);
-  EXPECT_EQ(text_of(file), "old");
+  EXPECT_EQ(read_text(file), "old");
 }
 
 TEST_F(Outputs, HaveUnpredictableNamesWhileIncomplete) {
@@ -378,43 +355,40 @@ TEST_F(Outputs, AreDeletedIfASignalEndsTheProgramBeforeTheyAreComplete) {
 }
 
 TEST(JsonMessages, NameLineAndColumnOfInvalidJson) {
-  EXPECT_EQ(message_of([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }),
+  EXPECT_EQ(refusal([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }),
             "x.json: line 3, column 7: found text that is not JSON, expected valid JSON");
-  EXPECT_THAT(message_of([] { Json::parse("{\"a\": [1, 2,\n", "x.json"); }), HasSubstr("x.json: line 2, column 1"));
-  EXPECT_THAT(message_of([] { Json::parse("", "x.json"); }), HasSubstr("x.json: line 1, column 1"));
+  EXPECT_THAT(refusal([] { Json::parse("{\"a\": [1, 2,\n", "x.json"); }), HasSubstr("x.json: line 2, column 1"));
+  EXPECT_THAT(refusal([] { Json::parse("", "x.json"); }), HasSubstr("x.json: line 1, column 1"));
 }
 
 TEST(JsonMessages, NameLineAndKeyOfNumbersOutsideTheRangeOfDouble) {
-  EXPECT_EQ(message_of([] { Json::parse("{\"tool\": {\n\"sizes\": [1,\n -1e309]}}", "x.json"); }),
+  EXPECT_EQ(refusal([] { Json::parse("{\"tool\": {\n\"sizes\": [1,\n -1e309]}}", "x.json"); }),
             "x.json: line 3, \"tool.sizes[1]\": found -1e309, expected a number of at most 1.8e308");
 }
 
 TEST(JsonMessages, NameLineAndKeyOfEveryWrongValue) {
   const Json json = Json::parse("{\n\"a\": {\n  \"b\": [1,\n 2,\n{\"c\": true}]\n}, \"b\": 7\n}", "x.json");
-  EXPECT_THAT(message_of([&] { json["a"]["b"].items()[1].string(); }),
-              HasSubstr("x.json: line 4, \"a.b[1]\": found 2"));
-  EXPECT_THAT(message_of([&] { json["a"]["b"].items()[2]["c"].number(); }),
-              HasSubstr("line 5, \"a.b[2].c\": found true"));
-  EXPECT_THAT(message_of([&] { json["b"].string(); }), HasSubstr("line 6, \"b\": found 7"));
-  EXPECT_THAT(message_of([&] { json["a"]["x"]; }), HasSubstr("line 2, \"a.x\": found nothing"));
-  EXPECT_THAT(message_of([&] { json.allow_only({"a"}); }), HasSubstr("line 6, \"b\": found an unknown key"));
-  EXPECT_THAT(message_of([] { Json::parse("{\"a\":\n1, \"a\": 2}", "x.json"); }),
+  EXPECT_THAT(refusal([&] { json["a"]["b"].items()[1].string(); }), HasSubstr("x.json: line 4, \"a.b[1]\": found 2"));
+  EXPECT_THAT(refusal([&] { json["a"]["b"].items()[2]["c"].number(); }), HasSubstr("line 5, \"a.b[2].c\": found true"));
+  EXPECT_THAT(refusal([&] { json["b"].string(); }), HasSubstr("line 6, \"b\": found 7"));
+  EXPECT_THAT(refusal([&] { json["a"]["x"]; }), HasSubstr("line 2, \"a.x\": found nothing"));
+  EXPECT_THAT(refusal([&] { json.allow_only({"a"}); }), HasSubstr("line 6, \"b\": found an unknown key"));
+  EXPECT_THAT(refusal([] { Json::parse("{\"a\":\n1, \"a\": 2}", "x.json"); }),
               HasSubstr("x.json: line 2, \"a\": found the key twice"));
 }
 
 TEST(JsonMessages, NameNoLineForDocumentsBuiltByTheProgram) {
   const Json json = Json::parse("{\n\"a\": 1}", "x.json", Json::Lines::kUnknown);
-  EXPECT_EQ(message_of([&] { json["a"].string(); }), "x.json: \"a\": found 1, expected a string");
+  EXPECT_EQ(refusal([&] { json["a"].string(); }), "x.json: \"a\": found 1, expected a string");
 }
 
 TEST(Messages, AreShortWhateverTheInput) {
   const std::string key(20000, 'k');
   const Json json = Json::parse("{\"" + key + "\": {\"" + key + "\": 1e3}}", "x.json");
   for (const std::string& said :
-       {message_of([&] { json.allow_only({"a"}); }), message_of([&] { json[key].allow_only({"a"}); }),
-        message_of([&] { json[key][key].string(); }),
-        message_of([&] { Json::parse("{\"" + key + "\": 1e999}", "x.json"); }),
-        message_of([&] { Json::parse("{\"" + key + "\": 1, \"" + key + "\": 2}", "x.json"); })}) {
+       {refusal([&] { json.allow_only({"a"}); }), refusal([&] { json[key].allow_only({"a"}); }),
+        refusal([&] { json[key][key].string(); }), refusal([&] { Json::parse("{\"" + key + "\": 1e999}", "x.json"); }),
+        refusal([&] { Json::parse("{\"" + key + "\": 1, \"" + key + "\": 2}", "x.json"); })}) {
     EXPECT_GT(said.size(), 20u);
     EXPECT_LT(said.size(), 700u);
     EXPECT_THAT(said, HasSubstr("line 1"));

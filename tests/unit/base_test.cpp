@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,7 +14,6 @@
 
 #include "engine/base/cache.h"
 #include "engine/base/csv.h"
-#include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/keys.h"
 #include "engine/base/log.h"
@@ -24,32 +22,19 @@
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
+#include "tests/support/folder.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {
 namespace {
 
+using test::read_text, test::refusal;
 using testing::HasSubstr;
-
-template <class F>
-std::string message_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 std::filesystem::path temporary(const std::string& name, const std::string& text) {
   const auto file = std::filesystem::temp_directory_path() / ("typodont_base_" + name);
   std::ofstream(file) << text;
   return file;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(Pose, ProductsJoinEqualInnerFrames) {
@@ -96,12 +81,12 @@ TEST(Tissue, NamesAndNumbersConvertBothWays) {
 
 TEST(Json, ErrorsNameFileKeyFoundAndExpected) {
   const Json json = Json::parse(R"({"tool": {"diameter_mm": -1.4, "shape": 3}})", "round.json");
-  EXPECT_EQ(message_of([&] { json["tool"]["diameter_mm"].number(0.3, 8); }),
+  EXPECT_EQ(refusal([&] { json["tool"]["diameter_mm"].number(0.3, 8); }),
             "round.json: line 1, \"tool.diameter_mm\": found -1.4, expected 0.3 to 8");
-  EXPECT_EQ(message_of([&] { json["tool"]["shape"].string(); }),
+  EXPECT_EQ(refusal([&] { json["tool"]["shape"].string(); }),
             "round.json: line 1, \"tool.shape\": found 3, expected a string");
-  EXPECT_THAT(message_of([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
-  EXPECT_THAT(message_of([&] { json["tool"].allow_only({"shape"}); }),
+  EXPECT_THAT(refusal([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
+  EXPECT_THAT(refusal([&] { json["tool"].allow_only({"shape"}); }),
               HasSubstr("\"tool.diameter_mm\": found an unknown key, expected one of shape"));
 }
 
@@ -129,12 +114,7 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   EXPECT_EQ(bur.edge, Edge::kBlade);
   EXPECT_EQ(bur.marks.at(0).z, 3e-3);
   const auto refused = [&](const char* text) {
-    try {
-      read_keys(Json::parse(text, "f.json"), [&](Keys& keys) { describe_bur(keys, bur); });
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { read_keys(Json::parse(text, "f.json"), [&](Keys& keys) { describe_bur(keys, bur); }); });
   };
   EXPECT_EQ(refused("{}"), R"(f.json: line 1, "diameter_mm": found nothing, expected this key)");
   EXPECT_EQ(refused(R"({"diameter_mm": 99})"), R"(f.json: line 1, "diameter_mm": found 99, expected 0.05 to 60)");
@@ -162,15 +142,15 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
 }
 
 TEST(Json, GarbageIsAnErrorWithALine) {
-  EXPECT_THAT(message_of([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }), HasSubstr("x.json: line 3"));
-  EXPECT_THAT(message_of([] { Json::parse(R"({"a": 1, "a": 2})", "x.json"); }), HasSubstr("the key twice"));
-  EXPECT_THAT(message_of([] { Json::parse(std::string(100000, '['), "x.json"); }), HasSubstr("nested"));
-  EXPECT_THAT(message_of([] { Json::parse(R"({"a": 1e999})", "x.json"); }), HasSubstr("x.json"));
+  EXPECT_THAT(refusal([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }), HasSubstr("x.json: line 3"));
+  EXPECT_THAT(refusal([] { Json::parse(R"({"a": 1, "a": 2})", "x.json"); }), HasSubstr("the key twice"));
+  EXPECT_THAT(refusal([] { Json::parse(std::string(100000, '['), "x.json"); }), HasSubstr("nested"));
+  EXPECT_THAT(refusal([] { Json::parse(R"({"a": 1e999})", "x.json"); }), HasSubstr("x.json"));
 }
 
 TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
   const auto file = temporary("nan.csv", "t_s,x_mm\n0,1\n0.1,nan\n");
-  EXPECT_THAT(message_of([&] {
+  EXPECT_THAT(refusal([&] {
                 read_csv(file, {"t_s", "x_mm"});
               }),
               HasSubstr("line 3, column x_mm: found \"nan\", expected a finite number"));
@@ -187,7 +167,7 @@ TEST(Csv, TablesOfSpreadsheetsAreReadAsTheyAreWritten) {
 
 TEST(Csv, MixedDecimalMarksAndOtherTextFormatsAreNamed) {
   const auto reason = [](const std::string& text) {
-    return message_of([&] { read_csv(temporary("m.csv", text), {"t_s", "x_mm"}); });
+    return refusal([&] { read_csv(temporary("m.csv", text), {"t_s", "x_mm"}); });
   };
   EXPECT_THAT(reason("t_s;x_mm\n0,5;1.5\n"),
               HasSubstr("column x_mm: found \"1.5\", expected a finite number with a dec"));
@@ -198,14 +178,14 @@ TEST(Csv, MixedDecimalMarksAndOtherTextFormatsAreNamed) {
 }
 
 TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
-  EXPECT_THAT(message_of([] { read_csv(temporary("a.csv", "t_s,y\n"), {"t_s"}); }), HasSubstr("column \"y\""));
-  EXPECT_THAT(message_of([] { read_csv(temporary("b.csv", "t_s\n"), {"t_s", "x"}); }), HasSubstr("no column \"x\""));
-  EXPECT_THAT(message_of([] { read_csv(temporary("c.csv", "t_s\n1,2\n"), {"t_s"}); }), HasSubstr("2 cells"));
-  EXPECT_THAT(message_of([] { read_csv("/nowhere/d.csv", {"t_s"}); }), HasSubstr("No such file"));
+  EXPECT_THAT(refusal([] { read_csv(temporary("a.csv", "t_s,y\n"), {"t_s"}); }), HasSubstr("column \"y\""));
+  EXPECT_THAT(refusal([] { read_csv(temporary("b.csv", "t_s\n"), {"t_s", "x"}); }), HasSubstr("no column \"x\""));
+  EXPECT_THAT(refusal([] { read_csv(temporary("c.csv", "t_s\n1,2\n"), {"t_s"}); }), HasSubstr("2 cells"));
+  EXPECT_THAT(refusal([] { read_csv("/nowhere/d.csv", {"t_s"}); }), HasSubstr("No such file"));
 }
 
 TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
-  EXPECT_THAT(message_of([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
+  EXPECT_THAT(refusal([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
 }
 
 TEST(PartialFile, ADiscardedFileLeavesNothingAndKeepsTheOldFile) {
@@ -217,12 +197,12 @@ TEST(PartialFile, ADiscardedFileLeavesNothingAndKeepsTheOldFile) {
     std::ofstream(written) << "half";
   }
   EXPECT_FALSE(std::filesystem::exists(written));
-  EXPECT_EQ(text_of(file), "before");
+  EXPECT_EQ(read_text(file), "before");
   PartialFile partial(file);
   std::ofstream(partial.path()) << "after";
   partial.keep();
   EXPECT_FALSE(std::filesystem::exists(written));
-  EXPECT_EQ(text_of(file), "after");
+  EXPECT_EQ(read_text(file), "after");
 }
 
 TEST(PartialFile, DeletesTheRemainsOfAKilledProcessAndKeepsTheFileOfARunningOne) {

@@ -3,42 +3,21 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "calibration/bench_simulator.h"
 #include "calibration/calibration_files.h"
 #include "calibration/guided_capture.h"
 #include "calibration/report_page.h"
 #include "calibration/rig_file.h"
-#include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "tests/support/folder.h"
 
 namespace typodont::calibration {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (fs::temp_directory_path() / "calibration-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
+using test::Folder, test::refusal;
 
 TEST(RigGeometry, WithATrueRigPointsAreSeenWhereTheyAreDrawn) {
   BenchSimulator bench({});
@@ -217,10 +196,10 @@ TEST(RigFile, EyesAndPanelsThatNoBenchHasAreNotWrittenAndTheLikelyCauseIsNamed) 
   RigFile rig = RigFile::load(folder / "rig.json");
   BenchState swapped = rig.bench();
   swapped.rig.eyes.ipd = 3.34;
-  EXPECT_NE(error_of([&] { rig.set(swapped); }).find("left and the right eye exchanged"), std::string::npos);
+  EXPECT_NE(refusal([&] { rig.set(swapped); }).find("left and the right eye exchanged"), std::string::npos);
   BenchState in_metres = rig.bench();
   in_metres.rig.panel = {{0, 0, 0}, {0.53e-3, 0, 0}, {0, 0.3e-3, 0}};
-  EXPECT_NE(error_of([&] { rig.set(in_metres); }).find("metres instead of mm"), std::string::npos);
+  EXPECT_NE(refusal([&] { rig.set(in_metres); }).find("metres instead of mm"), std::string::npos);
   rig.save();
   EXPECT_NEAR(RigFile::load(folder / "rig.json").bench().rig.eyes.ipd, 0.063, 1e-12);
 }
@@ -242,7 +221,7 @@ TEST(RigFile, AnArmThatReadsThreePercentLongInOneAxisIsNoticedByThePixelsOfThePa
       captures.mirror.clear();
       solve_screen_step(bench, captures);
       const bool skewed = scale != dvec3(scale.x);
-      const std::string said = error_of([&] { rig.set(bench); });
+      const std::string said = refusal([&] { rig.set(bench); });
       EXPECT_EQ(said.find("does the arm read") != std::string::npos, skewed) << seed << ": " << said;
     }
   }
@@ -251,7 +230,7 @@ TEST(RigFile, AnArmThatReadsThreePercentLongInOneAxisIsNoticedByThePixelsOfThePa
 TEST(RigFile, BadValuesNameTheirKey) {
   const Folder folder;
   std::ofstream(folder / "rig.json") << R"({"X_WH": {"translation_mm": [0,0,0], "rotation_wxyz": [1,1,0,0]}})";
-  EXPECT_NE(error_of([&] { RigFile::load(folder / "rig.json"); }).find("X_WH.rotation_wxyz"), std::string::npos);
+  EXPECT_NE(refusal([&] { RigFile::load(folder / "rig.json"); }).find("X_WH.rotation_wxyz"), std::string::npos);
 }
 
 TEST(CaptureFiles, EverythingWrittenIsReadBackToTheLastBit) {
@@ -274,21 +253,21 @@ TEST(CaptureFiles, EverythingWrittenIsReadBackToTheLastBit) {
 TEST(CaptureFiles, MistakesNameFileLineAndColumn) {
   const Folder folder;
   std::ofstream(folder / "pairs.csv") << "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n1,2,3,4,5,6\n1,2,nan,4,5,6\n";
-  const std::string nan = error_of([&] { read_pairs(folder / "pairs.csv"); });
+  const std::string nan = refusal([&] { read_pairs(folder / "pairs.csv"); });
   EXPECT_NE(nan.find("pairs.csv"), std::string::npos) << nan;
   EXPECT_NE(nan.find("line 3"), std::string::npos) << nan;
   EXPECT_NE(nan.find("hz_mm"), std::string::npos) << nan;
   std::ofstream(folder / "empty.csv") << "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n";
-  EXPECT_NE(error_of([&] { read_pairs(folder / "empty.csv"); }).find("no rows"), std::string::npos);
+  EXPECT_NE(refusal([&] { read_pairs(folder / "empty.csv"); }).find("no rows"), std::string::npos);
   std::ofstream stream(folder / "back.csv");
   stream << "t_s,x_mm,y_mm,z_mm\n";
   for (int i = 0; i < 30; ++i) stream << (i == 20 ? 0.5 : i) << ",0,0,0\n";
   stream.close();
-  EXPECT_NE(error_of([&] { read_stream(folder / "back.csv"); }).find("line 22"), std::string::npos);
+  EXPECT_NE(refusal([&] { read_stream(folder / "back.csv"); }).find("line 22"), std::string::npos);
   std::ofstream(folder / "eyes.csv") << "right,u,v,x_mm,y_mm,z_mm\n2,0,0,0,0,0\n";
-  EXPECT_NE(error_of([&] { read_eye_captures(folder / "eyes.csv"); }).find("0 or 1"), std::string::npos);
+  EXPECT_NE(refusal([&] { read_eye_captures(folder / "eyes.csv"); }).find("0 or 1"), std::string::npos);
   std::ofstream(folder / "some.csv") << "x_mm,y_mm,z_mm,a_rad,b_rad,c_rad,d_rad,e_rad,f_rad\n0,0,0,1,1,,1,1,1\n";
-  EXPECT_NE(error_of([&] { read_touches(folder / "some.csv"); }).find("all or none"), std::string::npos);
+  EXPECT_NE(refusal([&] { read_touches(folder / "some.csv"); }).find("all or none"), std::string::npos);
 }
 
 TEST(GuidedCapture, ContinuesAfterAnInterruption) {

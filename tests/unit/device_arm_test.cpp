@@ -3,11 +3,11 @@
 #include <cmath>
 #include <random>
 
-#include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/devices/arm.h"
 #include "haptics/devices/encoder.h"
+#include "tests/support/folder.h"
 
 namespace typodont::haptics {
 namespace {
@@ -128,12 +128,7 @@ TEST(Arm, APresetOutOfRangeIsRefusedByKey) {
     text.replace(at, from.size(), to);
     const auto file = std::filesystem::temp_directory_path() / "typodont_arm_preset.json";
     write_file_atomically(file, text);
-    try {
-      read_arm(file);
-    } catch (const Error& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return test::refusal([&] { read_arm(file); });
   };
   EXPECT_NE(refused("\"linkage\":\"serial\"", "\"linkage\":\"delta\"").find("linkage"), std::string::npos);
   EXPECT_NE(refused("[160,120,120]", "[160,0,120]").find("body_mm"), std::string::npos);

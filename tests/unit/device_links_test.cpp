@@ -1,6 +1,6 @@
 // Tests devices with real file descriptors: pseudo-terminal and loopback socket.
 #include <fcntl.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <pty.h>
@@ -29,6 +29,7 @@
 #include "tests/support/emulation/emulated_arm.h"
 #include "tests/support/emulation/haply_service.h"
 #include "tests/support/emulation/sim_time.h"
+#include "tests/support/folder.h"
 
 namespace typodont::haptics {
 namespace {
@@ -131,12 +132,7 @@ TEST(SerialArm, APortThatHangsUpIsALostDevice) {
 TEST(SerialArm, ASecondProgramIsInformedThatTheDeviceIsInUse) {
   SerialBoard board;
   const auto first = open_serial(board.port);
-  try {
-    open_serial(board.port);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("another program holds this device"), std::string::npos) << e.what();
-  }
+  EXPECT_THAT(test::refusal([&] { open_serial(board.port); }), testing::HasSubstr("another program holds this device"));
 }
 
 TEST(SerialArm, APortWithoutValidAnswersIsRefusedByName) {
@@ -278,12 +274,8 @@ TEST(Haply, SpeaksToTheServiceOverARealSocketAndLeavesZeroBehind) {
 TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
   {
     const Descriptor mine = claim("haply-test", "the service");
-    try {
-      claim("haply-test", "the service");
-      FAIL();
-    } catch (const Error& e) {
-      EXPECT_NE(std::string(e.what()).find("another program holds this device"), std::string::npos) << e.what();
-    }
+    EXPECT_THAT(test::refusal([&] { claim("haply-test", "the service"); }),
+                testing::HasSubstr("another program holds this device"));
   }
   claim("haply-test", "the service");
 }

@@ -329,14 +329,6 @@ TEST_F(Safety, WarmMotorsGetAtMostTheirLimit) {
   EXPECT_DOUBLE_EQ(told.force.z, 5);
 }
 
-TEST_F(Safety, ALostDeviceEndsTheLoopWithZeroForce) {
-  arm();
-  ticks(5, {0, 0, 3});
-  told.alive = false;
-  EXPECT_FALSE(hand->read(sample));
-  EXPECT_EQ(told.force, dvec3(0));
-}
-
 TEST_F(Safety, DestructionSendsZero) {
   arm();
   ticks(5, {0, 0, 3});

@@ -1,13 +1,11 @@
 #include "engine/display/display_rig.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 
-#include "engine/base/error.h"
-#include "engine/base/units.h"
+#include "tests/support/folder.h"
 
 namespace typodont::display {
 namespace {
@@ -55,12 +53,10 @@ TEST(Kooima, CornersOfTheScreenAreCornersOfThePicture) {
 }
 
 TEST(Kooima, EyeBehindThePictureIsAnError) {
-  try {
-    (void)eye_view(worked_screen(), {}, {0, 0, -.3}, {});
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("300.0 mm behind the picture"));
-  }
+  EXPECT_THAT(test::refusal([&] {
+                (void)eye_view(worked_screen(), {}, {0, 0, -.3}, {});
+              }),
+              HasSubstr("300.0 mm behind the picture"));
 }
 
 TEST(Kooima, MillimetreMatricesTakeMillimetres) {
@@ -140,12 +136,7 @@ TEST(RigFile, ReadsEveryKey) {
 
 std::string message_for(std::string text, std::string_view from, std::string_view to) {
   text.replace(text.find(from), from.size(), to);
-  try {
-    (void)parse_rig(Json::parse(text, "rig.json"));
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
+  return test::refusal([&] { (void)parse_rig(Json::parse(text, "rig.json")); });
 }
 
 TEST(RigFile, BadValuesNameTheirPlaceWhatWasFoundAndWhatWasExpected) {
@@ -184,12 +175,8 @@ TEST(RigFile, MagnifiesAnyRigWithAScreen) {
 }
 
 TEST(RigFile, AMirrorNeedsItsScreen) {
-  try {
-    (void)parse_rig(Json::parse(R"({"display":"mirror"})", "rig.json"));
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("screen"));
-  }
+  EXPECT_THAT(test::refusal([&] { (void)parse_rig(Json::parse(R"({"display":"mirror"})", "rig.json")); }),
+              HasSubstr("screen"));
 }
 
 TEST(Layouts, EyePixelsComposeToTheScreensPixels) {

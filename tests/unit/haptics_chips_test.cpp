@@ -1,12 +1,12 @@
 // Chips of blades and grains, and the torque that a controlled motor holds its speed against.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/servo/chips.h"
 #include "haptics/spindle.h"
 #include "haptics/tool.h"
+#include "tests/support/folder.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
@@ -130,12 +130,8 @@ TEST(Chips, AControlledMotorHoldsItsSpeedUpToTheStatedTorque) {
 
 TEST(Chips, EdgesOutsideOfPhysicsAreRefusedWithKeyAndRange) {
   const auto refused = [](const std::string& keys) {
-    try {
-      (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, )" + keys + "}", "tool"));
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal(
+        [&] { (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, )" + keys + "}", "tool")); });
   };
   using testing::AllOf, testing::HasSubstr;
   EXPECT_THAT(refused(R"("blades": 65)"), AllOf(HasSubstr("blades"), HasSubstr("64")));

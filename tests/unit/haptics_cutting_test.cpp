@@ -65,16 +65,6 @@ Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm)
   return run;
 }
 
-TEST(Cutting, EqualForceRemovesEqualVolumeAtAnyVoxelSizeAndRate) {
-  const Drilled a = push(0.1, 1000, 1.0), b = push(0.05, 1000, 1.0), c = push(0.1, 4000, 1.0);
-  std::printf("%.4f %.4f %.4f mm3, jumps %.4f %.4f %.4f N\n", a.volume * 1e9, b.volume * 1e9, c.volume * 1e9, a.jump,
-              b.jump, c.jump);
-  EXPECT_GT(a.volume, 0.05_mm3);
-  EXPECT_NEAR(b.volume / a.volume, 1, 0.02);
-  EXPECT_NEAR(c.volume / a.volume, 1, 0.02);
-  for (const Drilled& run : {a, b}) EXPECT_LT(run.jump, 0.02);  // at 1 kHz the hand feels its own cut without a step
-}
-
 TEST(Cutting, ABurOfThreeVoxelsRadiusSinksAsFastAsAWellResolvedOne) {
   const double fine = push(0.1, 1000, 1, 0).volume;
   for (const double rate : {500.0, 1000.0, 4000.0}) EXPECT_NEAR(push(0.2, rate, 1, 0).volume / fine, 1, 0.02) << rate;
@@ -84,22 +74,6 @@ TEST(Cutting, VolumeIsProportionalToForceWithinOnePercent) {
   const double one = push(0.1, 1000, 1, 0).volume;
   for (const double newton : {0.5, 2.0, 3.0})
     EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
-}
-
-TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
-  const Drilled a = push(0.1, 1000, 1.0);
-  EXPECT_NEAR(a.work / (a.volume * 8e9), 1, 0.01);
-}
-
-TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
-  HapticBench bench(box(0.1), drill(1.2_mm, 1000));
-  bench.tick({{0, 0, 4.0_mm}});
-  haptics::TissuePatch patch = bench.patch();
-  bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
-  const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}},
-                    bench.settings.frame);
-  EXPECT_GT(total(carve(patch, sweep)), 0);
-  EXPECT_EQ(total(carve(patch, sweep)), 0);
 }
 
 TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
@@ -302,57 +276,6 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
   }
 }
 
-TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
-  // The steps are tiny, medium and large, with and without rotation. Some steps do not continue the previous sweep, and
-  // between some of them work is done elsewhere or in the other patch.
-  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
-  for (const haptics::HeadShape head : haptics::head_shapes()) {
-    const int shape = static_cast<int>(head);
-    haptics::Tool tool;
-    tool.shape = head;
-    tool.diameter = 1.1_mm;
-    tool.length = head == haptics::HeadShape::kSphere ? 1.1_mm : 2.3_mm;
-    const std::span tools(&tool, 1);
-    haptics::Carver carver(haptics::TissueVolume(block), tools);
-    haptics::TissuePatch known, eight, plain;
-    plain.resize(haptics::patch_edge_for(tools, 0.1_mm) + 12);
-    carver.take_snapshot({0, 0, 2.5_mm}, plain);
-    known = eight = plain;
-    haptics::CutFront front(tools, 0.1_mm),
-        eight_front(tools, 0.1_mm, 8);  // as wide as this processor can, and in eights
-    Pose X{{0, 0, 2.51_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
-    dvec3 v(0, 0, -1);
-    double removed = 0;
-    for (int i = 0; i < 600; ++i) {
-      const auto wobble = [&](double rate) { return std::sin(rate * i + shape); };
-      const double step = i / 60 % 4 == 3 ? 30.0_um : i / 60 % 4 == 2 ? 0.1_um : 3.0_um;
-      v = glm::normalize(v + 0.3 * dvec3(wobble(1.3), wobble(2.1), wobble(3.7)) - 300.0 * (X.p - dvec3(0, 0, 2.3_mm)));
-      const dquat turn(1, 1e-3 * wobble(0.7), 1e-3 * wobble(1.9), 1e-3 * wobble(2.9));
-      const Pose Y{X.p + step * v, i / 100 % 2 ? glm::normalize(X.R * turn) : X.R};
-      const Sweep sweep(tool, X, Y, block.frame, i % 37 != 0);
-      bool changed_known, changed_eight, changed_plain;
-      const PerTissue a = carve(known, sweep, &changed_known, &front), b = carve(plain, sweep, &changed_plain);
-      const PerTissue c = carve(eight, sweep, &changed_eight, &eight_front);
-      ASSERT_EQ(changed_known, changed_plain) << shape << ", sweep " << i;
-      ASSERT_EQ(changed_eight, changed_plain) << shape << ", sweep " << i;
-      ASSERT_EQ(known.distance, plain.distance) << shape << ", sweep " << i;
-      ASSERT_EQ(eight.distance, plain.distance) << shape << ", sweep " << i;
-      ASSERT_EQ(a, b) << shape << ", sweep " << i;  // volumes too, whatever the order in which they are summed
-      ASSERT_EQ(c, b) << shape << ", sweep " << i;
-      removed += total(b);
-      X = Y;
-      if (i % 37 == 36) X.p += 10.0_um * v;
-      if (i == 300) {  // another patch, a little aside
-        haptics::TissuePatch aside = plain;
-        carver.take_snapshot({0.3_mm, -0.4_mm, 2.3_mm}, aside);
-        haptics::merge(aside, plain, plain.lo, plain.lo + plain.n - 1);
-        known = eight = plain = aside;
-      }
-    }
-    EXPECT_GT(removed, 300) << shape;
-  }
-}
-
 TEST(Carving, TheFirstCutInNewTissueListsLessThanHalfOfTheSamplesAndTheNextCutsListTheRest) {
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
   for (const haptics::HeadShape head : {haptics::HeadShape::kSphere, haptics::HeadShape::kCylinder}) {
@@ -427,21 +350,6 @@ TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   std::printf("cap: %.2e %.2e\n", coarse, fine);
   EXPECT_LT(coarse, 0.01);
   EXPECT_LT(fine, 0.003);
-}
-
-TEST(Carver, TheVolumeHoldsTheSameBitsAsThePatch) {
-  HapticBench bench(box(0.1), drill(1.2_mm, 1000));
-  for (int i = 0; i < 400; ++i) bench.tick({{i * 1e-6, 0, 3.1_mm - i * 1e-6}}, 1);
-  ASSERT_GT(bench.last.cuts, 10u);
-  haptics::TissuePatch patch = bench.patch();
-  const haptics::TissuePatch mine = patch;
-  bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
-  std::size_t different = 0;
-  for (std::size_t i = 0; i < patch.distance.size(); ++i) {
-    // Beyond the margin of the cuts, both fields keep their old values. Nearer to the surface, all bits must agree.
-    different += patch.distance[i] != mine.distance[i];
-  }
-  EXPECT_EQ(different, 0u);
 }
 
 }  // namespace

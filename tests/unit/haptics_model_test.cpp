@@ -1,12 +1,12 @@
 // Tests the common interface of contact methods, the example outside the library, and the model "voxel_penalty".
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
+#include "tests/support/folder.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -55,13 +55,9 @@ TEST(ContactMethods, AMethodFromAnotherFileIsChosenByNameWithItsParameters) {
 }
 
 TEST(ContactMethods, AnUnknownNameIsRefusedWithTheListOfNames) {
-  try {
-    contact_method("nonsense", "--model");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("nonsense"));
-    EXPECT_THAT(error.what(), HasSubstr("offset, implant, mesh_lod, packing, vertex, voxel_penalty"));
-  }
+  EXPECT_THAT(
+      test::refusal([&] { contact_method("nonsense", "--model"); }),
+      testing::AllOf(HasSubstr("nonsense"), HasSubstr("offset, implant, mesh_lod, packing, vertex, voxel_penalty")));
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"offset": {}, "ball": {}})", "scene")), Error);
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"samples": 4}})", "scene")), Error);
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"sample": 64}})", "scene")), Error);
@@ -72,19 +68,37 @@ TEST(ContactMethods, GodObjectIsAnotherNameOfOffset) {
   EXPECT_EQ(contact_method("god-object", "test")->name(), "offset");
 }
 
-TEST(ContactMethods, NoMethodAllocatesInATick) {
-  for (const char* model : {"offset", "vertex", "voxel_penalty", "ball"}) {
-    HapticBench bench(kBlock, drill_settings(model));
-    for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 2.7_mm - 2e-6 * i}}, 1);
-    std::size_t allocated = 0;
-    ServoTick out;
-    Cut cut;
-    for (int i = 100; i < 400; ++i) {
-      test::NoAlloc guard;
-      bench.servo.tick({i * 1'000'000LL, {{0.1_mm * std::sin(0.02 * i), 0, 2.5_mm - 1e-6 * i}}, 1}, out, cut);
-      allocated += guard.count();
+TEST(ContactMethods, EqualHandsGetEqualBitsAndNoTickAllocates) {
+  haptics::Tool cylinder;
+  cylinder.shape = haptics::HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 3.0_mm;
+  for (const char* model :
+       {"offset", "vertex", "voxel_penalty", "ball", R"({"packing": {"spheres": 2000, "tool_spheres": 30}})",
+        R"({"mesh_lod": {"vertices": 2000, "levels": [2000, 800]}})"}) {
+    for (const bool round : {true, false}) {
+      haptics::ServoSettings settings = drill_settings(model);
+      if (!round) settings.tool = cylinder;
+      HapticBench first(kBlock, settings), second(kBlock, settings);
+      for (int i = 0; i < 700; ++i) {
+        const Pose hand{{0.1_mm * std::sin(0.02 * i), 0, 2.1_mm + settings.tool.half() - 1e-6 * i},
+                        glm::angleAxis(round ? 0 : 1e-4 * i, dvec3(0, 1, 0))};
+        std::size_t allocated = 0;
+        for (HapticBench* bench : {&first, &second}) {
+          if (i < 400) {
+            bench->tick(hand, 1);
+            continue;
+          }
+          test::NoAlloc guard;
+          bench->servo.tick({bench->t += 1'000'000, hand, 1}, bench->last, bench->cut);
+          allocated += guard.count();
+        }
+        ASSERT_EQ(allocated, 0u) << model << ", tick " << i;
+        ASSERT_EQ(first.last.f_T_W, second.last.f_T_W) << model << ", tick " << i;
+        ASSERT_EQ(first.last.X_WG.p, second.last.X_WG.p) << model << ", tick " << i;
+        ASSERT_EQ(first.last.removed, second.last.removed) << model << ", tick " << i;
+      }
+      EXPECT_EQ(first.last.cuts > 0, model != std::string_view("ball")) << model;
+      EXPECT_EQ(first.carver.volume().hash(), second.carver.volume().hash()) << model;
     }
-    EXPECT_EQ(allocated, 0u) << model;
   }
 }
 
@@ -162,22 +176,6 @@ TEST(VoxelPenalty, RemovedVolumeEqualsTheSpentEnergy) {
   }
   const double dentin = 8e9;  // J/m³ of plain_materials()
   EXPECT_NEAR(work / dentin, total(bench.last.removed), 0.01 * total(bench.last.removed));
-}
-
-TEST(VoxelPenalty, UndoRestoresEveryVoxelAndASecondRunRemovesTheSame) {
-  HapticBench bench(kBlock, drill_settings("voxel_penalty"));
-  const std::uint64_t untouched = bench.carver.volume().hash();
-  const auto stroke = [&] {
-    for (int i = 0; i < 800; ++i) bench.tick({{0, 0, 2.7_mm - 1e-6 * i}}, 1);
-    for (int i = 0; i < 500; ++i) bench.tick({{0, 0, 4.0_mm}}, 0);
-  };
-  stroke();
-  ASSERT_NE(bench.carver.volume().hash(), untouched);
-  while (bench.carver.undo()) {
-  }
-  EXPECT_EQ(bench.carver.volume().hash(), untouched);
-  stroke();
-  EXPECT_NE(bench.carver.volume().hash(), untouched);
 }
 
 TEST(VoxelPenalty, AToolThatFillsIsRefusedWithTheReason) {

@@ -192,16 +192,6 @@ TEST(TissuePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
   }
 }
 
-TEST(TissuePatch, OfABurHas56SamplesAlongEachAxisAndThatOfAFillingInstrumentMore) {
-  Tool bur;
-  bur.diameter = bur.length = 1.2_mm;
-  EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm), 56);
-  // An instrument that fills searches its patch for places to fill.
-  Tool condenser = bur;
-  condenser.cuts = false, condenser.fill = Tissue::kComposite, condenser.fill_reach = 0.6_mm;
-  EXPECT_GE(haptics::patch_edge_for(std::array{condenser}, 0.05_mm), 79);
-}
-
 TEST(TissuePatch, IsCentredAheadOfAToolThatMoves) {
   HapticBench bench(kBlock, test::probe_settings("offset"));
   const double travel = haptics::patch_travel_for(std::array{bench.settings.tool}, 0.1_mm) * 0.1_mm;

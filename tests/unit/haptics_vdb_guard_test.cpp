@@ -2,7 +2,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <openvdb/io/File.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -41,12 +40,7 @@ class VdbGuard : public testing::Test {
     std::ofstream(file_, std::ios::binary) << bytes;
   }
   std::string message() const {
-    try {
-      (void)TissueVolume::load(file_);
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
+    return test::refusal([&] { (void)TissueVolume::load(file_); });
   }
   static constexpr std::size_t kSealBytes = 16;
   const std::filesystem::path file_ =

@@ -5,11 +5,9 @@
 #include <gdcmImageReader.h>
 #include <gdcmImageWriter.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <random>
 
-#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/volume_export.h"
@@ -94,8 +92,7 @@ std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType sy
   writer.SetImage(change.GetOutput());
   writer.SetFileName(file.c_str());
   EXPECT_TRUE(writer.Write());
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return test::read_text(file);
 }
 
 TEST(ImportDicom, EveryTransferSyntaxGivesTheSameTissue) {
@@ -507,8 +504,7 @@ TEST(ImportDicom, ASegmentationHasTheLabelsAtTheirPositionsAndNoPersonalData) {
     EXPECT_EQ(stored[s][3], expected[s][3]);
     for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(stored[s][c] / stored[s][3], expected[s][c] / expected[s][3], 1e-6);
   }
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const std::string bytes = test::read_text(file);
   for (const char* personal : {test::kPatient, test::kPatientId, test::kBirthDate, "1.2.3.4"})
     EXPECT_EQ(bytes.find(personal), std::string::npos) << personal;
   // The segmentation is now beside the slices. It is no scan, so the folder is imported as before.

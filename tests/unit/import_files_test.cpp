@@ -1,9 +1,7 @@
 // Tests scans as files: every format and encoding gives the same tissue, and every broken file gives an exact message.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 #include <iterator>
 
 #include "engine/base/error.h"
@@ -324,9 +322,8 @@ TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
     for (std::size_t t = 1; t < scanned.report.volume.size(); ++t)
       EXPECT_NEAR(read.report.volume[t], scanned.report.volume[t], 0.05 * scanned.report.volume[t] + 0.5e-9) << t;
   }
-  std::ifstream in(scratch("labels.nrrd"), std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  EXPECT_THAT(text, AllOf(HasSubstr("2:=dentin"), HasSubstr("4:=pulp"), HasSubstr("left-posterior-superior")));
+  EXPECT_THAT(test::read_text(scratch("labels.nrrd")),
+              AllOf(HasSubstr("2:=dentin"), HasSubstr("4:=pulp"), HasSubstr("left-posterior-superior")));
 }
 
 /// A ball of enamel of radius 4 mm with dentin of radius 3 mm, as labels 7 and 9; voxels of 0.25 mm.
@@ -432,10 +429,7 @@ TEST(ImportLabels, AVolumeFileKeepsThePlaceInTheScanAndDistancesAreWrittenThere)
   for (const char* name : {"distances.nrrd", "distances.nii"}) {
     SCOPED_TRACE(name);
     write_distances(dense, scratch(name));
-    const std::string bytes = [&] {
-      std::ifstream in(scratch(name), std::ios::binary);
-      return std::string{std::istreambuf_iterator<char>(in), {}};
-    }();
+    const std::string bytes = test::read_text(scratch(name));
     if (std::string(name).ends_with(".nii")) {
       // Position of voxel (0, 0, 0) in RAS, from the rows of the matrix in the header.
       dvec3 first;
@@ -545,10 +539,7 @@ TEST(ImportPreview, WritesPicturesOfSlicesAndSurface) {
   const auto files = write_preview(reference(), scratch("preview"));
   EXPECT_GE(files.size(), 10U);
   for (const auto& f : files) {
-    std::ifstream in(f, std::ios::binary);
-    char head[4] = {};
-    in.read(head, 4);
-    EXPECT_EQ(std::string(head, 4), "\x89PNG") << f;
+    EXPECT_TRUE(test::read_text(f).starts_with("\x89PNG")) << f;
     EXPECT_GT(std::filesystem::file_size(f), 500U);
   }
 }

@@ -1,6 +1,5 @@
 // Tests meshes as clinics have them: overlapping shells, very narrow gaps, copies, holes, and one file per tissue.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -25,7 +24,6 @@ namespace {
 using test::message_of;
 using test::scratch;
 using testing::AllOf;
-using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -209,11 +207,7 @@ TEST(ImportRepair, TheReportContainsThePlacesOfRepairsAndThePictureMarksThem) {
   EXPECT_EQ(found.size(), 3U);
   EXPECT_EQ(i.report.repaired.size(), 12U);
   // The picture of the repaired ball has other colours than the picture without the marks.
-  const auto surface = [&](const char* folder) {
-    const auto pictures = write_preview(i, scratch(folder));
-    std::ifstream in(pictures.back(), std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(in), {}};
-  };
+  const auto surface = [&](const char* folder) { return test::read_text(write_preview(i, scratch(folder)).back()); };
   const std::string marked = surface("marked");
   i.report.repaired.clear();
   EXPECT_NE(marked, surface("unmarked"));

@@ -1,14 +1,14 @@
 // Tests packings in files: reading gives exactly what was written.
 #include "engine/session/packing_file.h"
 
-#include <gtest/gtest.h>
-#include <unistd.h>
+#include <gmock/gmock.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "engine/base/error.h"
+#include "tests/support/folder.h"
 
 namespace typodont::session {
 namespace {
@@ -16,10 +16,6 @@ namespace {
 class PackingFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("typodont_packing_" + std::to_string(getpid()) + "_" +
-                                                  ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
     for (int i = 0; i < 40; ++i) {
       packing_.center.push_back(dvec3(i, 2 * i, -i) * 1e-4);
       packing_.radius.push_back(1e-4 / (i + 1));
@@ -28,13 +24,9 @@ class PackingFile : public ::testing::Test {
     packing_.seed = 5, packing_.tissue_hash = 0xfedcba9876543210u, packing_.max_radius = 2e-4;
     packing_.max_hole = 1e-6, packing_.solid_volume[1] = 1e-9, packing_.solid_volume[2] = 3e-9;
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path path(const char* name) const { return folder_ / name; }
-  static std::string bytes_of(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  std::filesystem::path folder_;
+  TemporaryFolder own_;
+  const std::filesystem::path folder_ = own_.path();
   SpherePacking packing_;
 };
 
@@ -54,12 +46,12 @@ TEST_F(PackingFile, APackingIsReadBackBitForBit) {
 TEST_F(PackingFile, EqualPackingsAreEqualFiles) {
   save_packing(path("a.h5"), packing_);
   save_packing(path("b.h5"), packing_);
-  EXPECT_EQ(bytes_of(path("a.h5")), bytes_of(path("b.h5")));
+  EXPECT_EQ(test::read_text(path("a.h5")), test::read_text(path("b.h5")));
 }
 
 TEST_F(PackingFile, AByteChangedAnywhereInTheDataIsNoticed) {
   save_packing(path("p.h5"), packing_);
-  const std::string good = bytes_of(path("p.h5"));
+  const std::string good = test::read_text(path("p.h5"));
   const auto* first = reinterpret_cast<const char*>(packing_.center.data());
   const std::size_t at = good.find(std::string(first + sizeof(dvec3), sizeof(dvec3)));
   ASSERT_NE(at, std::string::npos);
@@ -73,7 +65,7 @@ TEST_F(PackingFile, AByteChangedAnywhereInTheDataIsNoticed) {
 
 TEST_F(PackingFile, AFileCutShortIsRefused) {
   save_packing(path("p.h5"), packing_);
-  const std::string good = bytes_of(path("p.h5"));
+  const std::string good = test::read_text(path("p.h5"));
   for (std::size_t size = 0; size < good.size(); size += 301) {
     std::ofstream(path("short.h5"), std::ios::binary) << good.substr(0, size);
     EXPECT_THROW(load_packing(path("short.h5")), Error) << size;
@@ -95,12 +87,7 @@ TEST_F(PackingFile, ImpossibleSpheresAreRefused) {
 TEST_F(PackingFile, OtherFilesAreRefusedByName) {
   std::ofstream(path("text.h5")) << "hello";
   for (const auto& file : {path("text.h5"), path("missing.h5"), folder_}) {
-    try {
-      (void)load_packing(file);
-      ADD_FAILURE() << file;
-    } catch (const Error& error) {
-      EXPECT_NE(std::string(error.what()).find(file.string()), std::string::npos) << error.what();
-    }
+    EXPECT_THAT(test::refusal([&] { (void)load_packing(file); }), testing::HasSubstr(file.string()));
   }
 }
 

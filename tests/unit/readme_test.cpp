@@ -14,16 +14,12 @@
 #include <vector>
 
 #include "engine/base/utf8.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::vector<fs::path> pages() {
   std::vector<fs::path> found;
@@ -48,7 +44,7 @@ TEST(Readme, EveryLinkLeadsToAFile) {
   static const std::regex link(R"(\]\(([^)#:\s]+)(#[^)]*)?\))");
   std::size_t links = 0;
   for (const fs::path& page : pages())
-    for (const std::string& to : all(text_of(page), link)) {
+    for (const std::string& to : all(test::read_text(page), link)) {
       EXPECT_TRUE(fs::exists(page.parent_path() / to)) << page << ": " << to;
       ++links;
     }
@@ -75,11 +71,11 @@ TEST(Readme, EveryAnchorOfALinkIsAHeading) {
   static const std::regex link(R"(\]\(([^):\s]*#[^)\s]+)\))"), heading(R"((?:^|\n)#+ ([^\n]+))");
   std::size_t anchors = 0;
   for (const fs::path& page : pages())
-    for (const std::string& to : all(text_of(page), link)) {
+    for (const std::string& to : all(test::read_text(page), link)) {
       const std::size_t hash = to.find('#');
       const fs::path target = hash == 0 ? page : page.parent_path() / to.substr(0, hash);
       std::set<std::string> there;
-      for (const std::string& title : all(text_of(target), heading)) there.insert(anchor_of(title));
+      for (const std::string& title : all(test::read_text(target), heading)) there.insert(anchor_of(title));
       EXPECT_TRUE(there.contains(to.substr(hash + 1))) << page << ": " << to;
       ++anchors;
     }
@@ -95,7 +91,7 @@ TEST(Readme, TheReadmeLeadsToEveryPageForPeople) {
     const fs::path page = to_read.back().lexically_normal();
     to_read.pop_back();
     if (!reached.insert(page).second || page.extension() != ".md") continue;
-    for (const std::string& to : all(text_of(page), link)) to_read.push_back(page.parent_path() / to);
+    for (const std::string& to : all(test::read_text(page), link)) to_read.push_back(page.parent_path() / to);
   }
   for (const auto& entry : fs::directory_iterator("docs"))
     if (entry.path().extension() == ".md") {
@@ -110,7 +106,7 @@ TEST(Readme, EveryPathThatAPageNamesExists) {
       R"re([`\s(]((?:engine|haptics|audio|calibration|shaders|assets|docs|tests|cmake)/[\w./-]*\w\.[a-z]+)[`\s,.:;)])re");
   std::size_t paths = 0;
   for (const fs::path& page : pages())
-    for (const std::string& name : all(text_of(page), path)) {
+    for (const std::string& name : all(test::read_text(page), path)) {
       EXPECT_TRUE(fs::exists(name) || fs::exists(page.parent_path() / name)) << page << ": " << name;
       ++paths;
     }
@@ -122,7 +118,7 @@ TEST(Readme, EverySourceOfACuttingConstantEndsWithALetterOfItsQuality) {
   std::size_t sources = 0;
   for (const char* folder : {"assets/materials", "assets/motors", "assets/tools"})
     for (const auto& entry : fs::directory_iterator(folder)) {
-      const std::set<std::string> found = all(text_of(entry.path()), source);
+      const std::set<std::string> found = all(test::read_text(entry.path()), source);
       EXPECT_FALSE(found.empty()) << entry.path();
       for (const std::string& text : found) {
         std::istringstream clauses(text);
@@ -168,7 +164,7 @@ TEST(Readme, NoLineOfProseIsLongerThan120Characters) {
 TEST(Readme, APageOfMoreThan1500WordsBeginsWithATableOfContents) {
   static const std::regex word(R"(\S+)"), own_anchor(R"(\]\((#[^)\s]+)\))");
   for (const fs::path& page : written_pages()) {
-    const std::string text = text_of(page);
+    const std::string text = test::read_text(page);
     const auto words = std::distance(std::sregex_iterator(text.begin(), text.end(), word), std::sregex_iterator());
     if (words <= 1500) continue;
     const std::string beginning = text.substr(0, 4000);
@@ -185,10 +181,10 @@ TEST(Readme, EveryTypeAndFunctionThatAPageNamesIsInTheCode) {
   for (const char* top : {"engine", "haptics", "audio", "calibration", "shaders", "tests", "cmake"})
     for (const auto& entry : fs::recursive_directory_iterator(top))
       if (entry.is_regular_file() && entry.path().extension() != ".md" && entry.file_size() < 300'000)
-        known.merge(all(text_of(entry.path()), word));
+        known.merge(all(test::read_text(entry.path()), word));
   std::size_t names = 0;
   for (const fs::path& page : pages())
-    for (std::string name : all(text_of(page), named)) {
+    for (std::string name : all(test::read_text(page), named)) {
       const std::string whole = name;
       if (name.ends_with("()")) name.resize(name.size() - 2);
       const std::size_t colon = name.rfind(':');
@@ -204,7 +200,7 @@ TEST(Readme, EveryTestThatAPageNamesExists) {
   std::set<std::string> suites, titles;
   for (const auto& entry : fs::recursive_directory_iterator("tests")) {
     if (entry.path().extension() != ".cpp") continue;
-    const std::string text = text_of(entry.path());
+    const std::string text = test::read_text(entry.path());
     for (std::sregex_iterator it(text.begin(), text.end(), title), end; it != end; ++it) {
       suites.insert((*it)[1]);
       titles.insert((*it)[1].str() + "." + (*it)[2].str());
@@ -212,7 +208,7 @@ TEST(Readme, EveryTestThatAPageNamesExists) {
   }
   std::size_t names = 0;
   for (const fs::path& page : pages())
-    for (const std::string& name : all(text_of(page), named)) {
+    for (const std::string& name : all(test::read_text(page), named)) {
       if (!suites.contains(name.substr(0, name.find('.')))) continue;
       // A page may give only the beginning of the name of a test.
       const auto first = titles.lower_bound(name);
@@ -229,7 +225,7 @@ std::set<std::string> options_of_commands() {
   static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
   std::set<std::string> found{"--help", "--json", "--version"};
   for (const auto& entry : fs::directory_iterator("engine/app/commands"))
-    for (const std::string& declared : all(text_of(entry.path()), string)) found.merge(all(declared, option));
+    for (const std::string& declared : all(test::read_text(entry.path()), string)) found.merge(all(declared, option));
   return found;
 }
 

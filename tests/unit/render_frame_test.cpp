@@ -1,12 +1,11 @@
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
-#include <map>
 #include <set>
 
-#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/render/sight.h"
+#include "tests/support/folder.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -434,12 +433,8 @@ TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
 }
 
 TEST(Device, AMissingDeviceIsAClearError) {
-  try {
-    (void)gpu::Device::create({.prefer = "no such device"});
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("Vulkan 1.3"), std::string::npos) << e.what();
-  }
+  EXPECT_THAT(test::refusal([&] { (void)gpu::Device::create({.prefer = "no such device"}); }),
+              testing::HasSubstr("Vulkan 1.3"));
 }
 
 }  // namespace

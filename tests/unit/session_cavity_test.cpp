@@ -45,23 +45,6 @@ TEST(DenseField, RedistancingRestoresTheDistanceThatCuttingLeftFlat) {
   EXPECT_LT(worst, 0.15);  // voxels
 }
 
-TEST(Cavity, OfABoxHasItsVolumeDepthFlatnessAndWidth) {
-  Preparation in = a_block();
-  in.after = without(tapered_box({1.5e-3, 0.75e-3}, 1.5e-3, 0));
-  in.ideal = in.before;  // nothing should have gone: all of it is cut too much
-  const CavityMeasures m = measure_cavity(in);
-  EXPECT_NEAR(m.over_volume, 3 * 1.5 * 1.5 * kMm3, 0.005 * 6.75 * kMm3);
-  EXPECT_EQ(m.under_volume, 0);
-  EXPECT_NEAR(m.over.depth, 1.5e-3, 0.05e-3);
-  EXPECT_NEAR(m.floor_depth.value(), 1.5e-3, 1 * kUm);
-  EXPECT_LT(m.floor_flatness.value(), 1 * kUm);
-  EXPECT_LT(m.floor_tilt.value(), 0.01 * kDegree);
-  EXPECT_NEAR(m.taper.value(), 0, 0.1 * kDegree);
-  EXPECT_NEAR(m.isthmus.value(), 1.5e-3, 5 * kUm);
-  EXPECT_FALSE(m.pulp_distance.has_value());
-  EXPECT_FALSE(m.kept_removed.has_value());
-}
-
 TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
   // One half of the floor is flat; the other half consists of passes that differ in depth by 0.02 mm. The old surface
   // has a slope of 0.4. So the depth of the flat half alone differs from the mean depth: it is 0.3 mm less.
@@ -88,29 +71,6 @@ TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
     return removed;
   }));
   EXPECT_NEAR(measure_cavity(in).floor_depth.value(), 1.5e-3 + 0.005e-3, 0.02e-3);
-}
-
-TEST(Cavity, TaperOfABoxIsTwiceTheLeanOfItsWalls) {
-  for (const double lean : {-6.0, -2.0, 3.0, 5.0, 8.0}) {
-    const CavityMeasures m = measure_hole(tapered_box({1.5e-3, 1e-3}, 1.5e-3, lean * kDegree));
-    EXPECT_NEAR(m.taper.value() / kDegree, 2 * lean, 0.3) << lean;
-    EXPECT_NEAR(m.floor_depth.value(), 1.5e-3, 5 * kUm) << lean;
-  }
-}
-
-TEST(Cavity, OfAConeAndACylinderHasTheirVolumeTaperAndDepth) {
-  for (const double lean : {0.0, 4.0, 9.0}) {
-    Preparation in = a_block();
-    const double r = 1e-3, depth = 1.8e-3, top = r + depth * std::tan(lean * kDegree);
-    in.after = without(tapered_hole(r, depth, lean * kDegree));
-    in.ideal = in.before;
-    const CavityMeasures m = measure_cavity(in);
-    const double volume = kPi * depth / 3 * (r * r + r * top + top * top);
-    EXPECT_NEAR(m.over_volume, volume, 0.006 * volume) << lean;
-    EXPECT_NEAR(m.taper.value() / kDegree, 2 * lean, 0.4) << lean;
-    EXPECT_NEAR(m.floor_depth.value(), depth, 5 * kUm) << lean;
-    EXPECT_NEAR(m.isthmus.value(), 2 * (r + depth / 2 * std::tan(lean * kDegree)), 10 * kUm) << lean;
-  }
 }
 
 TEST(Cavity, OfATiltedFloorIsFlatAndTiltedAndADomedOneIsNot) {
@@ -160,18 +120,6 @@ TEST(Cavity, OverAndUnderCutAreDistinguishedWithDepthAndPosition) {
   EXPECT_GT(m.under.p_W.x, kMiddle.x + 1e-3);
   EXPECT_NEAR(m.wanted, 3 * 2 * 1.5 * kMm3, 0.05 * kMm3);
   EXPECT_NEAR(m.done, (3 * 2 * 1.5 - 0.4 * 2 * 1.5) * kMm3, 0.05 * kMm3);
-}
-
-TEST(Cavity, EqualToTheIdealHasZeroError) {
-  Preparation in = a_block();
-  in.ideal = in.after = without(tapered_hole(1.1e-3, 1.7e-3, 5 * kDegree));
-  const CavityMeasures m = measure_cavity(in);
-  EXPECT_EQ(m.over_volume, 0);
-  EXPECT_EQ(m.under_volume, 0);
-  EXPECT_EQ(m.over.depth, 0);
-  EXPECT_EQ(m.under.depth, 0);
-  EXPECT_EQ(m.contour.value(), 0);
-  EXPECT_EQ(m.done, m.wanted);
 }
 
 TEST(Cavity, AFillingIsMeasuredAgainstTheIdealLikeACut) {

@@ -1,13 +1,12 @@
 // Conduction against exact solutions.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/base/error.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "engine/session/heat.h"
+#include "tests/support/folder.h"
 
 namespace typodont::session {
 namespace {
@@ -109,12 +108,7 @@ TEST(Heat, OfAnInsulatedBodyIsTheHeatThatItGotLessThatOfRemovedCells) {
 
 TEST(Heat, SettingsOutsideOfPhysicsAreRefusedWithKeyAndRange) {
   const auto refused = [](const char* text) {
-    try {
-      (void)read_keys(Json::parse(text, "scene"), describe_heat);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::refusal([&] { (void)read_keys(Json::parse(text, "scene"), describe_heat); });
   };
   using testing::AllOf, testing::HasSubstr;
   EXPECT_THAT(refused(R"({"coolant_C": 80})"), AllOf(HasSubstr("coolant_C"), HasSubstr("60")));

@@ -1,7 +1,5 @@
 // Tests session files that were made to do harm: they refer to other files, or state impossible values.
-#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <hdf5.h>
 
 #include <cmath>
@@ -10,7 +8,6 @@
 #include <limits>
 #include <span>
 
-#include "engine/base/error.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "tests/support/session_fixture.h"
@@ -22,15 +19,6 @@ using namespace test;
 using testing::HasSubstr;
 
 constexpr const char* kSecret = "the content of another file of this machine, which nobody may see";
-
-std::string message_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 /// A complete session file with 600 ticks, 40 cuts, 4 patches and two events.
 class HostileFile : public testing::Test {
@@ -70,7 +58,7 @@ class HostileFile : public testing::Test {
     });
   }
   std::string message() const {
-    return message_of([&] { (void)SessionReader(file_).ticks(); });
+    return refusal([&] { (void)SessionReader(file_).ticks(); });
   }
 
   TemporaryFolder folder_;

@@ -1,6 +1,5 @@
 // Tests which recordings a journal can change: only an unsigned one to which it belongs, and only on request.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <cstring>
@@ -25,10 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kTicks = 900;
 
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 void write(const fs::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
@@ -62,15 +57,15 @@ class JournalOfARecording : public testing::Test {
       writer.append(std::span(ticks).subspan(kTicks / 2));
       writer.flush();
       fs::copy_file(folder_ / "live.h5", folder_ / name);
-      const std::string journal = bytes_of(folder_ / "live.h5.journal");  // an earlier flush may have been longer
+      const std::string journal = read_text(folder_ / "live.h5.journal");  // an earlier flush may have been longer
       write(folder_ / (name + ".journal"), journal.substr(0, kChanges + number_at(journal, kBytes)));
     }
     fs::remove(folder_ / "live.h5");
   }
   /// Undoes a part of the last flush, as a power failure between two sectors does.
   void tear(const std::string& name) const {
-    const std::string journal = bytes_of(folder_ / (name + ".journal"));
-    std::string file = bytes_of(folder_ / name);
+    const std::string journal = read_text(folder_ / (name + ".journal"));
+    std::string file = read_text(folder_ / name);
     for (std::size_t at = kChanges; at < journal.size(); at += 16 + number_at(journal, at + 8)) {
       const std::uint64_t place = number_at(journal, at), size = number_at(journal, at + 8);
       if (place > 4096) std::memset(file.data() + place, 0, size);
@@ -85,7 +80,7 @@ class JournalOfARecording : public testing::Test {
 TEST_F(JournalOfARecording, IsAppliedByARepairAndByNoReader) {
   record_and_kill("s.h5", 5);
   tear("s.h5");
-  const std::string torn = bytes_of(folder_ / "s.h5");
+  const std::string torn = read_text(folder_ / "s.h5");
   std::size_t readable = 0;
   try {
     readable = ticks_of("s.h5");
@@ -93,7 +88,7 @@ TEST_F(JournalOfARecording, IsAppliedByARepairAndByNoReader) {
     EXPECT_THAT(e.what(), testing::HasSubstr("typodont repair"));
   }
   EXPECT_LT(readable, kTicks);
-  EXPECT_EQ(bytes_of(folder_ / "s.h5"), torn);
+  EXPECT_EQ(read_text(folder_ / "s.h5"), torn);
   EXPECT_TRUE(repair_session(folder_ / "s.h5"));
   EXPECT_EQ(ticks_of("s.h5"), kTicks);
   EXPECT_FALSE(fs::exists(folder_ / "s.h5.journal"));
@@ -112,7 +107,7 @@ TEST_F(JournalOfARecording, DoesNotChangeAGoodSessionThatWasCopiedOverItsName) {
     }
     fs::copy_file(folder_ / "good.h5", folder_ / "s.h5", fs::copy_options::overwrite_existing);
     EXPECT_FALSE(repair_session(folder_ / "s.h5")) << live;
-    EXPECT_EQ(bytes_of(folder_ / "s.h5"), bytes_of(folder_ / "good.h5")) << live;
+    EXPECT_EQ(read_text(folder_ / "s.h5"), read_text(folder_ / "good.h5")) << live;
     EXPECT_EQ(ticks_of("s.h5"), 300u);
   }
 }
@@ -127,7 +122,7 @@ TEST_F(JournalOfARecording, OfAnotherRecordingIsNotApplied) {
 
 TEST_F(JournalOfARecording, WithForgedSizesIsNotAppliedAndNeedsNoMemoryOrDisk) {
   record_and_kill("s.h5", 5);
-  const std::string good = bytes_of(folder_ / "s.h5.journal"), file = bytes_of(folder_ / "s.h5");
+  const std::string good = read_text(folder_ / "s.h5.journal"), file = read_text(folder_ / "s.h5");
   EXPECT_FALSE(journal_changes(FileBytes(folder_ / "s.h5")).empty());
   const auto refused = [&](const char* what, const std::string& journal) {
     write(folder_ / "s.h5.journal", journal);
@@ -167,12 +162,12 @@ TEST_F(JournalOfARecording, WithForgedSizesIsNotAppliedAndNeedsNoMemoryOrDisk) {
 TEST_F(JournalOfARecording, NeverChangesASignedSession) {
   make_key(folder_ / "key");
   record_and_kill("s.h5", 5);
-  std::string journal = bytes_of(folder_ / "s.h5.journal");
-  const std::string file = bytes_of(folder_ / "s.h5");
+  std::string journal = read_text(folder_ / "s.h5.journal");
+  const std::string file = read_text(folder_ / "s.h5");
   sign_session(folder_ / "s.h5", load_key(folder_ / "key"));
   record_and_kill("forged.h5", 6);
   // A forger knows the identity, the length and the checksum.
-  const std::string forged = bytes_of(folder_ / "forged.h5");
+  const std::string forged = read_text(folder_ / "forged.h5");
   journal.resize(kChanges + 16);
   set_number(journal, kOldLength, file.size());
   set_number(journal, kLength, std::max(file.size(), forged.size()));
@@ -187,7 +182,7 @@ TEST_F(JournalOfARecording, NeverChangesASignedSession) {
   const OpenedSession session(folder_ / "s.h5");
   require_signature(session, folder_ / "key");
   EXPECT_TRUE(same_for_replay(SessionReader(session).ticks().front(), random_ticks(kTicks, 5).front()));
-  EXPECT_EQ(bytes_of(folder_ / "s.h5"), file);
+  EXPECT_EQ(read_text(folder_ / "s.h5"), file);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -11,7 +10,6 @@
 #include <thread>
 
 #include "engine/base/cache.h"
-#include "engine/base/error.h"
 #include "engine/base/sha256.h"
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
@@ -23,20 +21,6 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
-
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   TemporaryFolder folder;
@@ -234,7 +218,7 @@ TEST(SessionFile, EqualSessionsAreEqualBytes) {
     ASSERT_TRUE(writer.finish({}));
     std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // another second: no file may know when it was made
   }
-  EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
+  EXPECT_EQ(read_text(folder / "a.h5"), read_text(folder / "b.h5"));
 }
 
 TEST(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEverythingInIt) {
@@ -281,36 +265,35 @@ TEST(SessionFile, AnUnfinishedResultLeavesNothingBehind) {
     SessionWriter writer(folder / "s.h5", some_header(), options);
     writer.append(random_ticks(10, 7));
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
   TemporaryFolder folder;
   std::ofstream(folder / "garbage.h5") << std::string(5000, 'x');
   std::ofstream(folder / "empty.h5") << "";
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }),
+  EXPECT_THAT(refusal([&] { SessionReader r(folder / "garbage.h5"); }),
               HasSubstr("garbage.h5: found no intact HDF5 file"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }),
-              HasSubstr("empty.h5: found no intact HDF5 file"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }),
+  EXPECT_THAT(refusal([&] { SessionReader r(folder / "empty.h5"); }), HasSubstr("empty.h5: found no intact HDF5 file"));
+  EXPECT_THAT(refusal([&] { SessionReader r(folder / "none.h5"); }),
               HasSubstr("none.h5: found No such file or directory"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
+  EXPECT_THAT(refusal([&] { SessionReader r(folder.path()); }), HasSubstr("a directory"));
 }
 
 TEST(SessionWriter, AnUnwritablePathIsAnErrorImmediately) {
   TemporaryFolder folder;
-  EXPECT_THAT(message_of([&] { SessionWriter w("/nowhere/s.h5", some_header()); }),
+  EXPECT_THAT(refusal([&] { SessionWriter w("/nowhere/s.h5", some_header()); }),
               HasSubstr("/nowhere/s.h5: found No such file or directory"));
-  EXPECT_THAT(message_of([&] { SessionWriter w(folder.path, some_header()); }), HasSubstr("a directory"));
+  EXPECT_THAT(refusal([&] { SessionWriter w(folder.path(), some_header()); }), HasSubstr("a directory"));
   SessionHeader bad = some_header();
   bad.streams[0].columns[0].name = "../x";
-  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", bad); }), HasSubstr("stream head"));
+  EXPECT_THAT(refusal([&] { SessionWriter w(folder / "s.h5", bad); }), HasSubstr("stream head"));
 }
 
 TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
   TemporaryFolder folder;
   SessionWriter writer(folder / "s.h5", some_header());
-  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header()); }), HasSubstr("being recorded"));
+  EXPECT_THAT(refusal([&] { SessionWriter w(folder / "s.h5", some_header()); }), HasSubstr("being recorded"));
 }
 
 TEST(SessionWriter, ADeletedOrReplacedRecordingIsReportedAtTheNextWrite) {
@@ -352,13 +335,13 @@ TEST(SessionWriter, ARecordingThatIsNamedByItsStartLeavesAnOlderOneUntilThen) {
   WriterOptions options;
   options.named_by_start = true;
   std::ofstream(folder / "s.h5", std::ios::binary) << "\x89HDF\r\n\x1a\n an older recording";
-  const std::string older = bytes_of(folder / "s.h5");
+  const std::string older = read_text(folder / "s.h5");
   { SessionWriter writer(folder / "s.h5", some_header(), options); }
-  EXPECT_EQ(bytes_of(folder / "s.h5"), older);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 1);
+  EXPECT_EQ(read_text(folder / "s.h5"), older);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
   SessionWriter writer(folder / "s.h5", some_header(), options);
   writer.start();
-  EXPECT_NE(bytes_of(folder / "s.h5"), older);
+  EXPECT_NE(read_text(folder / "s.h5"), older);
   writer.append(random_ticks(100, 4));
   EXPECT_TRUE(writer.finish({}));
 }
@@ -386,9 +369,9 @@ TEST(SessionWriter, ADiskThatIsAlmostFullIsRefusedAtTheStartAndLeavesNothing) {
   TemporaryFolder folder;
   WriterOptions options;
   options.free_bytes = [] { return std::uint64_t{15u << 20}; };
-  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header(), options); }),
+  EXPECT_THAT(refusal([&] { SessionWriter w(folder / "s.h5", some_header(), options); }),
               HasSubstr("s.h5: found a disk with 15 MB left, of 16 MB that a recording needs to begin"));
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(SessionWriter, AFillingDiskIsReportedWhileEntriesStillFit) {

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cstdlib>
@@ -279,12 +278,8 @@ TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
   SessionHeader header = some_header();
   header.scene_json = R"({"score": {"rules": 3}})";
   { ASSERT_TRUE(SessionWriter(folder / "s.h5", header).finish({})); }
-  try {
-    report_html(SessionReader(folder / "s.h5"));
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("s.h5: scene: line 1, \"score.rules\": found 3"));
-  }
+  EXPECT_THAT(test::refusal([&] { report_html(SessionReader(folder / "s.h5")); }),
+              HasSubstr("s.h5: scene: line 1, \"score.rules\": found 3"));
 }
 
 TEST(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
@@ -531,7 +526,7 @@ TEST(ReportPicture, MustBeAPng) {
   std::ofstream(folder / "x.png") << std::string(100, 'x');
   EXPECT_THROW(read_picture(folder / "x.png", "before"), Error);
   EXPECT_THROW(read_picture(folder / "none.png", "before"), Error);
-  EXPECT_THROW(read_picture(folder.path, "before"), Error);
+  EXPECT_THROW(read_picture(folder.path(), "before"), Error);
   std::ofstream(folder / "good.png", std::ios::binary).write(reinterpret_cast<const char*>(kPng.data()), 64);
   EXPECT_EQ(read_picture(folder / "good.png", "before").png, kPng);
 }
@@ -578,7 +573,7 @@ TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
   EXPECT_FALSE(film.add(frame));
   EXPECT_FALSE(film.finish());
   EXPECT_THAT(film.message(), HasSubstr("ffmpeg is not installed"));
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(Film, AFailingEncoderGivesAMessageAndNoFile) {

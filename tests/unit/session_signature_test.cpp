@@ -1,12 +1,10 @@
 // Tests HMAC-SHA256 with the vectors of RFC 4231, and signatures of files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <span>
 #include <string>
@@ -21,7 +19,7 @@
 namespace typodont::session {
 namespace {
 
-using test::TemporaryFolder;
+using test::refusal, test::TemporaryFolder;
 using testing::HasSubstr;
 
 std::string hmac(std::string_view key, std::string_view message) {
@@ -31,14 +29,6 @@ std::string hmac(std::string_view key, std::string_view message) {
   std::string text;
   for (const unsigned char byte : hmac_sha256(bytes(key), bytes(message))) text += fmt::format("{:02x}", byte);
   return text;
-}
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return "";
 }
 void write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
@@ -85,8 +75,7 @@ TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
   write(folder / "s.h5", "a session");
   sign_session(folder / "s.h5", a);
   EXPECT_THAT(what_is_wrong_with_signature(folder / "s.h5", b), HasSubstr("of another key"));
-  std::ifstream in(folder / "s.h5.sig");
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text = test::read_text(folder / "s.h5.sig");
   // If the file only states the other key's name, its code still does not match.
   text.replace(text.find(a.id()), 16, b.id());
   write(folder / "s.h5.sig", text);
@@ -160,13 +149,13 @@ TEST(Signature, AKeyIsReadableByItsOwnerAloneAndNeverOverwritten) {
   struct stat status {};
   ASSERT_EQ(stat((folder / "key").c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0600u);
-  EXPECT_THAT(error_of([&] { make_key(folder / "key"); }), HasSubstr("expected a new file for the key"));
+  EXPECT_THAT(refusal([&] { make_key(folder / "key"); }), HasSubstr("expected a new file for the key"));
   chmod((folder / "key").c_str(), 0644);
-  EXPECT_THAT(error_of([&] { (void)load_key(folder / "key"); }),
+  EXPECT_THAT(refusal([&] { (void)load_key(folder / "key"); }),
               HasSubstr("found a key that others may read, expected mode 0600: chmod 600"));
   write(folder / "word", "secret\n");
   chmod((folder / "word").c_str(), 0600);
-  EXPECT_THAT(error_of([&] { (void)load_key(folder / "word"); }), HasSubstr("expected 64 hexadecimal digits"));
+  EXPECT_THAT(refusal([&] { (void)load_key(folder / "word"); }), HasSubstr("expected 64 hexadecimal digits"));
 }
 
 }  // namespace

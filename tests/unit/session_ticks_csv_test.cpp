@@ -1,12 +1,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <fstream>
 #include <iterator>
-#include <sstream>
 
-#include "engine/base/error.h"
 #include "engine/session/format/columns.h"
 #include "engine/session/ticks_csv.h"
 #include "tests/support/session_fixture.h"
@@ -16,20 +13,6 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 void write_csv(const std::filesystem::path& file, std::span<const ServoTick> ticks) {
   TicksCsvWriter writer(file);
@@ -41,7 +24,7 @@ TEST(TicksCsv, HasTheDocumentedColumnsInOrderThenPedalAndTool) {
   TemporaryFolder folder;
   write_csv(folder / "t.csv", {});
   EXPECT_EQ(
-      text_of(folder / "t.csv"),
+      read_text(folder / "t.csv"),
       "t_s,hand_x_mm,hand_y_mm,hand_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,force_x_N,force_y_N,force_z_N,torque_x_Nmm,"
       "torque_y_Nmm,torque_z_Nmm,depth_mm,normal_x,normal_y,normal_z,contact_area_mm2,removed_mm3,removed_enamel_mm3,"
       "removed_dentin_mm3,removed_caries_mm3,removed_pulp_mm3,removed_cortical_bone_mm3,removed_cancellous_bone_mm3,"
@@ -63,7 +46,7 @@ TEST(TicksCsv, NumbersAreTheShortestTextInPeoplesUnits) {
   t.pedal = 0.5;
   t.f_model_W = {0.25, 0, -1};
   write_csv(folder / "t.csv", {&t, 1});
-  const std::string text = text_of(folder / "t.csv");
+  const std::string text = read_text(folder / "t.csv");
   EXPECT_EQ(
       text.substr(text.find('\n') + 1),
       "1.001,1,-0.25,0,0,0,0,0.1,0.3333333333333333,-2,0,0,0,0,0,0,0,0,1,1,0,0,0,0,0,0,0,0,cortical_bone,0,0,1.5,256,"
@@ -92,22 +75,22 @@ TEST(TicksCsv, ReadsBackWhatItWrote) {
   // Writing these ticks again gives the same numbers, to a unit in the last place. So the file is stable.
   write_csv(folder / "again.csv", back);
   write_csv(folder / "third.csv", read_ticks_csv(folder / "again.csv"));
-  EXPECT_EQ(text_of(folder / "again.csv").size(), text_of(folder / "third.csv").size());
+  EXPECT_EQ(read_text(folder / "again.csv").size(), read_text(folder / "third.csv").size());
 }
 
 TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(3, 22);
   write_csv(folder / "good.csv", ticks);
-  const std::string good = text_of(folder / "good.csv");
+  const std::string good = read_text(folder / "good.csv");
   const auto bad = [&](const std::string& text) {
     std::ofstream(folder / "bad.csv") << text;
-    return message_of([&] { read_ticks_csv(folder / "bad.csv"); });
+    return refusal([&] { read_ticks_csv(folder / "bad.csv"); });
   };
   EXPECT_THAT(bad(""), HasSubstr("bad.csv: found an empty file"));
   EXPECT_THAT(bad("t_s,hand_x_mm\n0,1\n"), HasSubstr("line 1: found no column \"hand_y_mm\""));
   EXPECT_EQ(read_ticks_csv(folder / "bad.csv", {"t_s", "hand_x_mm"}).size(), 1u);
-  EXPECT_THAT(message_of([&] {
+  EXPECT_THAT(refusal([&] {
                 read_ticks_csv(folder / "bad.csv", {"t_s", "force_x_N"});
               }),
               HasSubstr("line 1: found no column \"force_x_N\", expected the columns t_s,force_x_N"));
@@ -121,18 +104,18 @@ TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   const std::string tissue(name_of(ticks[0].tissue));
   text.replace(text.find(fmt::format(",{},", tissue), text.find('\n')) + 1, tissue.size(), "chalk");
   EXPECT_THAT(bad(text), HasSubstr("line 2, column tissue: found \"chalk\", expected the name of a tissue"));
-  EXPECT_THAT(message_of([&] { read_ticks_csv(folder / "none.csv"); }), HasSubstr("No such file"));
+  EXPECT_THAT(refusal([&] { read_ticks_csv(folder / "none.csv"); }), HasSubstr("No such file"));
 }
 
 TEST(TicksCsv, AnAbandonedTableLeavesNoFileAndAnUnwritablePathIsAnError) {
   TemporaryFolder folder;
   { TicksCsvWriter(folder / "t.csv").append(random_ticks(5000, 23)); }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
-  EXPECT_THAT(message_of([] { TicksCsvWriter w("/nowhere/t.csv"); }), HasSubstr("/nowhere/t.csv"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  EXPECT_THAT(refusal([] { TicksCsvWriter w("/nowhere/t.csv"); }), HasSubstr("/nowhere/t.csv"));
 }
 
 TEST(SessionFormat, TheDocumentNamesEveryColumn) {
-  const std::string document = text_of("docs/session_format.md");
+  const std::string document = read_text("docs/session_format.md");
   const auto expect_named = [&](const auto& columns) {
     for (const auto& column : columns) EXPECT_THAT(document, HasSubstr(fmt::format("`{}`", column.name)));
   };

@@ -1,13 +1,12 @@
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "engine/base/error.h"
 #include "engine/surface/mesh_export.h"
+#include "tests/support/folder.h"
 #include "tests/support/surface_checks.h"
 
 namespace typodont::surface {
@@ -19,9 +18,6 @@ using test::sample_bricks;
 class Export : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("typodont_export_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
     // An enamel ball of 0.6 mm whose lower half is dentin.
     const auto ball = [](const glm::dvec3& p) { return glm::length(p - 10.3) - 6; };
     const auto labels = [](const glm::dvec3& p) { return p.z < 10 ? Tissue::kDentin : Tissue::kEnamel; };
@@ -29,12 +25,10 @@ class Export : public ::testing::Test {
     materials_[static_cast<int>(Tissue::kEnamel)].color = {1, 1, 0.9};
     materials_[static_cast<int>(Tissue::kDentin)].color = {0.9, 0.8, 0.5};
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string written(const char* name) {
     write_mesh(folder_ / name, mesh_, frame_, materials_);
-    std::ifstream in(folder_ / name, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    return test::read_text(folder_ / name);
   }
   template <class T>
   static T read(const std::string& bytes, std::size_t at) {
@@ -43,7 +37,8 @@ class Export : public ::testing::Test {
     return value;
   }
 
-  std::filesystem::path folder_;
+  TemporaryFolder own_;
+  const std::filesystem::path folder_ = own_.path();
   WholeMesh mesh_;
   MaterialTable materials_{};
   VoxelFrame frame_{{0.001, 0, 0}, 1e-4};
@@ -155,13 +150,8 @@ TEST_F(Export, GltfIsTheSameMeshInOneTextFile) {
 }
 
 TEST_F(Export, UnknownFormatIsRefusedByName) {
-  try {
-    write_mesh(folder_ / "ball.fbx", mesh_, frame_, materials_);
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("ball.fbx"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find(".ply, .stl, .obj, .glb or .gltf"), std::string::npos);
-  }
+  EXPECT_THAT(test::refusal([&] { write_mesh(folder_ / "ball.fbx", mesh_, frame_, materials_); }),
+              testing::AllOf(testing::HasSubstr("ball.fbx"), testing::HasSubstr(".ply, .stl, .obj, .glb or .gltf")));
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
