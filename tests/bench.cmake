@@ -19,7 +19,7 @@ add_library(typodont_bench_level_set STATIC bench/level_set.cpp)
 target_link_libraries(typodont_bench_level_set PUBLIC typodont_haptics PRIVATE OpenVDB::openvdb TBB::tbb)
 set_source_files_properties(bench/level_set.cpp PROPERTIES COMPILE_OPTIONS "-Wno-conversion;-Wno-shadow;-Wno-pedantic")
 
-typodont_bench(contact LIBS typodont_bench_level_set)
+typodont_bench(contact SOURCES bench/model_cases.cpp LIBS typodont_bench_level_set typodont_test_tissues)
 typodont_bench(models SOURCES bench/model_cases.cpp LIBS typodont_test_tissues)
 typodont_bench(stress SOURCES bench/model_cases.cpp LIBS typodont_test_tissues)
 typodont_bench(motions)

@@ -1,11 +1,16 @@
 // Contact and cutting of the default model, with the methods of other programs on the same tissue and hand.
+#include <map>
 #include <memory>
 
+#include "engine/app/assets.h"
 #include "haptics/soft_tissue.h"
 #include "haptics/tissue_volume.h"
 #include "tests/bench/haptic_scene.h"
 #include "tests/bench/level_set.h"
+#include "tests/bench/model_cases.h"
 #include "tests/bench/offset_mesh.h"
+#include "tests/bench/press_report.h"
+#include "tests/support/sliding_hand.h"
 
 namespace typodont::bench {
 
@@ -23,6 +28,8 @@ dvec3 sliding(int tick, double radius) {
 constexpr int kApproach = 50;     // ticks until the force has risen
 constexpr double kHead = 0.6e-3;  // m, radius of the head that slides
 constexpr double kPath = kBallRadius + kHead;
+constexpr double kScanStep = 0.2;  // N, limit for force steps on a scanned tooth
+constexpr double kScanTick = 1e6;  // ns, limit of the 99.9 % quantile there
 
 /// Computes the direction of the force of one tick at a hand's position.
 using Direction = std::function<dvec3(const dvec3& hand)>;
@@ -120,6 +127,41 @@ void add_slides(double voxel_mm) {
       });
     });
   }
+}
+
+/// Presses a ball where a trainee works: on edges, rims, corners, cusps and thin walls.
+void add_presses(double voxel_mm) {
+  test::Random random(1);
+  for (const test::PressCase& c : test::all_press_cases(random)) {
+    add(fmt::format("press/{}/voxel {:g} mm", c.name, voxel_mm), [=](benchmark::State& state) {
+      const test::PressErrors errors = test::press_ball(c, voxel_mm * kMillimetre);
+      report(state, errors);
+      require(errors.median_direction() < 0.2 && test::PressErrors::quantile(errors.direction, 1) < 2,
+              "at rims, edges, corners and cusps, the direction is right to 0.2 degrees, and to 2 at worst: " + c.name);
+    });
+  }
+}
+
+/// A tool slides on a scanned tooth, 0.1 mm below where it rests. The force changes at most by twice the stiffness
+/// times the hand's motion, because the tissue is smooth at this depth; more is a step.
+void slide_on_scan(benchmark::State& state, const std::string& scan, const std::string& tool, double rate) {
+  static std::map<std::string, test::ModelTissue> scans;
+  if (!scans.contains(scan)) scans.emplace(scan, load_anatomy({scan == "molar" ? "molar" : "arch", {0.2}}));
+  ServoSettings settings = probe("offset");
+  settings.tool = haptics::read_tool(Json::load(assets_folder() / "tools" / (tool + ".json")));
+  settings.passivity = settings.boundary_walls = false;
+  settings.tick = 1 / rate;
+  test::HapticBench bench = scene_of(scans.at(scan).make(0.2), settings);
+  test::SlidingHand hand;
+  hand.center = scans.at(scan).start;
+  hand.R = glm::angleAxis(0.3, dvec3(0.6, 0.8, 0));
+  bench.tick({hand.center + dvec3(0, 0, 2 * settings.tool.reach()), hand.R});
+  const test::SlideResult result = test::slide(bench, hand, smoke() ? 0.1 : 3, 2);
+  set_times(state, result.times);
+  state.counters["step_beyond_motion_N"] = result.step_beyond_motion;
+  require(result.step_beyond_motion < kScanStep, fmt::format("{} on the {} steps by {:.3f} N at {:g} Hz, limit {} N",
+                                                             tool, scan, result.step_beyond_motion, rate, kScanStep));
+  require_time(quantile(result.times, 0.999) < kScanTick, "a tick on a tooth takes less than its period: " + tool);
 }
 
 /// A ball slides around the rim of a bore at 20 mm/s, 0.2 mm deep, and tilts across the rim. Times are those of every
@@ -317,6 +359,15 @@ void add_cases() {
     add_removals(voxel_mm);
     add(fmt::format("slide on a rim/voxel {:g} mm", voxel_mm),
         [=](benchmark::State& state) { slide_on_rim(state, voxel_mm); });
+    if (voxel_mm < 0.15) add_presses(voxel_mm);
+  }
+  for (const std::string scan : {"molar", "arch"}) {
+    for (const std::string tool : {"round_006", "round_012", "flame_012", "cylinder_012", "explorer"}) {
+      for (const double rate : {1000.0, 4000.0})
+        add(fmt::format("slide on a scan/{}/{}/{:g} Hz", scan, tool, rate),
+            [=](benchmark::State& state) { slide_on_scan(state, scan, tool, rate); });
+    }
+    if (smoke()) break;
   }
   const auto linear = std::make_shared<double>(0);
   add("query/trilinear/voxel 0.1 mm",

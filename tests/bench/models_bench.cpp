@@ -10,6 +10,7 @@
 #include "engine/base/temporary_folder.h"
 #include "tests/bench/haptic_scene.h"
 #include "tests/bench/model_cases.h"
+#include "tests/bench/press_report.h"
 
 namespace typodont::bench {
 
@@ -267,6 +268,14 @@ void add_cases() {
     add_subject(tissue.name, std::make_shared<Subject>(Subject{[tissue] { return tissue; }}), nullptr, tissue.solid);
   }
   if (smoke()) return;
+  test::Random random(1);
+  for (const test::PressCase& c : test::all_press_cases(random)) {
+    for (const std::string& model : haptics::contact_method_names()) {
+      const Setting s = default_setting(model);
+      add(fmt::format("press/{}/{}/{}", c.name, model, s.knob),
+          [=](auto& state) { report(state, test::press_ball(c, s.voxel_mm * kMillimetre, s.method)); });
+    }
+  }
   for (const Anatomy& anatomy : anatomies()) {
     const auto subject = std::make_shared<Subject>(Subject{[anatomy] { return load_anatomy(anatomy); }});
     add_subject(anatomy.name, subject, &anatomy, true);

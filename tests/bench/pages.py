@@ -171,6 +171,13 @@ def performance(rows, origin, docs):
     def voxel(case):
         return get(f"contact/{case}/voxel 0.1 mm")
 
+    presses = {case.split("/")[2]: row for case, row in rows.items()
+               if case.startswith("contact/press/") and case.endswith("/voxel 0.1 mm")}
+    hardest = max(presses, key=lambda place: presses[place]["direction_max_deg"], default="–")
+    pressed = presses.get(hardest, missing)
+    scans = {case.removeprefix("contact/slide on a scan/"): row for case, row in rows.items()
+             if case.startswith("contact/slide on a scan/")}
+    slowest_scan = max(scans, key=lambda case: scans[case]["slow_ns"], default="–")
     slide, penalty, field = voxel("slide/offset"), voxel("slide/voxel_penalty"), voxel("slide/penalty with OpenVDB")
     mesh = get("contact/slide/proxy on the offset mesh/edge 0.12 mm")
     drill = "contact/drill/round 1.2 mm/voxel 0.05 mm"
@@ -194,6 +201,14 @@ def performance(rows, origin, docs):
     soft = get("contact/soft gum/a ball presses")
     period = "1 ms"
     lines = [
+        ["**where a trainee works**: rims, edges, corners, cusps and thin walls, balls of 1 to 10 mm, voxels of 0.1 mm "
+         f"(worst place: {hardest})", f"{number(pressed['direction_median_deg'])}°, at most "
+         f"{number(pressed['direction_max_deg'])}°; force {number(pressed['force_max_percent'])} %",
+         f"{ours('contact/slide on a rim/voxel 0.1 mm')} (slide on a rim)",
+         "[all contact models](models.md#where-a-trainee-works)", "0.2°, at most 2°; 1 ms"],
+        [f"slide on a scanned molar and arch, five tools, 1 and 4 kHz (slowest: {slowest_scan.replace('/', ', ')})",
+         f"force steps up to {number(max((row['step_beyond_motion_N'] for row in scans.values()), default=math.nan))} N "
+         "beyond the hand's motion", ours(f"contact/slide on a scan/{slowest_scan}"), "–", "0.2 N; 1 ms"],
         ["slide on a ball, voxels of 0.1 mm", f"{number(slide['direction_max_deg'])}°", times(slide),
          f"penalty by OpenVDB's field, which has no walls: {number(field['direction_max_deg'])}°, "
          f"{time(field['time_ns'])}; proxy on an offset mesh, as in CHAI3D: {number(mesh['direction_max_deg'])}°, "
@@ -381,6 +396,17 @@ def models(rows, origin, docs):
         {origin}.""") + "\n\n"
     page += f"![{title}. Least error in degrees, and time: {best(series)}](models/direction.svg)\n\n"
     page += "".join(tables())
+    presses = {}
+    for case, row in rows.items():
+        if case.startswith("press/"):
+            presses.setdefault(case.split("/")[1], {})[case.split("/")[2]] = row
+    if presses:
+        page += "## Where a trainee works\n\n" + paragraph(
+            """A ball is pressed 0.2 mm deep at random places and in random directions: error of the direction, degrees,
+            median / largest.""") + "\n\n"
+        page += table(["place", *(f"`{m}`" for m in MODELS)], [[place, *(
+            f"{number(by[m]['direction_median_deg'])} / {number(by[m]['direction_max_deg'])}" for m in MODELS)]
+            for place, by in presses.items()]) + "\n"
     walls = [[f"`{m}`", *(number(rows[f"break-through/thin sheet/{m}"].get(k)) for k in ("time_s", "force_left_N")),
               *(number(rows[f"escape/{s}/{m}"][k]) for s in SHEETS for k in ("escaped_1mm_percent",
                                                                           "escaped_20mm_percent"))] for m in MODELS]

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "engine/base/units.h"
 #include "haptics/contact/proxy/crease.h"
 #include "haptics/contact/proxy/groove.h"
 #include "haptics/contact/proxy/head_samples.h"
@@ -29,6 +31,12 @@ bool is_smooth_at(const TissuePatch& patch, const dvec3& x) noexcept {
          std::abs(sample_linear(patch, x - O::depth_below * at.gradient) + O::depth_below) < O::foot_tolerance;
 }
 
+/// Direction of the head's outline at a point of a piece.
+glm::dvec2 along(const HeadField::Piece& piece, const glm::dvec2& p) noexcept {
+  return glm::normalize(piece.radius == 0 ? glm::dvec2(piece.dx, piece.dz)
+                                          : glm::dvec2(piece.cz - p.y, p.x - piece.cx));
+}
+
 }  // namespace
 
 ContactFinder::ContactFinder(const Tool& tool, double voxel)
@@ -36,7 +44,18 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
       sphere_(tool.shape == HeadShape::kSphere),
       radius_(tool.radius() / voxel),
       reach_(tool.reach() / voxel),
-      samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {}
+      samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {
+  glm::dvec2 in(1, 0);  // direction of the outline; at the axis it is perpendicular to it
+  for (int i = 0; i <= head_.count; ++i) {
+    const HeadField::Piece& last = head_.pieces[std::max(i - 1, 0)];
+    const HeadField::Piece& next = head_.pieces[std::min(i, head_.count - 1)];
+    const glm::dvec2 at = i < head_.count ? glm::dvec2(next.ax, next.az) : glm::dvec2(last.bx, last.bz);
+    const glm::dvec2 on = i < head_.count ? along(next, at) : glm::dvec2(-1, 0);
+    if (const double c = glm::dot(in, on); c < Rim::sharp)
+      rims_[rim_count_++] = {at.x, at.y, c < Rim::blunt ? Rim::near_rim : Rim::near_blunt};
+    if (i < head_.count) in = along(next, {next.bx, next.bz});
+  }
+}
 
 ContactFinder::~ContactFinder() = default;
 ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
@@ -213,7 +232,54 @@ void ContactFinder::find(const TissuePatch& patch, const Pose& X_VT, double near
     if (at.value > 0.5 && glm::length(at.gradient) > 0.5)
       find_below(patch, X_VT, X_VT.p - at.value * glm::normalize(at.gradient), near, set);
   }
+  if (fine && found.count > 0) find_rims(patch, X_VT, near, set);
   if (!samples_->cover.empty() && (fine || found.count == 0)) find_between_samples(patch, X_VT, near, set);
+}
+
+/// Adds the contacts of the head's sharp rims and tip: the places of a rim that are nearest to smooth tissue.
+void ContactFinder::find_rims(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
+  const glm::dmat3 axes(X_VT.R);
+  const auto add = [&](const dvec3& q, const FieldSample& field, double beside) {
+    const double slope = glm::length(field.gradient), gap = field.value / slope;
+    if (std::abs(slope - 1) > Rim::gradient_tolerance || gap > near) return;
+    const dvec3 n = field.gradient / slope;
+    set.put_rim({q - gap * n, n, gap, 1, true}, X_VT.p, beside + 2 * std::abs(gap));
+  };
+  for (int r = 0; r < rim_count_; ++r) {
+    const double radius = rims_[r].radius;
+    const dvec3 center = X_VT.p + rims_[r].z * axes[2];
+    if (!patch.holds(center, 0) || sample_linear(patch, center) > radius + near) continue;
+    if (radius == 0) {
+      add(center, sample_cubic(patch, center), rims_[r].beside);
+      continue;
+    }
+    const auto out = [&](double angle) { return std::cos(angle) * axes[0] + std::sin(angle) * axes[1]; };
+    double value[Rim::max_points];
+    const int count = std::clamp(static_cast<int>(2 * kPi * radius / Rim::spacing), 8, Rim::max_points);
+    const double turn = 2 * kPi / count;
+    for (int i = 0; i < count; ++i) {
+      const dvec3 q = center + radius * out(turn * i);
+      value[i] = patch.holds(q, 0) ? sample_linear(patch, q) : 1e300;
+    }
+    for (int i = 0; i < count; ++i) {
+      const double last = value[(i + count - 1) % count], next = value[(i + 1) % count];
+      if (value[i] > near || value[i] > last || value[i] >= next) continue;
+      double bend = (last - 2 * value[i] + next) / (turn * turn), angle = turn * i, slope = 0, moved = 0;
+      for (int step = 0; step < Rim::steps; ++step) {
+        const dvec3 d = out(angle), q = center + radius * d;
+        if (!patch.holds(q, 0)) break;
+        const FieldSample field = sample_cubic(patch, q);
+        const double before = std::exchange(slope, radius * glm::dot(field.gradient, glm::cross(axes[2], d)));
+        if (step > 0 && (slope - before) * moved > 0) bend = (slope - before) / moved;
+        moved = std::clamp(-slope / bend, -turn, turn);
+        if (std::abs(moved) * radius < Rim::converged) {
+          add(q, field, rims_[r].beside);
+          break;
+        }
+        angle += moved;
+      }
+    }
+  }
 }
 
 /// Adds the contact that descend() finds from x: the surface point nearest to the head.

@@ -66,6 +66,7 @@ class ContactFinder {
   dvec3 farthest(const Pose& X_VT, const dvec3& along) const noexcept;
   void find_below(const TissuePatch& patch, const Pose& X_VT, const dvec3& x, double near,
                   ContactSet& set) const noexcept;
+  void find_rims(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
   void find_between_samples(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
   bool descend(const TissuePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
   bool touch_crease(const TissuePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
@@ -86,6 +87,11 @@ class ContactFinder {
   bool sphere_;
   // voxels; radius_: radius of a ball; reach_: distance from the head's centre to its farthest point
   double radius_, reach_;
+  // voxels, the head's sharp rims and tips (radius 0); `beside`: contacts at this distance belong to the rim
+  struct {
+    double radius, z, beside;
+  } rims_[HeadField::kMaxPieces + 1];
+  int rim_count_ = 0;
   std::unique_ptr<HeadSamples> samples_;  // surface samples of the head, in voxels
 };
 

@@ -42,13 +42,21 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
 
 /// Adds an approximate contact of the head.
 void ContactSet::put_own(const ContactPlane& plane) noexcept {
-  const int i = count_ < kMax ? count_++ : 0;
+  const int i = count_ < kMax ? count_++ : kMax - 1;
   const glm::vec3 x(plane.x - origin_), n(plane.n);
   approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
   approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
   approximate_.gap[i] = static_cast<float>(plane.gap);
   approximate_.yields[i] = 1;
   deepest_ = std::max(deepest_, -plane.gap);
+}
+
+/// Adds the exact contact of a rim, in place of the approximate contacts near it.
+void ContactSet::put_rim(const ContactPlane& plane, const dvec3& c, double within) noexcept {
+  put_beside(plane, within);
+  const int i = std::min(count_, kMax - 1);
+  put_own(plane);
+  put(i, c, plane);
 }
 
 /// Replaces the approximate contacts near a rim by the exact contact of the rim.

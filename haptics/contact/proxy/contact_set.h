@@ -82,6 +82,7 @@ class ContactSet {
   Exact* exact(int i) noexcept;
   void put_beside(const ContactPlane& rim, double within) noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
+  void put_rim(const ContactPlane& plane, const dvec3& c, double within) noexcept;
   void put_own(const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;

@@ -77,6 +77,14 @@ struct RimParameters {
   static constexpr double same_wall = 0.9;
   // Voxels. A contact belongs to the rim if its distance from the rim is at most this length + twice the rim's depth.
   static constexpr double near_rim = 2;
+  // The outline of the head has a rim or tip where the cosine between its directions is below `sharp`. It is blunt
+  // above `blunt`; then `near_blunt` replaces `near_rim`.
+  static constexpr double sharp = 0.98, blunt = 0.3, near_blunt = 0.5;
+  // voxels between the points of a rim at which the field is read; largest number of points
+  static constexpr double spacing = 1;
+  static constexpr int max_points = 128;
+  static constexpr int steps = 6;            // largest number of steps along the rim
+  static constexpr double converged = 1e-3;  // voxels
 };
 
 /// Parameters of the samples on the head's surface (HeadSamples).
