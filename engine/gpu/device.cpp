@@ -15,7 +15,7 @@ namespace typodont::gpu {
 namespace {
 
 // A driver that compiles for the CPU crashes if memory runs out within a call.
-constexpr std::size_t kRoomForDriver = 256 << 20, kRoomToDraw = 128 << 20;  // bytes
+constexpr std::size_t kRoomForDriver = 384 << 20, kRoomToDraw = 128 << 20;  // bytes
 
 constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";

@@ -45,7 +45,8 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
       radius_(tool.radius() / voxel),
       reach_(tool.reach() / voxel),
       samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {
-  glm::dvec2 in(1, 0);  // direction of the outline; at the axis it is perpendicular to it
+  if (tool.implant) return;  // the bed guides the instrument; contacts of its rims would change at the bed's entry
+  glm::dvec2 in(1, 0);       // direction of the outline; at the axis it is perpendicular to it
   for (int i = 0; i <= head_.count; ++i) {
     const HeadField::Piece& last = head_.pieces[std::max(i - 1, 0)];
     const HeadField::Piece& next = head_.pieces[std::min(i, head_.count - 1)];
