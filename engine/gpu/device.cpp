@@ -15,7 +15,7 @@ namespace typodont::gpu {
 namespace {
 
 // A driver that compiles for the CPU crashes if memory runs out within a call.
-constexpr std::size_t kRoomForDriver = 384 << 20, kRoomToDraw = 128 << 20;  // bytes
+constexpr std::size_t kRoomForDriver = 256 << 20, kRoomForDevice = 512 << 20, kRoomToDraw = 128 << 20;  // bytes
 
 constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
@@ -251,6 +251,7 @@ Device Device::create(const DeviceOptions& options) {
                                   .pQueueCreateInfos = &queue,
                                   .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
                                   .ppEnabledExtensionNames = extensions.data()};
+    if (d.processor) require_memory(kRoomForDevice);  // for its threads, too
     const VkResult result = options.create_device ? options.create_device(d.physical, info, d.device)
                                                   : vkCreateDevice(d.physical, &info, nullptr, &d.device);
     if (result != VK_SUCCESS)
