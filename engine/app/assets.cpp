@@ -54,14 +54,20 @@ fs::path assets_folder() {
 
 namespace {
 
+std::optional<fs::path> shipped(const fs::path& folder, std::string_view name) {
+  const fs::path file = folder / (std::string(name) + ".json");
+  const bool plain = !name.empty() && name.find('/') == std::string_view::npos && name != "..";
+  std::error_code code;
+  return plain && fs::is_regular_file(file, code) ? std::optional(file) : std::nullopt;
+}
+
 /// Returns `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of `kind`.
 /// Throws Error if neither file exists. `noun`: what the message calls such a file, for example "rig".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;
   const fs::path folder = assets_folder() / kind;
-  const fs::path shipped = folder / (file + ".json");
-  if (!file.empty() && file.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
+  if (const auto found = shipped(folder, file)) return *found;
   throw Error(file, "", "no such file", fmt::format("a {} file, or {}", noun, names_in(folder)));
 }
 
@@ -176,17 +182,6 @@ fs::path find_file(const Json& name, const ScenePlace& place) {
   if (auto file = searched(path, place)) return *file;
   name.fail(fmt::format("no file \"{}\"", path.string()), searched_places(path, place));
 }
-
-namespace {
-
-std::optional<fs::path> shipped(const fs::path& folder, std::string_view name) {
-  const fs::path file = folder / (std::string(name) + ".json");
-  const bool plain = !name.empty() && name.find('/') == std::string_view::npos && name != "..";
-  std::error_code code;
-  return plain && fs::is_regular_file(file, code) ? std::optional(file) : std::nullopt;
-}
-
-}  // namespace
 
 fs::path named_asset(std::string_view kind, std::string_view name) {
   const fs::path folder = assets_folder() / kind;

@@ -409,7 +409,7 @@ void prefetch_leaf(const Leaf* leaf) {
 /// Calls load(source) a few leaves before copy(source); otherwise copying mostly waits for memory.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
-  constexpr std::size_t kAhead = 4;  // number of leaves by which prefetching is ahead; a larger number is not faster
+  constexpr std::size_t kAhead = 4;  // leaves that are prefetched before they are copied; more are not faster
   for (std::size_t i = 0; i < sources.size() + kAhead; ++i) {
     if (i < sources.size()) load(sources[i]);
     if (i >= kAhead) copy(sources[i - kAhead]);

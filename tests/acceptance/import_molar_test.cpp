@@ -5,14 +5,14 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
+#include <string>
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/dicom_files.h"
+#include "tests/support/folder.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
@@ -26,16 +26,11 @@ struct Ran {
   std::string out, err;
 };
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 Ran run(const std::string& arguments) {
   const int status = std::system(
       fmt::format(TYPODONT_PROGRAM " import {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
           .c_str());
-  return {WEXITSTATUS(status), text_of(scratch("out")), text_of(scratch("err"))};
+  return {WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err"))};
 }
 
 TEST(ImportCommand, TheImportedMolarHasTheRightAnatomy) {
@@ -153,8 +148,8 @@ TEST(ImportCommand, OneOfSeveralSeriesIsImportedWithItsLabelsAndWithoutThePatien
   const Json report = Json::parse(ran.out, "report");
   EXPECT_EQ(report["input"].string(), "DICOM");
   EXPECT_EQ(report["labels"].string(), labels.string());
-  EXPECT_EQ(text_of(labels).substr(344, 4), std::string("n+1\0", 4));
-  for (const std::string& text : {ran.out, ran.err, text_of(out), text_of(labels)}) {
+  EXPECT_EQ(test::read_text(labels).substr(344, 4), std::string("n+1\0", 4));
+  for (const std::string& text : {ran.out, ran.err, test::read_text(out), test::read_text(labels)}) {
     for (const char* secret : {"HUSH", "HANNAH", test::kPatientId, test::kBirthDate})
       EXPECT_THAT(text, testing::Not(HasSubstr(secret)));
   }
@@ -183,7 +178,7 @@ TEST(ImportCommand, ResultsAreWrittenAsVolumesAndMeshesAtTheirPlaceInTheScan) {
     const int status = std::system(
         fmt::format(TYPODONT_PROGRAM " {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
             .c_str());
-    return Ran{WEXITSTATUS(status), text_of(scratch("out")), text_of(scratch("err"))};
+    return Ran{WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err"))};
   };
   const auto report_of = [&](const std::string& arguments) {
     const Ran ran = program(arguments + " --json");

@@ -146,7 +146,7 @@ void add_presses(double voxel_mm) {
 /// times the hand's motion, because the tissue is smooth at this depth; more is a step.
 void slide_on_scan(benchmark::State& state, const std::string& scan, const std::string& tool, double rate) {
   static std::map<std::string, test::ModelTissue> scans;
-  if (!scans.contains(scan)) scans.emplace(scan, load_anatomy({scan == "molar" ? "molar" : "arch", {0.2}}));
+  if (!scans.contains(scan)) scans.emplace(scan, load_anatomy({scan.c_str(), {0.2}}));
   ServoSettings settings = probe("offset");
   settings.tool = haptics::read_tool(Json::load(assets_folder() / "tools" / (tool + ".json")));
   settings.passivity = settings.boundary_walls = false;

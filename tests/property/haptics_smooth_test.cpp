@@ -7,6 +7,7 @@
 #include <random>
 
 #include "haptics/contact/proxy/crease.h"
+#include "tests/support/presses.h"
 #include "tests/support/sliding_hand.h"
 
 namespace typodont {
@@ -14,12 +15,9 @@ namespace {
 
 using namespace literals;
 using haptics::HeadShape;
+using test::uniform;
 
 constexpr double kVoxel = 0.1_mm;
-
-double uniform(std::mt19937& random, double a, double b) {
-  return std::uniform_real_distribution(a, b)(random);
-}
 
 /// Tissue below a sum of smooth bumps, whose largest curvature is 1 / radius.
 class Bumps {

@@ -255,6 +255,18 @@ TEST(ImplantModel, ATapAdvancesByItsPitchAndCannotBePulledOutWithoutTurning) {
   EXPECT_NEAR(stands - s.depth(), 0.8e-3, 0.02e-3);
 }
 
+/// Screws the implant in until it is placed. Returns the largest torque, N·m.
+double place_implant(ImplantSession& s) {
+  s.take(kImplant);
+  s.land();
+  double torque = 0;
+  for (int i = 0; i < 15000 && (i < 100 || s.cut.fill_radius == 0); ++i) {
+    s.push(1.5, 1);
+    torque = std::max(torque, glm::length(s.tick.tau_T_W));
+  }
+  return torque;
+}
+
 TEST(ImplantModel, AnImplantStaysInItsBedAndLaterToolsCollideWithIt) {
   ImplantSession s;
   pilot(s, 6.1);
@@ -265,13 +277,7 @@ TEST(ImplantModel, AnImplantStaysInItsBedAndLaterToolsCollideWithIt) {
     for (int i = 0; i < 20000 && s.depth() < 6.05e-3; ++i) s.push(5, 1);
   }
   s.withdraw();
-  s.take(kImplant);
-  s.land();
-  double torque = 0;
-  for (int i = 0; i < 15000 && (i < 100 || s.cut.fill_radius == 0); ++i) {
-    s.push(1.5, 1);
-    torque = std::max(torque, glm::length(s.tick.tau_T_W));
-  }
+  const double torque = place_implant(s);
   ASSERT_GT(s.cut.fill_radius, 0) << "it was placed; depth " << s.depth();
   EXPECT_GT(torque, 0.02) << "insertion torque";
   // The gauge of 2.2 mm rests on the implant's platform.
@@ -301,13 +307,7 @@ TEST(ImplantModel, InABedNarrowerThanItsCoreAnImplantNeedsTheTorqueOfTheBoneThat
         implant_settings(fmt::format(
             R"({{"implant": {{"beds": [{{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": 7, "diameter_mm": {}}}]}}}})",
             bed_mm)));
-    s.take(kImplant);
-    s.land();
-    double torque = 0;
-    for (int i = 0; i < 15000 && (i < 100 || s.cut.fill_radius == 0); ++i) {
-      s.push(1.5, 1);
-      torque = std::max(torque, glm::length(s.tick.tau_T_W));
-    }
+    const double torque = place_implant(s);
     EXPECT_GT(s.cut.fill_radius, 0) << "placed in " << bed_mm << " mm, hardness " << hardness;
     return torque;
   };

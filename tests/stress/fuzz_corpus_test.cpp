@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "tests/fuzz/targets.h"
 #include "tests/support/campaign.h"
+#include "tests/support/folder.h"
 
 namespace typodont::test {
 namespace {
@@ -22,8 +22,7 @@ std::vector<std::vector<std::byte>> corpus_of(std::string_view target) {
   std::sort(files.begin(), files.end());
   std::vector<std::vector<std::byte>> corpus;
   for (const auto& file : files) {
-    std::ifstream in(file, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    const std::string text = read_text(file);
     corpus.emplace_back(reinterpret_cast<const std::byte*>(text.data()),
                         reinterpret_cast<const std::byte*>(text.data()) + text.size());
   }

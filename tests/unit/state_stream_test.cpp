@@ -10,8 +10,6 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -26,6 +24,7 @@
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "engine/base/websocket.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
@@ -178,10 +177,7 @@ TEST(StateStream, ASessionSoundsOnAnotherComputerAsOnItsOwn) {
   EXPECT_EQ(stream.counts().skipped, 0u);
   EXPECT_EQ(heard.scene, "a scene");
   EXPECT_EQ(heard.states, 300u);
-  const auto bytes = [&](const char* name) {
-    std::ifstream in(folder.path() / name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  };
+  const auto bytes = [&](const char* name) { return test::read_text(folder.path() / name); };
   EXPECT_GT(bytes("there.wav").size(), 20000u);
   EXPECT_EQ(bytes("there.wav"), bytes("here.wav"));
 }

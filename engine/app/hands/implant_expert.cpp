@@ -71,14 +71,16 @@ std::string ImplantExpert::gave_up() const {
   return gave_up_ ? phase().name.in(session::Language::kEnglish) : std::string();
 }
 
+dvec3 ImplantExpert::tip_from_entry() const {
+  return seen_.X_WG * dvec3(0, 0, -tool().half()) - task_.plan.entry_W;
+}
+
 double ImplantExpert::tip_depth() const {
-  const dvec3 tip_W = seen_.X_WG * dvec3(0, 0, -tool().half());
-  return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
+  return glm::dot(tip_from_entry(), task_.plan.axis_W);
 }
 
 dvec3 ImplantExpert::tip_aside() const {
-  const dvec3 from_entry_W = seen_.X_WG * dvec3(0, 0, -tool().half()) - task_.plan.entry_W;
-  const dvec3 aside_W = from_entry_W - glm::dot(from_entry_W, task_.plan.axis_W) * task_.plan.axis_W;
+  const dvec3 aside_W = tip_from_entry() - tip_depth() * task_.plan.axis_W;
   return glm::conjugate(rotation_between({0, 0, -1}, task_.plan.axis_W)) * aside_W;
 }
 

@@ -29,6 +29,8 @@ class ImplantExpert final : public haptics::HapticDevice {
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
+  /// m, frame W.
+  dvec3 tip_from_entry() const;
   /// The tip's depth below the entry, along the axis, m.
   double tip_depth() const;
   /// The tip's offset from the axis, m, in the axes of at().

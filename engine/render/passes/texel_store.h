@@ -38,7 +38,7 @@ struct TexelStore {
   /// Adds changed parts. `texel(i)`: value with index i = (x·size.y + y)·size.z + z.
   template <class At>
   void update(const At& texel, std::span<const CellBox> boxes) {
-    // If more texels wait to be copied than the grid has, the whole grid is copied once.
+    // If the list of changed texels is longer than the grid, the whole grid is copied once.
     const CellBox whole{glm::ivec3(0), size - 1};
     if (texels.size() >
         static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)) {

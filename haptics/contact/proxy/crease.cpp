@@ -325,16 +325,12 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
   };
   if (std::count_if(crease.sheet, crease.sheet + crease.count, near) < 2) return false;
   for (int i = 0; i < crease.count; ++i) {
-    for (int j = 0; j < crease.count; ++j) {
-      dvec3 normal;
-      if (i != j && crease.sheet[j].distance(crease.sheet[i].x, normal) > -C::convex) return false;
-    }
-  }
-  // The interpolated surface of a shallow edge is accurate.
-  for (int i = 0; i < crease.count; ++i) {
     for (int j = 0; j < i; ++j) {
-      dvec3 on = x, normals[2];
-      if (!crease.onto_line(i, j, on, normals) || glm::dot(normals[0], normals[1]) > C::shallow) return false;
+      const Sheet &a = crease.sheet[i], &b = crease.sheet[j];
+      dvec3 on = x, n_ab[2];
+      if (std::max(a.distance(b.x, n_ab[0]), b.distance(a.x, n_ab[1])) > -C::convex) return false;
+      // The interpolated surface of a shallow edge is accurate.
+      if (!crease.onto_line(i, j, on, n_ab) || glm::dot(n_ab[0], n_ab[1]) > C::shallow) return false;
     }
   }
   if (!agrees_around(patch, x, crease)) return false;

@@ -41,7 +41,7 @@ class KnownCreases {
   const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
   const dvec3& place() const noexcept { return known_[0].x; }
   /// Must be called when the tissue has changed.
-  void forget() noexcept { count_ = none_count_ = 0; }
+  void forget() noexcept { count_ = 0, none_count_ = 0; }
   /// No crease was found near x, seen along n. A search there would fail again.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
@@ -54,11 +54,11 @@ class KnownCreases {
   };
   Known known_[kMost];  // the crease that was used last comes first
   int count_ = 0;
-  static constexpr int kMaxNone = 8;
+  static constexpr unsigned kMaxNone = 8;
   struct {
     dvec3 x{0}, n{0};
   } none_[kMaxNone];
-  int none_count_ = 0;  // of all that were added; the last kMaxNone are kept
+  unsigned none_count_ = 0;  // of all that were added, modulo 2³²; the last kMaxNone are kept
 };
 
 /// Returns true if the samples near x bend as at a convex edge: far more than beside it. Cheap, for a first test.
