@@ -31,7 +31,7 @@ class BenchSimulator {
   /// The bench as drawn, where the calibration routine starts.
   BenchState drawings() const;
 
-  /// Readings of an arm whose tip is at p_W (m), with an arbitrary wrist.
+  /// Readings of an arm whose tip is at p_W (m), with random wrist joints.
   ArmReading hold(const dvec3& p_W);
   /// An unsteady touch at p_W (m). Its position is computed with the geometry `believed_arm`.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);

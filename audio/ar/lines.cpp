@@ -161,7 +161,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// The same noise with its variance reduced by `variance`.
+/// Returns the noise with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;

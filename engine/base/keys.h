@@ -94,7 +94,7 @@ class Keys {
   }
   /// Another value, which the caller reads from the result; empty: nothing to read.
   std::optional<Json> operator()(Key key, const Form& form, std::string_view meaning);
-  /// The same; `of` describes the object in it.
+  /// Another value that may be an object; the function `of` describes the object's keys.
   template <std::invocable<Keys&> Of>
   std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
   // Declare a key whose value is an object that the function `of` describes, or a list of such objects.

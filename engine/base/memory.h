@@ -13,7 +13,8 @@ struct OutOfMemory final : std::bad_alloc {
 
 /// True if the system would grant `bytes` more memory. Any thread.
 bool memory_left(std::size_t bytes) noexcept;
-/// Throws OutOfMemory if it would not. Call before functions of libraries that crash without memory.
+/// Throws OutOfMemory unless `bytes` more memory can be had. Call before functions of libraries that crash without
+/// memory.
 void require_memory(std::size_t bytes);
 
 }  // namespace typodont

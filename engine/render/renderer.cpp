@@ -325,7 +325,7 @@ struct Renderer::Impl {
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // If there are too many particles to track, marks the whole picture.
+      // If there are too many particles to track, the whole picture counts as changed.
       if (frame.particles.size() > kMaxTracked)
         particles_now[e].mark_all();
       else

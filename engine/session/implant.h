@@ -52,7 +52,7 @@ struct ImplantPhase {
   ImplantAction deed = ImplantAction::kDrill;
   std::uint32_t tool = 0;  // index in the session's list of tools
   double depth = 0;        // m, required depth of the tip below the entry
-  double volume = 0;       // m³ to remove, for kSmooth and kMark
+  double volume = 0;       // m³ to remove in the phases kSmooth and kMark
   double speed = 0;        // rad/s, largest spindle speed; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
 };

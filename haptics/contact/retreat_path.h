@@ -1,4 +1,4 @@
-// The recorded path of the proxy, along which it is led back when contacts hold it away from the hand.
+// The recorded path of the proxy, along which it moves back when contacts hold it away from the hand.
 #pragma once
 
 #include <algorithm>

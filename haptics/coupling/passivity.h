@@ -9,7 +9,7 @@
 namespace typodont::haptics {
 
 /// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. Here, the energy ledger must cover
-/// the retreat in the next tick, predicted from recent motion and the acceleration of any hand.
+/// the retreat in the next tick, predicted from recent motion and the largest acceleration of a hand.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because a tick may be missed and a retreat may become faster
   double margin = 2.5;

@@ -34,7 +34,8 @@ std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts c
 /// the whole scan.
 class LocalGrey {
  public:
-  /// `grey(p)`: value of a sample; `counts(p, i)`: whether it is used; `everywhere`: mean of the whole scan.
+  /// Smooths the samples of `set`. `grey(p)`: value of sample p; `counts(p, i)`: whether the sample is used;
+  /// `everywhere`: mean of the whole scan.
   template <class Grey, class Counts>
   LocalGrey(Grey grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((set.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {

@@ -244,7 +244,7 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  /// Change of tissue and edge forces in this tick, N.
+  /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
   /// Returns true if further limits soften a drill's contact.
   static bool lands(const ContactTick& now) noexcept;

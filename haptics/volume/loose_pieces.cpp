@@ -248,7 +248,7 @@ class LoosePieces::KnownBlocks {
     int root = 0;
     std::vector<int> edge;  // parts where the flood grows; parts before `next` are done
     std::size_t next = 0;
-    std::vector<int> taken;  // indices of the parts that the flood contains
+    std::vector<int> taken;  // indices of the parts that the flood fill has reached
     std::int64_t samples = 0;
     void begin(int number) {
       root = number;
@@ -423,7 +423,7 @@ class LoosePieces::KnownBlocks {
   std::uint32_t search_ = 0;
   std::int64_t examined_ = 0;
   std::vector<Part> parts_;  // parts of this search, block by block
-  // samples and shapes of parts smaller than their block
+  // Samples and shapes of parts that do not fill their block.
   std::vector<SolidBits> part_bits_;
   std::vector<Shape> part_shapes_;
   std::vector<Flood> floods_;

@@ -156,7 +156,7 @@ struct TissueVolume::Impl {
   /// As TissueVolume::copy_every(), for the samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  /// The same leaf in both grids.
+  /// A leaf's distances and labels.
   struct LeafSource {
     glm::ivec3 lo;                                      // voxels, position of the first voxel
     const openvdb::FloatTree::LeafNodeType* distances;  // null: all samples have the value `distance`

@@ -700,7 +700,8 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    // Samples with |distance| <= 2, relative to the leaf's origin. For each x, bit 8y + z in `rows` and in the mask.
+    // Box lo..hi of the samples with |distance| <= 2, relative to the leaf's origin. Sample (x, y, z) is bit 8y + z of
+    // word x, in `rows` and in the mask.
     glm::ivec3 lo(kLeafEdge, 0, 0), hi(-1, 0, 0);
     std::uint64_t near = 0;
     for (int x = 0; x < kLeafEdge; ++x) {

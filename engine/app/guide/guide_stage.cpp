@@ -288,7 +288,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Without `ring_`, which throws if the GPU is lost.
+    // Not by `ring_`, which throws if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();

@@ -38,7 +38,7 @@ constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
 // Hz, lowest and highest frequency of a controller's vibration
 constexpr double kSlowest = 60, kFastest = 320;
-// Spindle speed for the controller's highest vibration frequency, rad/s.
+// Spindle speed at which the controller vibrates with its highest frequency, rad/s.
 constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm: the tip counts as still if it moves less than this distance (m) in this time
 // (s).

@@ -29,7 +29,7 @@ NewTooth tooth_of(const ImportForm& form);
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Imports the region of the scan with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
-/// Saves an exercise by OperatorState::exercise, and selects the new scene. `authored` must outlive the work.
+/// Saves the exercise that OperatorState::exercise describes, and selects its scene. `authored` must outlive the work.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves OperatorState::plan as an exercise, and selects this exercise on the start page.
 void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);

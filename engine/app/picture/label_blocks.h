@@ -66,7 +66,7 @@ class LabelBlocks {
   };
 
   Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  /// The tissues as which these tissues are drawn.
+  /// Replaces each tissue by the one as which it is drawn.
   Tissues drawn(Tissues tissues) const;
   /// Reads the labels of a block.
   void read(const haptics::TissueVolume& volume, Block& block);

@@ -47,7 +47,7 @@ class SoftGumView {
   struct Influence {
     std::uint32_t point = 0;
     float part = 0;      // 0..1, weight with which the point's displacement moves the vertex
-    glm::vec3 slope{0};  // 1/m, gradient of the weight `part` over the vertex's position
+    glm::vec3 slope{0};  // 1/m, gradient of `part` with respect to the vertex's position
   };
   /// The undeformed form of a mesh brick, with triangles that are small enough to show a dent.
   struct Rest {

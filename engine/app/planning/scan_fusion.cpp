@@ -92,7 +92,7 @@ ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std
   ct_mesh_ = haptics::TissueVolume(*ct_).extract_mesh();
   for (const Tissue t : ct_mesh_.tissue) ct_colors_.push_back(is_of_tooth(t) ? kToothColor : kBoneColor);
   views_[kScan] = SurfacePicture(scan_mesh_, std::vector<glm::vec3>(scan_mesh_.triangles.size(), kScanColor));
-  // Looks at the scan's outer side, against the mean normal.
+  // The view shows the scan's outer side: it looks against the mean normal.
   dvec3 normal(0);
   for (const glm::uvec3& t : scan_mesh_.triangles)
     normal += glm::cross(scan_mesh_.vertices[t.y] - scan_mesh_.vertices[t.x],

@@ -39,7 +39,7 @@ class Cutters {
   std::span<const Cut* const> cuts() const { return cuts_; }
   const haptics::Tool& tool(std::uint32_t tool) const { return tools_[std::min<std::size_t>(tool, tools_.size() - 1)]; }
   double reach(const Cut& cut) const { return cut.fill_radius > 0 ? cut.fill_radius : tool(cut.tool).reach(); }
-  /// m from the head, or from the filled ball, on its way from A (0) to B (1).
+  /// Distance of p_W from the head at the fraction s of its path from A to B, or from the filled ball, m.
   double distance(const Cut& cut, double s, const dvec3& p_W) const {
     if (cut.fill_radius > 0) return glm::length(p_W - cut.X_WA.p) - cut.fill_radius;
     const Pose& X_WT = s < 1 ? cut.X_WA : cut.X_WB;
@@ -196,7 +196,7 @@ class Deviations {
     }
     return found;
   }
-  /// 26 neighbours in the box.
+  /// Calls `visit` for voxel v and its neighbours in the box, at most 27.
   template <class Visit>
   void each_neighbour(const glm::ivec3& v, const Visit& visit) const {
     const glm::ivec3 lo = glm::max(v - 1, glm::ivec3(0)), hi = glm::min(v + 1, in_.after.size - 1);

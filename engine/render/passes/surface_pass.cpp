@@ -51,7 +51,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
     with_cursor = frame.cursor.visible;
     with_effects = effects;
   }
-  // Light per pixel costs more than drawing the triangles twice.
+  // A depth pass comes first, because light per pixel costs more than drawing the triangles twice.
   if (view == View::kLook && !glass && !context.quality.light_per_vertex)
     record_depth(context, commands, bricks, slot, indirect, wanted);
   for (std::size_t i = 0; i < wanted.size();) {

@@ -254,7 +254,7 @@ struct Contourer::Scratch {
   std::vector<ContourVertex> vertices;
   // Vertex of a smooth patch outside merged blocks.
   struct SmoothVertex {
-    std::uint16_t patch, vertex;  // indices in nodes[0] and `vertices`
+    std::uint16_t patch, vertex;  // indices: of the patch in nodes[0], of its vertex in `vertices`
     glm::u8vec3 cell;
   };
   std::vector<SmoothVertex> smooth;

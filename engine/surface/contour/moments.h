@@ -1,4 +1,5 @@
-// Sums over crossings for the computation of vertices and curvatures. Sums of two sets can be added.
+// Sums over crossings of grid edges with the surface, from which vertices and curvatures follow. The sums of two sets
+// of crossings can be added.
 #pragma once
 
 #include <cstring>

@@ -16,9 +16,9 @@ constexpr double kFacingEnd = 0.5;
 constexpr int kNear = 4;
 constexpr int kParts = 8;           // parts of an edge for this average
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// voxels, depth below the surface of the second normal
+// voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.05;
-// a rim is sharp if the cosine between these two normals is smaller
+// a rim is sharp if the cosine between the two normals is smaller
 constexpr double kSmooth = 0.97;
 
 /// Mean of 1/r (r: distance from the axis) over the voxel's cross-section.

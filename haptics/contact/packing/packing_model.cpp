@@ -24,8 +24,8 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
 // rad, largest rotation per cut; the error of the chord is then at most 5e-5 of the reach
 constexpr double kMaxTurn = 0.02;
-// N, forces of a typical dental scene. Up to this limit, a tool that is led back changes its force as fast as in
-// "offset"; above it, in proportion.
+// N, force limit of a dental scene. A proxy that moves back along its path changes the force as fast as in "offset" up
+// to this force limit; in a scene with a larger one, faster in proportion.
 constexpr double kDentalForces = 20;
 // m/s, largest speed of the farthest point. Hands are slower, and jumps need little time.
 constexpr double kFastest = 5;
@@ -181,8 +181,8 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Leads the proxy back along its path to the point nearest to the hand, slowly and without cutting. Nothing was added
-/// since, so the path is free. Returns true while it is led.
+/// Moves the proxy back along its path to the point nearest to the hand, slowly and without cutting. No tissue was
+/// added meanwhile, so the path is free. Returns true while the proxy moves back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
@@ -326,7 +326,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction for which find_near() made the lists
+  double listed = -1;  // fraction of the motion that the near lists cover
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);

@@ -71,8 +71,8 @@ class PackingModel final : public ContactModel {
     RetreatPath path;      // recorded path, in units of kPathUnit
     dvec3 held_at{0};      // m, position at which the proxy is blocked
     double held_for = 0;   // s, time near held_at while the hand is far away
-    bool leading = false;  // true: the proxy is led back along `path`
-    std::size_t to = 0;    // index of the path point at which leading back ends
+    bool leading = false;  // true: the proxy moves back along `path`
+    std::size_t to = 0;    // index of the path point at which the way back ends
     bool wedged = false;   // true: the hand is far away, and there is no way back
   } retreat_;
   SurfaceEstimate surface_;

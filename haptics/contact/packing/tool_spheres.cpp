@@ -111,7 +111,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// New volume that the ring through (i, j) covers.
+  /// Volume that the ring of spheres through (i, j) covers and no earlier ring does.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });

@@ -136,7 +136,7 @@ bool ContactFinder::seat(const TissuePatch& patch, const dvec3& target, const dv
   return alone || seat_on_wall(patch, target, c, seated, set, alone);
 }
 
-/// The same at the crease of the last contact, if no other tissue is near.
+/// As seat(), at the crease of the last contact, if no other tissue is near.
 bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                    ContactSet& set) const noexcept {
   const Crease* crease = set.known_.last();

@@ -582,8 +582,8 @@ Effort VertexModel::effort_for_cut() const noexcept {
   return std::max(P::max_effort - contact - fresh, P::min_effort);
 }
 
-/// Continues the cut, and then the list of points after it. `proxy`: current pose of the head. Returns true if both are
-/// complete.
+/// Continues the cut, then the new list of points near the head. `proxy`: current pose of the head. Returns true if
+/// both are complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   MeshCutter& cutter = snapshot_.cutter;
   if (parameters_.as_printed) {
