@@ -154,8 +154,9 @@ def page(rows, origin, docs):
         load or feed. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
         states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Rows with "fit" may set constants, rows
-        with "test" may not. All results, and why some cannot be simulated, are in
-        `tests/bench/reality/experiments.csv`; quality A: value from a table, B: from an abstract, C: secondary source. Simulated with: {origin}.""") + "\n"
+        with "test" may not. `tests/bench/reality/experiments.csv` has all results, and why some cannot be simulated.
+        A source ends with a letter: A table or standard, B abstract, C secondary source, E estimate, F fitted to rows of this
+        page. Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
         known = [row for row in some if row.band]
         if not known:
@@ -164,10 +165,11 @@ def page(rows, origin, docs):
         figure(docs / f"reality/{name}.svg", process.capitalize(), known)
         text += f"\n## {process.capitalize()}\n\n"
         text += f"![{process.capitalize()}: simulated over measured, with the accepted range](reality/{name}.svg)\n\n"
+        sources = ["", *(f"{row.source} ({row.quality})" for row in known)]
         text += table(["row", "experiment", "measured", "accepted", "simulated", "verdict", "use", "source"],
                       [[f"`{row.id}`", row.what, (row.measured or "–") + (row.text_unit() if row.measured else ""), row.limits(),
-                        row.simulated() + row.text_unit(), row.verdict(), row.role, f"{row.source} ({row.quality})"]
-                       for row in known])
+                        row.simulated() + row.text_unit(), row.verdict(), row.role, "as above" if source == above else source]
+                       for row, source, above in zip(known, sources[1:], sources)])
         because = collections.defaultdict(list)
         for row in known:
             if row.factor() != 1 and row.id in REASONS:
@@ -176,9 +178,7 @@ def page(rows, origin, docs):
         if reasons:
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
     return text + "\n## Estimates\n\n" + paragraph(
-        """Each source in `assets/materials/`, `assets/motors/` and `assets/tools/` ends with a letter: A table or
-        standard, B abstract, C secondary source, E estimate, F fitted to rows of this page. These are the estimates, also those
-        of the materials of this page:""") + "\n\n" + table(
+        """Estimates (E) in `assets/materials/`, `assets/motors/` and `assets/tools/`, and of the materials of this page:""") + "\n\n" + table(
         ["constant", "of", "experiment that would settle it"], estimates(HERE.parents[2]))
 
 
