@@ -262,7 +262,8 @@ static void require_usable(const std::filesystem::path& file, const BenchState& 
   const PanelResult& touched = *bench.panel_result;
   const double ratio = (width / pixels.at(0).get<double>()) / (height / pixels.at(1).get<double>());
   const double sigma = std::hypot(touched.width_sigma / width, touched.height_sigma / height);
-  constexpr double kNotSquare = 0.01;  // of panels on sale: below 0.002
+  // Largest deviation of a pixel's aspect ratio from 1; panels on sale: below 0.002.
+  constexpr double kNotSquare = 0.01;
   if (std::abs(ratio - 1) > kNotSquare + 3 * sigma)
     throw Error(file.string(), "screen.corners_mm",
                 fmt::format("a panel of {:.1f} x {:.1f} mm, whose pixels are {:.1f} % wider than high",

@@ -38,7 +38,7 @@ struct ScenePlace {
 /// if it does not exist, or if it is outside the allowed folders; in the second case, the error does not reveal whether
 /// the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
-/// As above. `name`: a text in a JSON file; an Error states its place there.
+/// Finds the file that a text in a JSON file names; an Error states the text's place there.
 std::filesystem::path find_file(const Json& name, const ScenePlace& place);
 /// ~/Typodont or $TYPODONT_HOME; contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();

@@ -47,7 +47,7 @@ inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kTex
 struct KeyRow {
   std::string key, value, meaning, schema;
   bool required = false;
-  std::vector<KeyRow> keys;  // those of an object, or of each object in a list
+  std::vector<KeyRow> keys;  // keys of the value: of an object, or of each object in a list
 };
 
 /// A key's name; optional, unless must() says otherwise.

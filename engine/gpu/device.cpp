@@ -251,7 +251,7 @@ Device Device::create(const DeviceOptions& options) {
                                   .pQueueCreateInfos = &queue,
                                   .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
                                   .ppEnabledExtensionNames = extensions.data()};
-    if (d.processor) require_memory(kRoomForDevice);  // for its threads, too
+    if (d.processor) require_memory(kRoomForDevice);  // the driver crashes if its threads get no memory
     const VkResult result = options.create_device ? options.create_device(d.physical, info, d.device)
                                                   : vkCreateDevice(d.physical, &info, nullptr, &d.device);
     if (result != VK_SUCCESS)

@@ -201,7 +201,7 @@ struct Frame {
   MouthMirror mirror;  // diameter 0: no mirror
   SuctionTip suction;  // opening 0: no suction tip
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // for View::kSection: unit normal in W; w: offset, m
+  glm::dvec4 section{0, 0, 0, 1};  // plane of View::kSection: unit normal in W; w: offset, m
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles that the renderer moves and draws
   Lights lights;

@@ -23,18 +23,18 @@ inline constexpr double kStrokePause = 0.75;
 struct DefectStroke {
   std::uint64_t first = 0, last = 0, worst = 0;  // ticks
   std::uint32_t tool = 0;
-  double amount = 0;                      // in the unit of the defect's item
+  double amount = 0;                      // part of the defect, in the unit of its item
   double head_radius = 0, head_half = 0;  // m
   // From the ticks:
   double from = 0, to = 0;       // s
   HeadMoment at;                 // at the worst tick
-  std::vector<HeadMoment> path;  // from a second before to half a second after
+  std::vector<HeadMoment> path;  // from 1 s before to 0.5 s after the stroke
 };
 
 struct Defect {
   std::string item;                   // ScoreItem::name
-  double amount = 0;                  // in unit_of(item)
-  dvec3 p_W{0};                       // m, of the largest deviation
+  double amount = 0;                  // size of the defect in unit_of(item)
+  dvec3 p_W{0};                       // m, place of the largest deviation
   bool on_tooth = true;               // false: on a neighbouring tooth or the gum, or a force
   bool left = false;                  // true: tissue was left; `strokes` has the stroke that came nearest to it
   std::vector<DefectStroke> strokes;  // in order of time

@@ -82,7 +82,7 @@ struct Draft {
   Ordered ideal = Ordered::object(), neighbours = Ordered::array();
   std::optional<Lesion> lesion;
   glm::dmat3 R{1};     // u, v, w in the tooth's frame
-  glm::dmat3 turn{1};  // of the tooth in frame W
+  glm::dmat3 turn{1};  // rotation of the tooth in frame W
 
   double mm(const char* name) const { return out.parameters.at(name) * kMillimetre; }
   /// Turns the tooth by 180° about its axis, so that its buccal side faces the trainee.

@@ -17,11 +17,11 @@ using session::Defect;
 using session::DefectStroke;
 using session::Preparation;
 
-constexpr double kMinDepth = 0.15e-3;    // m off the ideal shape
-constexpr double kMinVolume = 0.005e-9;  // m³ of pulp or protected tissue
-constexpr double kMinFraction = 0.1;     // of a volume, by one stroke
-constexpr double kClosest = 1e-3;        // m from a place that no stroke reached
-constexpr double kMaxLoss = 1.0 / 3;     // of an item's points, below which its place is no defect
+constexpr double kMinDepth = 0.15e-3;    // m, smallest deviation from the ideal shape that is a defect
+constexpr double kMinVolume = 0.005e-9;  // m³, smallest cut of pulp or protected tissue that is a defect
+constexpr double kMinFraction = 0.1;     // a stroke that cut a smaller fraction of the defect is not named
+constexpr double kClosest = 1e-3;        // m, largest distance of the stroke named for tissue that was left
+constexpr double kMaxLoss = 1.0 / 3;     // an item that lost a smaller fraction of its points has no defect
 constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
 constexpr double kBefore = 1.0, kAfter = 0.5;  // s, stored path before and after a stroke
 constexpr std::size_t kPathMoments = 60;

@@ -30,7 +30,7 @@ class KeyThread {
   void read_labels() noexcept;
 
   std::vector<Key> keys_;
-  std::array<std::array<char, 4>, 256> labels_{};  // by keycode and layout; 0: not Latin
+  std::array<std::array<char, 4>, 256> labels_{};  // Latin letter by keycode and layout; 0: none
   std::function<void(int)> pressed_;
   xcb_connection_t* server_;
   int end_;  // event descriptor that ends the thread

@@ -34,8 +34,8 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
-/// As UserInput::pressed: by the key's label on the user's layout. Keys without a Latin one, and the row of digits, by
-/// their place.
+/// Returns the code for UserInput::pressed: the key's label on the user's layout. For keys without a Latin label, and
+/// the row of digits, the key's place decides.
 int code_of(int key, int scancode) {
   const bool digit = key >= GLFW_KEY_0 && key <= GLFW_KEY_9;
   const char* const label = key < GLFW_KEY_ESCAPE && !digit ? glfwGetKeyName(key, scancode) : nullptr;

@@ -24,8 +24,8 @@ struct FrameTimer {
   };
   VkQueryPool queries = VK_NULL_HANDLE;  // null if the device has no timestamps
   std::array<Slot, gpu::FrameRing::kSlots> slots;
-  int slot = 0;    // of the frame that is being recorded
-  GpuTimes times;  // of the last frame that was read; 0: none yet
+  int slot = 0;    // slot of the frame that is being recorded
+  GpuTimes times;  // times of the last frame that was read; 0: none yet
 
   static FrameTimer create(gpu::Device& device);
   void destroy(gpu::Device& device);

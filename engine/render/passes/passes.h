@@ -109,7 +109,7 @@ struct MirrorPass {
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // also destroys what depends on their format
+  void destroy_pictures(gpu::Device& device);  // and the objects that depend on the pictures' format
   void destroy(gpu::Device& device);
 };
 

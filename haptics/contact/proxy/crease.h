@@ -58,7 +58,7 @@ class KnownCreases {
   struct {
     dvec3 x{0}, n{0};
   } none_[kMaxNone];
-  unsigned none_count_ = 0;  // of all that were added, modulo 2³²; the last kMaxNone are kept
+  unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; the last kMaxNone are kept
 };
 
 /// Returns true if the samples near x bend as at a convex edge: far more than beside it. Cheap, for a first test.

@@ -46,7 +46,7 @@ class NonCuttingContacts {
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // in voxels of the tissue patch that this part searches
+    ContactPlane plane;  // contact, in voxels of the tissue patch that this part searches
     bool shank;
     double let;  // allowed overlap of tissue and part, in voxels of the tissue patch in which this part searches
   };
