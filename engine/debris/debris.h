@@ -42,7 +42,7 @@ struct DebrisOptions {
   int max_per_cut = 32;
   // m, smallest and largest diameter of a chip of `chip_layer`; its logarithm is uniformly distributed
   double min_chip = 5e-6, max_chip = 50e-6;
-  // Thickness of the removed layer / length of the rim's path, at which chips have these diameters: enamel, turbine
+  // Thickness of the removed layer / length of the rim's path at which chips have these diameters (enamel, turbine).
   double chip_layer = 5e-6;
   double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed

@@ -28,10 +28,11 @@ struct SessionSummary {
 
 /// The result of checking a recording by replay.
 struct Verification {
-  // kOtherLaw: the recording was made with another force law, so its hand was run again with today's law
+  // kOtherLaw: the recording was made with another force law, so its hand was run again with the current law
   enum class State { kNotChecked, kIdentical, kDiffers, kOtherLaw } state = State::kNotChecked;
   std::string what;  // description of the first difference between recording and replay
-  // Only with kOtherLaw: difference between the forces, N; removed volume with today's law and in the recording, m³.
+  // Only with kOtherLaw: difference between the forces, N; removed volume with the current law and in the recording,
+  // m³.
   double force_rms = 0, force_max = 0, removed = 0, removed_before = 0;
 };
 

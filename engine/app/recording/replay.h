@@ -1,5 +1,5 @@
 // Replays a session from its recorded hand motion. The result has the same bits, because the servo begins to use each
-// new copy of the tissue at the recorded tick. A session of another force law is run with today's law.
+// new copy of the tissue at the recorded tick. A session of another force law is run with the current law.
 #pragma once
 
 #include <cstdint>
@@ -37,12 +37,12 @@ struct ReplayResult {
   std::uint64_t first_difference = 0;  // index of the first tick that differs; used only if `identical` is false
   std::string field_hash, force_hash;
   std::string what_differs;  // describes the first difference; empty: none
-  // Set for a session with another force law, whose hand motion was run again with today's law. Then
+  // Set for a session with another force law, whose hand motion was run again with the current law. Then
   // `first_difference`, `field_hash` and `force_hash` are not set.
   std::optional<RerunResult> with_todays_law;
 };
 
-/// True if the session used another force law than today's.
+/// True if the session used a force law other than the current one.
 bool has_other_law(const session::SessionReader& session);
 
 /// Replays a session and compares it with its recording. A session with another force law is run again with today's

@@ -46,7 +46,7 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
       reach_(tool.reach() / voxel),
       samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {
   if (tool.implant) return;  // the bed guides the instrument; contacts of its rims would change at the bed's entry
-  glm::dvec2 in(1, 0);       // direction of the outline; at the axis it is perpendicular to it
+  glm::dvec2 in(1, 0);       // direction of the outline; at its ends on the axis, perpendicular to the axis
   for (int i = 0; i <= head_.count; ++i) {
     const HeadField::Piece& last = head_.pieces[std::max(i - 1, 0)];
     const HeadField::Piece& next = head_.pieces[std::min(i, head_.count - 1)];
