@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. Its position among cuts and tissue patches is recorded for an exact replay.
+/// An undo or redo of a stroke. Its place in the order of cuts and tissue patches is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
@@ -30,7 +30,7 @@ struct GumMoves {
   std::array<haptics::SoftMove, 56> points{};
 };
 
-/// Positions of the eyes before a screen, and the view.
+/// Positions of the eyes in front of a screen, and the view that the picture shows.
 struct SeenFrom {
   Nanos t = 0;
   dvec3 eye_W{0}, right_W{1, 0, 0};
@@ -56,7 +56,7 @@ struct PictureTiming {
   int step = 0;        // index of the quality level; 0 is the best
 };
 
-/// Events of the servo. The use of a tissue patch and a cut are written before the tick that contains their numbers.
+/// Events of the servo. A cut, or the use of a tissue patch, is written before the tick that contains its number.
 using ServoEvent = std::variant<ServoTick, Cut, PatchUse, GumMoves, haptics::SoftWound>;
 /// Changes of the tissue other than cuts, and the state afterwards. An edit is written before the tissue patch that
 /// shows it.

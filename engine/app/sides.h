@@ -1,5 +1,5 @@
-// The servo's and the carver's side of a session: what each does between its input and its event log. Live sessions,
-// sessions on one thread and programs that use the library share this code.
+// The code that the servo and the carver run in every session, from their input to their event
+// logs. Live sessions, sessions on one thread and programs that use the library share it.
 #pragma once
 
 #include <algorithm>
@@ -61,8 +61,8 @@ class CarverSide {
   struct Read {
     bool tick = false, cut = false;
   };
-  /// Repeats the servo's new cuts: up to an edit that the servo must adopt first, or with `to_end` all of them. Calls
-  /// `each(cut)` after each cut. Throws RunFailure if a cut was lost.
+  /// Repeats the servo's new cuts on the tissue: up to an undo, redo or loose piece that the servo must adopt
+  /// first; with `to_end`, all cuts. Calls `each(cut)` after each cut. Throws RunFailure if a cut was lost.
   template <class Each>
   Read follow(Each&& each, bool to_end = false) {
     Read found;

@@ -28,7 +28,7 @@ struct SoundVoice {
   bool lower_order = false;
 };
 
-/// The voice of a scene. Its model has the name of the scene's motor; for an ideal motor, the speed selects it.
+/// The voice of a scene. Its model has the name of the scene's motor; for an ideal motor, the free speed decides.
 SoundVoice voice_of(const Scene& scene);
 
 class SoundLink {

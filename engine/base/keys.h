@@ -22,7 +22,7 @@ struct Range {
   double unit = 1;
 };
 
-/// Value of a description that is only listed if its meaning states the default in words.
+/// Default for a documented variable whose default is no number; the text `meaning` then states it in words.
 inline constexpr double kNoDefault = std::numeric_limits<double>::quiet_NaN();
 
 /// What a key may hold, as tables and as a JSON Schema state it. In `schema`, "$object" stands for the keys of an
@@ -79,9 +79,9 @@ class Keys {
   void operator()(Key key, bool& value, std::string_view meaning);
   void operator()(Key key, std::string& value, std::string_view meaning);
   void operator()(Key key, dvec3& value, double unit, std::string_view meaning);
-  /// Another vector. `read`: read_direction, read_color, or a function for directions with its own message.
+  /// A vector that `read` converts: read_direction, read_color, or a function for directions with its own message.
   void operator()(Key key, dvec3& value, dvec3 (*read)(const Json&), std::string_view meaning);
-  /// One of the names, in the order of the enumerators.
+  /// The value is one of `names`, which have the order of the enumerators.
   template <class E>
   requires std::is_enum_v<E>
   void operator()(Key key, E& value, std::span<const std::string_view> names, std::string_view meaning) {
@@ -92,9 +92,9 @@ class Keys {
   void operator()(Key key, E& value, std::initializer_list<std::string_view> names, std::string_view meaning) {
     (*this)(key, value, std::span(names.begin(), names.size()), meaning);
   }
-  /// Another value, which the caller reads from the result; empty: nothing to read.
+  /// A value of another form, which the caller reads from the returned JSON; empty: there is nothing to read.
   std::optional<Json> operator()(Key key, const Form& form, std::string_view meaning);
-  /// Another value that may be an object; the function `of` describes the object's keys.
+  /// A value of another form that may be an object; the function `of` describes the object's keys.
   template <std::invocable<Keys&> Of>
   std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
   // Declare a key whose value is an object that the function `of` describes, or a list of such objects.
@@ -127,7 +127,7 @@ class Keys {
   std::vector<std::string_view> names_;
 };
 
-// A unit vector, and a colour. Throw Error.
+// Read a unit vector and a colour. Throw Error.
 dvec3 read_direction(const Json& json);
 dvec3 read_color(const Json& json);
 

@@ -5,7 +5,7 @@
 namespace typodont {
 
 bool memory_left(std::size_t bytes) noexcept {
-  // PROT_NONE: after mlockall(), other mappings get all their pages at once.
+  // PROT_NONE, because after mlockall() any other mapping gets all its pages at once.
   void* const room = ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   return room != MAP_FAILED && ::munmap(room, bytes) == 0;
 }

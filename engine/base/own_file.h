@@ -1,4 +1,4 @@
-// Path of the running program or library. Its data files are searched in that folder.
+// Path of the running program or library, beside which its data files are searched.
 #pragma once
 
 #include <filesystem>

@@ -20,7 +20,7 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// Progress that the program itself shows, in another thread.
+  /// Progress that another thread of the program shows, for example in a window.
   Progress() = default;
   /// Progress on the terminal, with the time left, shown after one second: one line that is redrawn, or a line per 10 %
   /// if the output is no terminal. The first SIGINT, SIGTERM or SIGHUP cancels the work, the second ends the program.

@@ -29,7 +29,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 /// Lowers the priority of the calling thread to this nice value (1 to 19). Errors are ignored.
 void lower_priority(int nice) noexcept;
 
-/// Why SCHED_FIFO is refused, and how to fix it; empty: it is granted. Tries it in a new thread.
+/// Why SCHED_FIFO is refused, and how to fix it; empty: it is granted. Tests this in a new thread.
 std::string realtime_refusal();
 
 /// Makes malloc keep up to 256 MiB of freed memory, except arrays of 32 MiB or more; otherwise the system clears every

@@ -32,7 +32,7 @@ std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 /// Energy per removed volume that one kind of cutting edge needs for chips of thickness h: specific_energy ·
 /// energy_ratio · (h / chip)^−exponent.
 struct EdgeLaw {
-  double energy_ratio = 1;  // u / specific energy if h = chip
+  double energy_ratio = 1;  // energy per volume at h = chip, divided by specific_energy
   double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
   double exponent = 0;
   double force_ratio = 0;  // tangential force / normal force; 0: use the tool's cutting_coefficient
@@ -40,7 +40,7 @@ struct EdgeLaw {
 
 /// Properties of a tissue in SI units, from assets/materials/, which cites a source for each value.
 struct Material {
-  // Stiffness that the hand feels with a coupling of 1000 N/m, N/m. With other couplings, it changes in proportion.
+  // N/m, stiffness that the hand feels through a coupling of 1000 N/m. It is proportional to the coupling's stiffness.
   double stiffness = 1e3;
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;

@@ -21,9 +21,9 @@ namespace {
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 // infinite drag rate (1/s), which marks a particle at rest
 constexpr float kStuck = std::numeric_limits<float>::infinity();
-// steps after which a resting particle checks whether the tissue below it is still there
+// number of steps after which a resting particle checks whether the tissue below it still exists
 constexpr std::uint32_t kRestSteps = 1024;
-constexpr std::uint32_t kMaxSteps = 1024;  // most steps between full updates of a moving particle
+constexpr std::uint32_t kMaxSteps = 1024;  // largest number of steps between two full updates of a moving particle
 // Number of particles per group. `first_due` stores the earliest update of each group.
 constexpr std::size_t kGroup = 32;
 constexpr double kRestSpeed = 0.05;  // m/s, speed after a bounce below which a particle comes to rest
@@ -42,7 +42,7 @@ struct Debris::State {
   std::vector<std::uint32_t> due;  // step of each particle's next full update (update_fully)
   // for each group of particles: no full update of the group is due before this step
   std::vector<std::uint32_t> first_due;
-  struct Chip {      // data of a particle that the inner loop omits
+  struct Chip {      // data of a particle that the inner loop does not use
     double born_at;  // s, time at which the particle was created
     float mass0;     // kg, mass at creation; 0: suction has removed the particle
     float diameter;  // m, diameter of one chip
@@ -210,13 +210,13 @@ Debris& Debris::operator=(Debris&&) noexcept = default;
 
 namespace {
 
-/// Size of the contact relative to the head's radius.
+/// Radius of the contact area, divided by the head's radius.
 double spread_of(const CutContact& contact) {
   constexpr double kUnknown = 0.8, kMin = 0.1;
   return contact.area > 0 ? std::clamp(std::sqrt(contact.area / kPi) / contact.head_radius, kMin, 1.0) : kUnknown;
 }
 
-/// Diameter of the chips relative to that of `layer`.
+/// Factor on the chips' diameter for this cut; 1 if its layer per path length equals `layer`.
 double chip_scale(const Cut& cut, const CutContact& contact, double layer) {
   constexpr double kMin = 0.4, kMax = 4;
   const double path = std::abs(cut.spindle) * contact.head_radius * contact.duration;

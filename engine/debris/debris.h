@@ -40,18 +40,18 @@ struct DebrisOptions {
   // m³ of tissue per particle; larger if `max_per_cut` or the buffer limits the number of particles
   double parcel_volume = 1e-12;
   int max_per_cut = 32;
-  // m, smallest and largest diameter of a chip of `chip_layer`; its logarithm is uniformly distributed
+  // m, smallest and largest diameter of a chip at `chip_layer`; the logarithm is uniformly distributed
   double min_chip = 5e-6, max_chip = 50e-6;
-  // Thickness of the removed layer / length of the rim's path at which chips have these diameters (enamel, turbine).
+  // Thickness of the removed layer per length of the rim's path (m per m) at which chips have these diameters.
   double chip_layer = 5e-6;
   double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s², frame W, acceleration of gravity
   double air_density = 1.2;           // kg/m³, density of the air
   double air_viscosity = 1.8e-5;      // Pa·s, viscosity of the air
-  double restitution = 0.3;           // normal speed after a bounce / before it
-  double slide = 0.7;                 // tangential speed after a bounce / before it
-  double scatter = 0.25;              // random part of the initial speed / rim's speed
+  double restitution = 0.3;           // normal speed after a bounce, divided by that before it
+  double slide = 0.7;                 // tangential speed after a bounce, divided by that before it
+  double scatter = 0.25;              // random part of a chip's initial speed, divided by the rim's speed
 };
 
 /// Masses of all chips in kg: born = alive + decayed + sucked + dropped + deposited.

@@ -46,7 +46,7 @@ struct Film::State {
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s, for each cell: the larger of outflow / volume and of the relative decrease of the level difference
+  // 1/s, for each cell, the larger of two rates: of its emptying, and of the levelling with its neighbours
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids

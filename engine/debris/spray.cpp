@@ -15,7 +15,7 @@ namespace {
 
 // m, margin around the field's box; a droplet beyond it has missed the tissue
 constexpr double kMargin = 4e-3;
-constexpr double kTouch = 0.1e-3;  // m, up to this distance from its surface, the head throws the film off
+constexpr double kTouch = 0.1e-3;  // m, distance from the head's surface up to which the head throws off the film
 constexpr double kSlowRim = 0.05;  // m/s, a bur with a slower rim throws nothing off
 
 struct Droplet {

@@ -26,7 +26,7 @@ std::string_view name_of(Layout layout) noexcept;
 
 /// The physical panel; corners are named for the upright picture.
 struct Screen {
-  /// Three corners of the panel in W, m.
+  /// Three corners of the panel, m, frame W.
   dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
@@ -78,15 +78,15 @@ struct DisplayRig {
   double pedal_limit = 0;  // s, largest time that a pedal may be pressed without a break; 0: default
   HmdRig hmd;              // settings for a headset
   double magnify = 1;      // magnification of the picture, see magnified()
-  /// Centre of the magnification in W, m; empty: middle of the tissue.
+  /// Centre of the magnification, m, frame W; empty: middle of the tissue.
   std::optional<dvec3> magnify_about;
-  // Length in the rig / length on the bench; below 1 after magnified().
+  // Length in the rig divided by the same length on the bench; below 1 after magnified().
   double scale = 1;
 };
 
-/// Moves screen, mirror and eyes towards a centre, so that they are nearer by the factor `rig.magnify`. Centre:
-/// `rig.magnify_about`, or else `about` (m, W). The haptic base does not move, so hand and picture agree only at the
-/// centre.
+/// Moves screen, mirror and eyes towards a centre, so that they are nearer by the
+/// factor `rig.magnify`. Centre: `rig.magnify_about`, or else `about` (m, frame W).
+/// The haptic base does not move, so hand and picture agree only at the centre.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
 /// Reads a rig (docs/interface.md). Throws Error.
@@ -98,7 +98,7 @@ struct ClipRange {
   double far = 2.0;   // m, distance of the far plane along the picture's normal
 };
 
-/// Cross-section of the frustum at the near plane, m, E.
+/// Cross-section of the frustum at the near plane, m, frame E.
 struct Frustum {
   double left = 0, right = 0, bottom = 0, top = 0, near = 0, far = 0;
 };
@@ -106,7 +106,7 @@ struct Frustum {
 /// View and projection of one eye.
 struct EyeView {
   dvec3 position{0, 0, 0};  // m, frame W, position of the eye
-  dmat4 view{1.0};          // W to E, m; determinant −1 if `flip`
+  dmat4 view{1.0};          // maps frame W to frame E, m; determinant −1 if `flip`
   dmat4 projection{1.0};    // maps E to Vulkan's clip space
   Frustum frustum;
   bool flip = false;  // true in a mirror: reverses the winding of front faces
@@ -123,8 +123,8 @@ dmat4 reflection(const Mirror& mirror);
 /// Returns the mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Shift by the glass for the ray from p_WC to the picture's middle, m, W, equal for both eyes. Error: at most 0.05 mm
-/// at 1 cm behind 3 mm of glass at 45°.
+/// Shift by the glass for the ray from p_WC to the picture's middle, m, frame W,
+/// equal for both eyes. Error: at most 0.05 mm at 1 cm behind 3 mm of glass at 45°.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
 /// View of the eye at p_WE through the screen, or its mirror image (Kooima 2009). `shift`: result of glass_shift().

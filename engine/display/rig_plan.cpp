@@ -192,7 +192,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   // Checks that the panel blocks neither view nor head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  // Inside the triangle of the eye and the ends of the glass, in the side view.
+  // True if p is inside the triangle of the eye and the ends of the glass, in the side view.
   const auto within_view = [&](const dvec3& p) {
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);

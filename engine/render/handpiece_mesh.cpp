@@ -16,7 +16,7 @@ namespace {
 using glm::dvec2;
 
 constexpr int kMinAround = 8, kMaxAround = 40;
-// Distance of rings on smooth parts, in triangle sides.
+// Distance between rings on smooth parts, in units of a triangle's side.
 constexpr double kLongStep = 2;
 // Angle between pieces of the outline above which they meet in an edge, rad.
 constexpr double kSharp = 35 * kDegree;

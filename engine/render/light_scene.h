@@ -40,7 +40,7 @@ struct LitTriangle {
   }
 };
 
-/// Appends the triangles of bricks. `origin`: origin of their vertices in W, m.
+/// Appends the triangles of bricks. `origin`: origin of the bricks' vertices, m, frame W.
 void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
                       const std::array<Look, kMatterCount>& looks);
 
@@ -75,9 +75,9 @@ class LightScene {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Light at p (m, W) on a surface with normal n, interpolated as in the shaders; see LightGrid::faces.
+/// Light at p (m, frame W) on a surface with normal n, interpolated as in the shaders; see LightGrid::faces.
 glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n);
-/// Light from direction r that is mirrored at p (m, W), normal n, as in the shaders.
+/// Light from direction r that is mirrored at p (m, frame W), normal n, as in the shaders.
 glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n, const glm::vec3& r);
 /// Direction of a node of LightGrid::images, in an octahedral map (Engelhardt & Dachsbacher 2008) whose outer nodes lie
 /// on the edge.

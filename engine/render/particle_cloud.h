@@ -25,7 +25,7 @@ struct CloudLaw {
   // Time in which the mass falls by the factor e, and time after which a particle is removed, s.
   double decay_time = 2, lifetime = 6;
   double min_shown = 3e-5;  // m; smaller particles are drawn with this size, but fainter
-  glm::dvec3 origin{0};     // m, W, position of the distance field's first sample
+  glm::dvec3 origin{0};     // m, frame W, position of the distance field's first sample
   double spacing = 5e-4;    // m, distance between samples
   // Number of samples per axis, x slowest; 0: there is nothing to bounce off.
   glm::ivec3 size{0};

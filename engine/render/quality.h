@@ -9,11 +9,11 @@ namespace typodont::render {
 struct Quality {
   std::string_view name = "high";
   int samples = 4;        // number of samples per pixel
-  int shadow_map = 2048;  // texels; 0: no shadow, occlusion or handpiece
+  int shadow_map = 2048;  // texels per side; 0: no shadow, occlusion or handpiece
   int shadow_taps = 16;
   int occlusion_taps = 16;
   bool light_per_vertex = false;  // computes shadow and occlusion per vertex instead of per pixel
-  double scale = 1.0;             // drawn width / shown width; below 1, pictures are stretched
+  double scale = 1.0;             // drawn width divided by shown width; below 1, pictures are stretched
   // Largest error of the surface, drawn pixels (engine/app/picture/detail.h).
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, side of the handpiece's triangles

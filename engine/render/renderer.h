@@ -72,7 +72,7 @@ enum class View {
 };
 
 struct Eye {
-  glm::dmat4 view{1.0};        // m, W to the eye
+  glm::dmat4 view{1.0};        // maps frame W to the eye's frame, m
   glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
   dvec3 position{0, 0, 0};     // m, frame W, position of the eye
   bool flip = false;           // the eye sees through a mirror
@@ -83,7 +83,7 @@ struct Particle {
   float radius = 2e-5f;  // m, radius of the particle
   glm::vec3 color{1};    // sRGB, colour of the particle
   float opacity = 1;     // 1 for a chip, less for mist
-  glm::vec3 streak{0};   // m, W: path of a droplet during the exposure, which ends at p
+  glm::vec3 streak{0};   // m, frame W: path of a droplet during the exposure, which ends at p
 };
 
 /// A box of cells, lo to hi inclusive; default empty.
@@ -148,8 +148,8 @@ struct TissueLightGrid {
   dvec3 origin{0};     // m, frame W, position of the first cell
   double spacing = 0;  // m, distance between neighbouring cells
   glm::ivec3 size{0};  // 0: no grid
-  // Index (x·size.y + y)·size.z + z. xyz: leaving light / reflectance, linear. On an opaque body, or a flat layer in
-  // even light, this is irradiance / π. w: fraction that came directly from the lamp.
+  // Index (x·size.y + y)·size.z + z. xyz: leaving light divided by reflectance, linear. On an opaque body,
+  // or a flat layer in even light, this is irradiance / π. w: fraction that came directly from the lamp.
   std::vector<glm::vec4> values;
 };
 
@@ -166,12 +166,12 @@ struct ToolState {
 /// A ring where the tool would meet the scene along `down`, with which depth can be judged in mono.
 struct Cursor {
   bool visible = false;
-  dvec3 p{0};            // m, W, start of the line
-  dvec3 down{0, 0, -1};  // unit vector, W
+  dvec3 p{0};            // m, frame W, start of the line
+  dvec3 down{0, 0, -1};  // unit vector, frame W
   double radius = 1e-3;  // m, radius of the ring
 };
 
-/// Lamp and room, in W, not mirrored.
+/// Lamp and room, in frame W, not mirrored.
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit vector towards the lamp
   dvec3 up{0, 1, 0};             // unit vector towards the ceiling
@@ -201,7 +201,7 @@ struct Frame {
   MouthMirror mirror;  // diameter 0: no mirror
   SuctionTip suction;  // opening 0: no suction tip
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // plane of View::kSection: unit normal in W; w: offset, m
+  glm::dvec4 section{0, 0, 0, 1};  // plane of View::kSection: unit normal in frame W; w: offset, m
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles that the renderer moves and draws
   Lights lights;
@@ -265,8 +265,8 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Tells that original bricks completely at dot(beyond, (p_W, 1)) < 0 are inside another body. They are not drawn in
-  /// kLook and kDifference until they change. Zero: no plane.
+  /// Declares that original bricks completely at dot(beyond, (p_W, 1)) < 0 are inside another
+  /// body. Until they change, kLook and kDifference do not show them. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// Sets the tool and the handpiece that holds it; a handpiece without parts is none. Throws Error for too many
   /// triangles.

@@ -29,36 +29,36 @@ const float kFilmedLeast = 0.0116f, kFilmedSlope = 0.32f;
 struct FrameData {
   mat4 clip_from_world[2];
   vec4 eye[2];  // xyz: position of each eye, m, frame W
-  // From W to the shadow map; xy: 0..1; z: 0..1, away from the lamp.
+  // Maps frame W to the shadow map; xy: 0..1; z: 0..1, away from the lamp.
   mat4 light_from_world;
   /// Shadow map: width, depth, texel size, m; w: 1 if there is a map.
   vec4 light_size;
   vec4 key;           // unit vector to the lamp; w: strength
   vec4 up;            // unit vector to the ceiling; w: the room's strength
   vec4 window;        // unit vector to the reflected window
-  vec4 tool_head;     // centre of the tool's head, m, W; w: radius, m; 0: no tool
-  vec4 tool_end;      // far end of the shank, m, W; w: radius, m
+  vec4 tool_head;     // centre of the tool's head, m, frame W; w: radius, m; 0: no tool
+  vec4 tool_end;      // far end of the shank, m, frame W; w: radius, m
   vec4 tool_motion;   // x: angle of the spindle, rad; y: motion blur, 0..1
   vec4 background;    // x: 1 gradient, 0 black; w: opacity
   vec4 picture;       // xy: size of a pixel in clip space
   vec4 clip;          // points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: all
   vec4 section;       // as clip, but only for tissue
-  vec4 cursor;        // start of the cursor's line, m, W; w: radius of the ring, m; 0: no cursor
+  vec4 cursor;        // start of the cursor's line, m, frame W; w: radius of the ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the cursor's line
   vec4 mirror;        // mouth mirror: radius, m; fog; 1 / magnification
-  vec4 handpiece[4];  // shadow of the handpiece: head a, head b, body a, body b, m, W; w: radius, m
-  // x: half width / distance of the lamp; y: soft border of the spot, m; zw: half size of the spot, m.
+  vec4 handpiece[4];  // shadow of the handpiece: head a, head b, body a, body b, m, frame W; w: radius, m
+  // x: half the lamp's width divided by its distance; y: soft border of the spot, m; zw: half size of the spot, m.
   vec4 lamp;
-  vec4 lamp_middle;       // middle of the spot, m, W
+  vec4 lamp_middle;       // middle of the spot, m, frame W
   vec4 lamp_right;        // unit vector along the spot's width
   vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
   // Roughness; dry reflectance at normal incidence, 1: metal; wetness; 1 if in the TissueLightGrid.
   vec4 tissue_look[16];
-  vec4 film_origin;          // film: first sample, m, W; w: samples per m
+  vec4 film_origin;          // film: first sample, m, frame W; w: samples per m
   vec4 film_size;            // film: number of samples per axis
-  vec4 light_origin;         // LightGrid: first sample, m, W; w: samples per m
+  vec4 light_origin;         // LightGrid: first sample, m, frame W; w: samples per m
   vec4 light_samples;        // LightGrid: number of samples per axis
-  vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, W; w: cells per m
+  vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, frame W; w: cells per m
   vec4 tissue_light_cells;   // TissueLightGrid: number of cells per axis
 };
 

@@ -10,7 +10,7 @@
 namespace typodont::render {
 
 struct BoxInWorld {
-  glm::dvec3 lo, hi;  // m, W, corners
+  glm::dvec3 lo, hi;  // m, frame W, lower and upper corner
 };
 
 /// Planes of the frustum; a point is visible if dot(plane, (p, 1)) ≥ 0 for all six (Gribb & Hartmann 2001, depth 0..1).

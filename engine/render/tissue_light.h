@@ -21,8 +21,8 @@ float scattering_albedo(float reflectance);
 /// Used by one thread at a time. Equal calls give equal results.
 class TissueLight {
  public:
-  /// `box`: m, W; `spacing`: m; `walks`: random walks per cell beside a surface. After a request to `stop`, light()
-  /// throws Stopped (engine/base/in_parallel.h).
+  /// `box`: m, frame W; `spacing`: m; `walks`: random walks per cell beside a surface.
+  /// After a request to `stop`, light() throws Stopped (engine/base/in_parallel.h).
   TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks,
               std::stop_token stop = {});
   ~TissueLight();
@@ -31,7 +31,7 @@ class TissueLight {
 
   /// Adds a static body; `hard`: it may overlap soft bodies. Call before light().
   void add_fixed(std::vector<LitTriangle> triangles, bool hard);
-  /// Replaces bricks of the working tooth. `origin`: origin of their vertices in W, m.
+  /// Replaces bricks of the working tooth. `origin`: origin of the bricks' vertices, m, frame W.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);
 
   /// Computes the light of all cells with several threads. `far`: light from outside the box.

@@ -14,7 +14,7 @@ namespace typodont::session {
 
 namespace {
 
-// Depth below the old surface that counts as cut, voxels.
+// Depth below the surface before the work at which tissue counts as cut, voxels.
 constexpr double kNewSurface = 0.75;
 // A facet is floor if the cosine between its normal and the axis is larger than this.
 const double kFloor = std::cos(30 * kPi / 180);
@@ -33,7 +33,7 @@ constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal 
 constexpr double kMinArea = 0.1e-6;
 // Fraction of the area that is left out at each end of the sorted values, because it belongs to the edges of a face.
 constexpr double kTrimmed = 0.1;
-// Depth below the old surface where walls are always thin, m.
+// Depth below the surface before the work to which walls are always thin, m.
 constexpr double kRim = 1e-3;
 // Half the distance over which the gradient of a wall is computed, voxels. It averages out ripples.
 constexpr double kAcross = 1.5;
@@ -160,7 +160,7 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 
 /// The margin: curves where the border of the cut meets the old surface, as ordered points in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  constexpr double kLevel = 0.5;           // voxels, depth below the old surface that defines the margin
+  constexpr double kLevel = 0.5;           // voxels, depth below the surface before the work at which the margin lies
   using Key = std::array<std::size_t, 4>;  // an edge between two points of the surface
   struct End {
     dvec3 p;
@@ -423,8 +423,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // Facets count for `contour` if the old surface or the target shape is more than kNewSurface away. A facet is new
-    // if it is deeper than kNewSurface below the old surface.
+    // Facets count for `contour` if the surface before the work or the target shape is more than
+    // kNewSurface away. A facet is new if it is deeper than kNewSurface below the surface before the work.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -519,7 +519,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     }
   }
 
-  // Measures the roughness of the cavity's margin, which is the edge between the cavity and the old surface.
+  // Measures the roughness of the cavity's margin, where the cavity meets the surface before the work.
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);

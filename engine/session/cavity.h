@@ -42,12 +42,12 @@ struct CavityMeasures {
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of the new surface
-  std::optional<double> floor_depth;     // m, mean depth below the old surface, along axis_W
+  std::optional<double> floor_depth;     // m, mean depth below the surface before the work, along axis_W
   std::optional<double> floor_flatness;  // m, root mean square distance from a plane
   std::optional<double> floor_tilt;      // rad, the floor's angle to the plane perpendicular to axis_W
   // Total occlusal convergence: twice the mean inclination of the walls, rad. Positive: the cavity opens outwards.
   std::optional<double> taper;
-  // Mean distance of the walls from the old surface, perpendicular to it, m. For a crown: axial reduction.
+  // Mean distance of the walls from the surface before the work, along their normal, m. For a crown: axial reduction.
   std::optional<double> wall_depth;
   // Smallest thickness of hard tissue behind the walls, m. The rim is left out.
   std::optional<double> wall_thickness;

@@ -11,9 +11,9 @@ namespace typodont::session {
 
 /// The head during a stroke, for pictures.
 struct HeadMoment {
-  double t = 0;  // s
+  double t = 0;  // s, time in the recording
   Pose X_WG;
-  double force = 0;  // N
+  double force = 0;  // N, size of the force on the hand
 };
 
 /// A longer pause ends a stroke, s.
@@ -21,22 +21,22 @@ inline constexpr double kStrokePause = 0.75;
 
 /// Cuts, touches or high forces without a pause. Times are those of the recording.
 struct DefectStroke {
-  std::uint64_t first = 0, last = 0, worst = 0;  // ticks
+  std::uint64_t first = 0, last = 0, worst = 0;  // indices of the first, last and worst tick
   std::uint32_t tool = 0;
   double amount = 0;                      // part of the defect, in the unit of its item
-  double head_radius = 0, head_half = 0;  // m
-  // From the ticks:
-  double from = 0, to = 0;       // s
-  HeadMoment at;                 // at the worst tick
-  std::vector<HeadMoment> path;  // from 1 s before to 0.5 s after the stroke
+  double head_radius = 0, head_half = 0;  // m, radius and half length of the head
+  // The next members are read from the ticks. Start and end of the stroke, s.
+  double from = 0, to = 0;
+  HeadMoment at;                 // the head at the worst tick
+  std::vector<HeadMoment> path;  // the head from 1 s before to 0.5 s after the stroke
 };
 
 struct Defect {
-  std::string item;                   // ScoreItem::name
+  std::string item;                   // name of the score item (ScoreItem::name) that lost points
   double amount = 0;                  // size of the defect in unit_of(item)
   dvec3 p_W{0};                       // m, place of the largest deviation
   bool on_tooth = true;               // false: on a neighbouring tooth or the gum, or a force
-  bool left = false;                  // true: tissue was left; `strokes` has the stroke that came nearest to it
+  bool left = false;                  // true: tissue was left; `strokes` contains the stroke that came nearest to it
   std::vector<DefectStroke> strokes;  // in order of time
 };
 

@@ -13,7 +13,7 @@ namespace typodont::session {
 struct ExploreMeasures {
   int lesions = 0;      // number of connected pieces of caries that reach the surface
   int found = 0;        // number of lesions that were marked
-  int false_finds = 0;  // marks on sound tissue
+  int false_finds = 0;  // number of marks that the user set on sound tissue
   double explored = 0;  // fraction of the region's surface that was explored, 0 to 1
 };
 

@@ -38,7 +38,7 @@ HeatConstants read_heat_constants(const Json& json);
 struct HeatSettings {
   double coolant = 23;  // °C, temperature of the spray
 };
-/// Its keys. Throws Error.
+/// Declares the keys of the block "heat". Throws Error.
 void describe_heat(Keys& keys, HeatSettings& settings);
 
 /// Medium to which a cell's face beside air loses heat.

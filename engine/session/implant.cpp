@@ -13,15 +13,15 @@ namespace {
 
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// Factor on the phase's speed that causes a note.
+// If the spindle is faster than the phase's speed by this factor, a warning is shown.
 constexpr double kOverSpeed = 1.1;
 // s; a later phase begins when the trainee has worked with its tool for this time.
 constexpr double kSkipPhaseTime = 1.5;
 // s; the goal of smoothing, marking or checking must hold for this time.
 constexpr double kHeld = 0.3;
-// m; the bed counts as drilled if the tip is less than this above the required depth.
+// m; the hole counts as drilled if the tip is less than this above the required depth.
 constexpr double kDrilled = 0.05e-3;
-// m; the bed counts as checked if the gauge is less than this above the required depth.
+// m; the hole counts as checked if the depth gauge is less than this above the required depth.
 constexpr double kChecked = 0.25e-3;
 // m; the thread counts as cut if the tap is less than this above the required depth.
 constexpr double kThreaded = 0.3e-3;
@@ -231,7 +231,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.max_force) measures_.over_force += dt;
 
-  // The bed's geometry follows from the drill's positions in it.
+  // The drilled hole's geometry follows from the drill's positions in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -278,12 +278,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Distance from the bed's bottom, along its axis, to the plane of the implant's platform.
+  // Distance from the drilled hole's bottom, along its axis, to the plane of the implant's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // Distance between the bed and a path; 0 if the path goes through the bed.
+  // Distance between the drilled hole and a path; 0 if the path goes through the hole.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

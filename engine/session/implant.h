@@ -20,7 +20,7 @@ namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// The cylinder of a bed, or of an implant without its thread. SI units, frame W.
+/// The cylinder of a drilled hole (bed), or of an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m, length and radius of the cylinder
@@ -70,8 +70,8 @@ struct ImplantTask {
   std::vector<double> tip;     // m, for each tool: distance from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius, m
   double max_force = 0;        // N; a larger force counts as over-force
-  double max_angle = 0;        // rad, largest angle between tool and planned axis without note
-  // m, largest depth below the planned depth without note
+  double max_angle = 0;        // rad, largest angle between tool and planned axis without a warning
+  // m, largest depth below the planned depth without a warning
   double depth_tolerance = 0;
   double canal_clearance = 0;  // m; a smaller distance from the nerve canal causes a warning
   std::vector<dvec3> canal_W;  // the canal's centre line as a polyline; empty: no canal

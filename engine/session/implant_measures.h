@@ -40,7 +40,7 @@ struct HeatModel {
 
 /// Mean forces for equal intervals of contact time.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, mean force in each interval: across, along the axis
+  std::vector<float> across, along;  // N, mean force in each interval: perpendicular to the axis; along it
   double span = 0;                   // s, length of an interval of contact time
 };
 
@@ -57,14 +57,14 @@ struct ImplantPhaseMeasures {
   ForceCurve force;
 };
 
-/// Measures of the drilled bed. SI units.
+/// Measures of the drilled hole (bed). SI units.
 struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distance of entry and apex from the plan
   double axis_error = 0;                   // rad, angle to the planned axis
   double depth = 0;                        // m, depth below the planned entry
-  double canal_distance = 1e9;             // m, distance from the bed's wall to the canal's wall
-  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest root
+  double canal_distance = 1e9;             // m, distance from the drilled hole's wall to the canal's wall
+  double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest root
   // From the tissue (measure_bed()): mean diameter, and largest minus smallest diameter, m. Negative: unknown.
   double diameter = -1, ovality = -1;
   double perforated = -1;  // fraction of the upper nine tenths of the wall that has no bone behind it

@@ -61,7 +61,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// True if p_W is just below the old surface, beside tissue that the ideal shape removes.
+/// True if p_W is just below the surface before the work, beside tissue that the ideal shape removes.
 bool at_margin(const Preparation& in, const dvec3& p_W) {
   const dvec3 p = in.frame.to_voxels(p_W);
   if (in.ideal.distance.empty() || in.ideal.sample(p) > -0.5 ||

@@ -10,8 +10,8 @@ namespace typodont::session {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr std::size_t kMaxText = 4000;  // bytes
-constexpr double kLongest = 86'400;     // s
+constexpr std::size_t kMaxText = 4000;  // bytes, longest text of a remark
+constexpr double kLongest = 86'400;     // s, largest time of a remark
 }  // namespace
 
 fs::path remarks_beside(const fs::path& recording) {

@@ -363,7 +363,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// How far the value is beyond the rule's target.
+/// Distance by which a value is on the bad side of the rule's target; 0 on the good side.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:

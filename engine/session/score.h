@@ -16,8 +16,8 @@
 
 namespace typodont::session {
 
-/// Before scoring, sets the time of each tick to tick index / servo rate. A replay can check these times. It cannot
-/// check the recorded times, which are its input.
+/// Before scoring, sets the time of each tick to its index divided by the servo rate.
+/// A replay can check these times, but not the recorded times, which are its input.
 void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
 
 /// Measures of the hand's motion, computed from the ticks, in the order of the report.
@@ -86,7 +86,7 @@ struct HeatMeasures {
   static constexpr double kBody = 37;  // °C, temperature of the body
   bool pulp = false, bone = false;     // true: the tissue contains pulp; bone
   double pulp_max = kBody, pulp_min = kBody;
-  double bone_max = kBody;  // °C, 0.5 mm from the wall
+  double bone_max = kBody;  // °C, highest temperature of bone 0.5 mm from the wall of the cut
   double bone_above = 0;    // s, longest uninterrupted time above 47 °C
   // Temperatures at the end of each second, °C.
   std::vector<float> pulp_curve, bone_curve;
@@ -129,7 +129,7 @@ struct ScoreRule {
   bool asked = false;
 };
 
-/// What a value is computed from, and so its guarantee.
+/// The data from which a value is computed. It decides how well a replay can verify the value.
 enum class Basis {
   kReplay,  // computed from tissue, forces and poses, which a replay checks
   kTicks,   // also from the number of ticks and the servo rate

@@ -38,7 +38,7 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// Vertex of this brick (owner 0) or a lower neighbour.
+// Vertex of this brick (owner 0) or of a lower neighbouring brick.
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;

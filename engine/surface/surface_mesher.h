@@ -53,7 +53,7 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// Applies to bricks that are put from now on. Bricks of different tolerance join without cracks.
+  /// Sets the tolerance for bricks that put() receives from now on. Bricks of different tolerance join without cracks.
   void set_tolerance(float tolerance);
 
   /// Call it when one of the brick's 19³ samples has changed. Before remesh(), it must have been called for every brick

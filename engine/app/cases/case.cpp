@@ -58,7 +58,7 @@ std::vector<std::string> teeth_of(const Json& family) {
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m; top: the surface's w; border, depth: below the top
+  double top = 0, border = 0, depth = 0;  // m; top: w of the surface; below it: border to dentin; end
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
   /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
@@ -69,12 +69,12 @@ struct Lesion {
     if (down > depth) return 0;
     if (down < border) return beside < glm::mix(opening, width, std::max(down, 0.0) / border) ? 0.3 : 0;
     const double s = (down - border) / (depth - border);
-    // Softest at the border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
+    // Softest at the enamel-dentin border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
     return beside < width * std::sqrt(1 - s * s) ? 0.15 + 0.45 * s : 0;
   }
 };
 
-/// A recipe's input and output. Points: bur's frame (w out of the opening, u mesial), m.
+/// The generated case and the geometry from which it is made. Points: bur's frame (w out of the opening, u mesial), m.
 struct Draft {
   Case& out;
   const Json& family;
@@ -204,7 +204,7 @@ void lesion(Draft& draft) {
 
 void access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
-  // The slot must fit between the walls of the pulp: at half the chamber's height, or 1 mm below a premolar's roof.
+  // The slot is as wide as the pulp at half the chamber's height; in a premolar, at 1 mm below the chamber's roof.
   const bool molar = tooth.type[1] >= '6';
   const double z = molar ? 0.5 * (tooth.chamber_roof + tooth.chamber_floor) : tooth.chamber_roof - kBelowRoof;
   const auto half = [&](const dvec3& along) {
@@ -222,7 +222,7 @@ void access(Draft& draft) {
   draft.slot(-end, end, z, width);
 }
 
-/// Through the lingual surface at 45° to the tooth's axis, to a millimetre below the roof.
+/// Adds a slot through the lingual surface at 45° to the tooth's axis. It ends 1 mm below the roof of the pulp chamber.
 void lingual_access(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   draft.approach_along({0, -std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2});
@@ -230,7 +230,7 @@ void lingual_access(Draft& draft) {
   draft.slot({-0.4e-3, end.y}, {0.4e-3, end.y}, end.z, kNarrowest);
 }
 
-/// Cavity: slot along the fissure, and a box towards each neighbour.
+/// Adds the cavity: a slot along the fissure, and a box towards each neighbouring tooth.
 void boxes(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   const double width = draft.mm("isthmus_mm"), reach = half_outline(tooth) - 0.5 * width;
@@ -264,7 +264,7 @@ void lingual_box(Draft& draft) {
   draft.add_neighbour(1);
 }
 
-/// Slot in the buccal surface above the neck, below its middle as deep as stated.
+/// Adds a slot in the buccal surface above the neck. In its middle, the slot has the depth "depth_mm".
 void cervical(Draft& draft) {
   draft.approach_along({0, 1, 0});  // axis v points towards the root
   draft.show_buccal_side();

@@ -20,9 +20,9 @@ namespace {
 constexpr double kBand = 1.5e-3;  // m, distances are stored up to this far from the surface
 // limit of random deviations, in standard deviations
 constexpr double kMaxDeviation = 2;
-// relative standard deviation of each measure after the tooth's size is known; estimate
+// standard deviation of each measure among teeth of equal size, as a fraction of the measure; an estimate
 constexpr double kShape = 0.025;
-constexpr double kCusp = 0.025;        // relative standard deviation of a cusp's height and position; estimate
+constexpr double kCusp = 0.025;        // standard deviation of a cusp's height and position, as a fraction; an estimate
 constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding between roots
 constexpr double kApex = 0.6e-3;       // m, radius at the end of each of several roots
 constexpr double kApexCurve = 1.4e-3;  // m, radius at the end of a single root
@@ -128,7 +128,7 @@ double CaseTooth::distance(const dvec3& p) const {
   }
   double d = smooth_max(trunk, -furcation - p.z, kRootJoin);
   for (const TaperedTube& tube : roots) d = smooth_min(d, tube.distance(p), 0.8 * kRootJoin);
-  // The rounded union must not bulge out of the trunk.
+  // The rounded union of the roots must not bulge out of the trunk.
   return glm::mix(d, std::max(d, trunk), smooth_step(-1.5 * furcation, -0.5 * furcation, p.z));
 }
 

@@ -38,7 +38,7 @@ struct CaseTooth {
   std::vector<TaperedTube> pulp;               // the pulp as tubes: chamber, horns and canals
   double chamber_roof = 0, chamber_floor = 0;  // m, z of the chamber's roof and floor
 
-  /// Signed distance to the surface, m, negative inside. Exact near it.
+  /// Signed distance to the surface, m, negative inside. Exact near the surface.
   double distance(const dvec3& p) const;
   /// Signed distance to `outer` (`form` or `blunt`) with the lingual fossa removed, m.
   double hollowed(const ToothForm& outer, const dvec3& p) const;

@@ -33,7 +33,7 @@ Check range(double low, double high);
 Check range(int low, int high);
 /// Accepts a number x with 0 < x <= `most`.
 Check more_than_zero(double most = 1e9);
-/// A whole number from 0, for example a monitor's number.
+/// Accepts a whole number from 0 up, for example a monitor's number.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();

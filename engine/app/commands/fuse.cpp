@@ -60,7 +60,7 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
   nlohmann::ordered_json& fine = j["registration"];
   fine["X_CS"] = {{"translation_mm", {p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre}},
                   {"quaternion_wxyz", {R.w, R.x, R.y, R.z}}};
-  // Rows and columns 1–3 are the rotation vector (rad), 4–6 the translation (mm).
+  // Rows and columns 1–3 of the covariance are the rotation vector (rad), 4–6 the translation (mm).
   for (std::size_t row = 0; row < 6; ++row) {
     nlohmann::ordered_json values;
     for (std::size_t column = 0; column < 6; ++column) {

@@ -364,8 +364,8 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures frames of a running session, without the set-up in the first frame. Eyes and screen move by 1 µm per
-  // frame, because equal frames are drawn only in part; the lamp stays. A recorded session is played on.
+  // Measures the drawing times as in a running session, without the first frame, which includes the set-up. Eyes and
+  // screen move by 1 µm per frame, because unchanged frames are redrawn only in part. A recorded session is played on.
   constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: recorded time per frame; largest sum of times
   constexpr std::size_t kMaxFrames = 45;
   std::vector<double> times, gpu_times;

@@ -54,8 +54,8 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  // The scene with the contact model of the running session, which keeps a reference to it. So it must outlive the
-  // session.
+  // Scene with the contact model of the running session. The session
+  // keeps a reference to this object, which must therefore outlive it.
   Scene shown;
   std::string model;  // name of the contact model of the session
   std::optional<Workbench> bench;

@@ -19,14 +19,14 @@ namespace typodont {
 
 namespace {
 
-/// Forces of the cuts, as factors on the task's mean force. ExpertHand adjusts its lead to reach them.
+/// Forces of the cuts, as factors on the task's mean force. ExpertHand moves ahead of the tool so far that they result.
 struct CutForce {
   // rough: bulk removal if another tool finishes; bulk: bulk removal if the same tool finishes; finishing: final
   // surface.
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
   // Bulk removal with a coarse tool; near the largest power of a turbine.
   static constexpr double coarse = 2.0;
-  // Upper limit, as a fraction of the task's largest force.
+  // Upper limit of a cut's force, as a fraction of the task's largest force.
   static constexpr double below_max = 0.9;
 };
 
@@ -53,8 +53,8 @@ struct Joining {
   static constexpr double run_up = 0.6;    // s, time in which the drill reaches its full speed
 };
 
-/// Voxel of a typical CT of a tooth, m. A task with larger voxels treats a larger body, so all lengths of the motion
-/// increase in proportion.
+/// Voxel of a typical CT of a tooth, m. Larger voxels mean a larger object
+/// than a tooth, so all lengths of the motion increase in proportion.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -101,7 +101,7 @@ struct Filling {
   static constexpr double grid = 0.15e-3;  // m, distance between the positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step in which the instrument is lowered to tissue
-  // Largest step, as a fraction of the remaining distance.
+  // Largest step of this lowering, as a fraction of the remaining distance to the tissue.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, distance that remains to the tissue
   // Height and radius of a portion, as a fraction of the instrument's largest reach.
@@ -115,9 +115,9 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // The gradient's length is 1 near a single surface. It is smaller midway between two surfaces.
+  // The distance field's gradient has the length 1 near a single surface, but is shorter midway between two surfaces.
   static constexpr double one_surface = 0.5;
-  // Largest height above the final contour, m: in the first and in the second pass.
+  // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
   // Cost of unwanted filling, relative to the gain of wanted filling. carved_again, overfilled: filling above the
   // cavity in the first and in the second pass, which is carved away later. flash: filling on the enamel beside the
@@ -130,9 +130,9 @@ struct Filling {
   static constexpr double layer = 0.6e-3;
   // A voxel counts as filled if it is this deep inside the ball of filling, voxels.
   static constexpr double whole_voxel = 0.9;
-  // Smallest portion, m³. It can be added in one tick.
+  // Volume of the smallest portion, m³. It can be added in one tick of the servo.
   static constexpr double min_volume = 0.004e-9;
-  static constexpr int at_once = 1;  // number of portions in one plan
+  static constexpr int at_once = 1;  // number of portions of filling that are planned together
   // A portion is abandoned after `longer` times its planned duration plus `min_time` (s).
   static constexpr double longer = 1.2, min_time = 0.1;
 };
@@ -145,9 +145,9 @@ struct Rounds {
   static constexpr int max_cuts = 4;  // largest number of rounds of cutting
   // Thickness of excess that the first carving leaves, m.
   static constexpr double clearly_too_high = 0.1e-3;
-  // Smallest useful layer of filling, m³.
+  // A layer of filling that adds less volume than this counts as useless, m³.
   static constexpr double min_layer = 0.01e-9;
-  // Useless layers in a row before the next instrument.
+  // Number of useless layers in a row before the next instrument is used.
   static constexpr int max_vain = 3;
 };
 
@@ -599,7 +599,7 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // The step is larger where there is more room below.
+      // The step is larger if the tissue below is farther away.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
     // Moves the instrument towards a near wall, because the slit between instrument and wall would remain unfilled.

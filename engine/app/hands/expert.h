@@ -35,7 +35,7 @@ struct ExpertLeg {
   bool rough = false;   // true: bulk removal with a coarse tool and wide tolerance
 };
 
-/// Body size and forces, which scale the motion.
+/// Size of the treated object and forces, which scale the motion.
 struct ExpertGrip {
   // Factor on all lengths of the motion; tooth: 1.
   double size = 1;
@@ -44,8 +44,8 @@ struct ExpertGrip {
   double max_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position where a portion was added, m, perpendicular to the axis. The hole in it can be entered again only at
-/// exactly this position.
+/// Position where a portion of filling was added, m, perpendicular to the axis. The hole
+/// that the instrument left there can be entered again only at exactly this position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
@@ -77,7 +77,7 @@ class Expert {
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, difference from the ideal shape before the last round of cutting
-  int useless_layers_ = 0;  // number of useless layers in a row
+  int useless_layers_ = 0;  // number of layers in a row that added hardly any missing filling
   // Index of the filling instrument, 0: the finest. In the second pass, the number of instruments is added.
   std::size_t instrument_ = 0;
 };

@@ -20,13 +20,13 @@ struct Lead {
   // Slowing near the end of a cut: the hand reacts late, so a fast cut would go too far.
   static constexpr double slowing_time = 0.04;  // s, time constant near a cut's end
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // The target point waits while the tool is farther, m.
+  // The target point waits while the tool is farther from it than this, m.
   static constexpr double ahead = 0.06e-3;
   // The target point waits until the tool is nearer to the line than this, m.
   static constexpr double beside = 0.022e-3;
-  // As `beside`, for bulk removal with a coarse tool, m.
+  // For bulk removal with a coarse tool: the target point waits until the tool is nearer to the line than this, m.
   static constexpr double rough_beside = 0.05e-3;
-  // A cut that stops is finished if the tool is nearer to its end than this, m.
+  // A cut that ends with a stop is complete when the tool is nearer to the cut's end than this, m.
   static constexpr double there = 0.01e-3;
   // The tool makes progress if it comes nearer to the target by this, m.
   static constexpr double progress = 2.5e-6;
@@ -49,9 +49,9 @@ struct Lead {
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this ·
   // force error / mean force. 1/s.
   static constexpr double lead_per_force = 15;
-  // Smallest and largest limit, as factors on ExpertGrip::lead.
+  // Smallest and largest value of the lead's upper limit, as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.6, max_lead = 3;
-  // The limit may always grow to this, m: soft bone needs a longer lead for the same force.
+  // The lead's upper limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
   // In the air, the hand slows if the tool falls behind by `waits_from` (m), and over the next `waits_over` (m) to the
   // fraction `min_pace` of its full speed.

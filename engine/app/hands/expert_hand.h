@@ -20,7 +20,7 @@ class ExpertHand final : public haptics::HapticDevice {
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Takes the tick; the next position follows from its pose.
+  /// Stores the servo's tick. The next position of the hand depends on the tool's pose in this tick.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
   /// Continues with a new plan after read() has finished one. Afterwards, `legs` contains the finished plan, so that
   /// the servo thread frees no memory. Servo thread only.
@@ -65,8 +65,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double max_lead_;
 };
 
-/// The expert of a session on one thread. When a plan is finished, it plans again from the current tissue, until a plan
-/// is empty.
+/// An expert that plans and moves on one thread. When a plan is finished,
+/// it makes the next plan from the current tissue, until a plan is empty.
 class PlanningExpert final : public haptics::HapticDevice {
  public:
   /// The carver must outlive this object. Throws Error if the task has no target shape (ideal), or if no tool can

@@ -21,25 +21,25 @@ constexpr double kAbove = 6e-3;  // m above the entry point, position for tool c
 constexpr double kNear = 1.5e-3;
 constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
-constexpr double kWithdrawal = 15e-3;  // m/s, speed out of the bed
+constexpr double kWithdrawal = 15e-3;  // m/s, speed out of the drilled hole
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
 // The smoothing bur moves this far to each side of the axis, m.
 constexpr double kSweepReach = 3.0e-3;
 // Depth of the hand below the planned height of the ridge, m. The coupling yields, so the bur stays higher.
 constexpr double kSweepBelow = 0.1e-3;
-constexpr double kSweepApart = 1.0e-3;  // m, distance between strokes
+constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // Forces: drilling, cutting the thread, checking the depth, marking, N.
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-// Growth of the lead, m/s per newton of missing force.
+// Growth of the hand's lead over the tool, m/s per newton of missing force.
 constexpr double kLeadPerForce = 1.5e-3;
-constexpr double kMaxLead = 3e-3;  // m, largest lead
+constexpr double kMaxLead = 3e-3;  // m, largest lead of the hand over the tool
 // 1/s and m, rate and largest value of the correction that keeps the tip on the axis.
 constexpr double kAsideRate = 5, kMaxAside = 0.3e-3;
 constexpr double kPeck = 3e-3;  // m, depth that is drilled between two withdrawals
 constexpr double kPull = 2e-3;  // m, length of a withdrawal, in which the bone cools
 // Bone temperatures at which the tool is lifted (kHot) and at which work continues (kCool), °C.
 constexpr double kHot = 42, kCool = 41;
-// Height above the entry point at which the bur is out of the pit, m.
+// Height above the entry point at which the marking bur is out of the pit that it made, m.
 constexpr double kClear = 0.5e-3;
 // Distance before the planned depth at which slow motion begins, m.
 constexpr double kSlowFrom = 0.3e-3;
@@ -190,8 +190,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // The stage takes too long: first moves out of the bone (from kWork), otherwise ends at once, for example if the
-    // tool does not change.
+    // The stage takes too long. In the stage kWork, the tool first moves out of the
+    // bone. Any other stage ends at once, for example if the tool does not change.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Presses with the force of the phase, and continues when the exercise reports that the phase is done. Deterministic.
+/// Presses with the force of a phase until the exercise reports that this phase is done. Deterministic.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
   /// `rate`: rate of the servo, Hz.
@@ -19,7 +19,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Takes the servo's tick for the last sample.
+  /// Stores the tick that the servo computed from the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
   /// Name of the phase that took too long; empty: none.
@@ -29,11 +29,11 @@ class ImplantExpert final : public haptics::HapticDevice {
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// m, frame W.
+  /// Displacement from the entry point to the tool's tip, m, frame W.
   dvec3 tip_from_entry() const;
   /// The tip's depth below the entry, along the axis, m.
   double tip_depth() const;
-  /// The tip's offset from the axis, m, in the axes of at().
+  /// The tip's displacement from the axis, m, in the same axes as the argument `aside` of at().
   dvec3 tip_aside() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);

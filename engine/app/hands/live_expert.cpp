@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-// Time between checks for requests and copies of the tissue.
+// Time between two checks for a requested plan or a new copy of the tissue.
 constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {

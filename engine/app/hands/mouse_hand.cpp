@@ -19,7 +19,7 @@ constexpr double kUsualStep = 0.15e-3;                  // m per notch of the wh
 constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m per notch of the wheel, limits
 // Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
-constexpr double kMaxDepth = 30e-3;  // m, largest distance from the screen's plane, and by the wheel
+constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen's plane, and of the wheel's motion
 // Free distance along the shank above tissue that hides the tool, m. It keeps a tilted head free of an oblique surface.
 constexpr double kClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
@@ -122,7 +122,7 @@ Pointer::View Pointer::view() const {
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 motion = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // The user's axes: mirrors and rotated panels turn the picture.
+  // Axes as the user sees them: mirrors and rotated panels turn the picture.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(motion, right), glm::dot(motion, up));

@@ -17,7 +17,7 @@ namespace {
 
 // Depth to which the head may enter the ideal shape, voxels: the error of the distance field.
 constexpr double kClear = 0.05;
-// Largest depth for heads that fit the target shape exactly (reamers), voxels.
+// Depth to which a head that fits the ideal shape exactly (a reamer) may enter this shape, voxels.
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;      // m, distance between positions that are evaluated
 constexpr double kLayer = 0.5;        // distance between layers of the bulk, in tool diameters
@@ -30,7 +30,7 @@ constexpr double kRow = 0.6;  // distance between rows, in tool diameters
 constexpr double kSameLevel = 10e-6;
 // Smallest flat floor that gets passes along its walls, m².
 constexpr double kMinFlat = 0.1e-6;
-// Smallest flat part, as a fraction of the head's cross-section.
+// Smallest flat part of the floor that counts, as a fraction of the head's cross-section.
 constexpr double kFlatShare = 0.15;
 // A row ends at this distance from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
@@ -40,7 +40,7 @@ constexpr double kMinTaken = 0.05;       // voxels; thinner tissue gets no strok
 constexpr double kOnLine = 2e-6;
 // If a part of a pass without cutting is shorter than this, the tool moves along it and is not lifted, m.
 constexpr double kBridged = 1e-3;
-// As kBridged, for a coarse tool, m.
+// For a coarse tool: if a part of a pass without cutting is shorter than this, the tool is not lifted, m.
 constexpr double kCoarseBridged = 3e-3;
 // If the next pass is farther away than this, the tool moves up, across and down, m.
 constexpr double kStraight = 3e-3;
@@ -425,7 +425,7 @@ class StrokePlanner {
     }
   }
 
-  /// Plans the bulk of a layer: rows along its longer side, with a distance from the walls.
+  /// Plans bulk removal in a layer: rows along the layer's longer side, which end at a distance from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -568,7 +568,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// The head's lowest possible height at (a, b).
+  /// The lowest height at (a, b) to which the head can go without entering the ideal shape; empty if there is none.
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
               j = static_cast<int>(std::lround((b - lo_.y) / grid_));
@@ -627,7 +627,7 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;       // factor for lengths: 1 for a tooth, larger if the task treats a larger body
+  const double size_;       // factor for lengths: 1 for a tooth, larger if the treated object is larger
   const double min_taken_;  // voxels; thinner tissue gets no stroke
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;

@@ -27,7 +27,7 @@ dquat toward(const dvec3& axis_W);
 ///   `step`: m, distance between two passes along floor and walls.
 ///   `into`: m, depth to which the head may enter the ideal shape.
 ///   `around`: neighbouring teeth and gum, which the head must not touch; may be null.
-///   `size`: factor for grid distances and tolerances; 1 for a tooth, larger for a larger body.
+///   `size`: factor for grid distances and tolerances; 1 for a tooth, larger for a larger object.
 ///   `least`: m; no strokes are planned for thinner tissue.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,

@@ -140,7 +140,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     painted |= brush(s, move, move.begins || !brush_open);
     brush_open = true;
   }
-  // The servo's next tissue must contain its newest cuts.
+  // The next tissue patch for the servo must contain the servo's newest cuts.
   const CarverSide::Read after = follow_servo();
   done.worked |= after.cut;
   if (done.worked || painted) {

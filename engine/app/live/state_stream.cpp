@@ -297,7 +297,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // The message is lost without listeners or buffer space.
+    // The message is lost if nobody listens, or if the system's buffer is full.
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

@@ -167,7 +167,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // Written elsewhere first, so that an invalid exercise replaces nothing.
+  // Written under temporary names first, so that an invalid exercise replaces no file.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

@@ -52,8 +52,8 @@ std::vector<RuleChoice> rule_choices(const Scene& base);
 /// The exercise as JSON text. `ideal_file`: path relative to the scene; empty: the ideal shape of the base scene.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json and NAME-ideal beside it. Reads them first as a session would, then replaces
-/// files of the same name. Returns the scene. Throws Error (RuleRefused) or Cancelled without changing a file.
+/// Writes ~/Typodont/scenes/NAME.json and NAME-ideal. New files have temporary names until they are checked; then
+/// they replace old files. Returns the scene. Throws Error (RuleRefused) or Cancelled without changing a file.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

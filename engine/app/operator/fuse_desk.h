@@ -20,7 +20,7 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads OperatorState::fuse in the background. Needs labels at the scan's own voxel size.
+  /// Shows the page and reads OperatorState::fuse in the background. Needs the CBCT's tissue labels at full voxel size.
   void open();
   /// Registers the scan by the picked points. If the result is refused, the message line states the reason.
   void register_points();

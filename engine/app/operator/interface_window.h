@@ -42,7 +42,7 @@ class InterfaceWindow {
 
   /// Sets the language. False: there is no font for it, and nothing changes.
   bool set_language(session::Language language);
-  /// States characters of the next frames. Call between frames only.
+  /// Makes sure that the font contains all characters of `text`. Call between frames only.
   void announce_text(const std::string& text);
 
   /// Reads mouse and keyboard. True: a frame must be drawn, because of input or because `max_seconds` have passed.

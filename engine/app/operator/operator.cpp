@@ -146,7 +146,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Window title: page, and trainee during a session.
+  /// Window title: name of the page; during a session, also the trainee.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {

@@ -159,7 +159,7 @@ struct ScanForm {
   bool only_tissue = true;
   // Limits within which labels spread from a seed: distance in mm, and difference of grey values.
   float reach_mm = 5, tolerance = 0.3f;
-  glm::ivec3 walls{0};  // dragged face per axis: −1 lower, +1 upper, 0 none
+  glm::ivec3 walls{0};  // for each axis, dragged face of the region: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};     // m, in the scan's frame F: the painted stroke's end
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // null until drawn

@@ -23,8 +23,8 @@ constexpr float kMinShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this one, but fainter
 // The finest chips are drawn as mist, large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
-// Number of cuts whose chips the CPU creates together, because many chips would take too long. Each of them then
-// represents more mass.
+// Number of cuts whose chips the CPU creates together, because many chips
+// would take too long to move. Each chip then represents more mass.
 constexpr int kLumps = 8;
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 

@@ -44,7 +44,7 @@ struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
-  std::uint64_t events_lost = 0;  // number of the servo's events, at most that many cuts, that made no chips
+  std::uint64_t events_lost = 0;  // number of lost servo events; at most that many cuts made no chips
 };
 
 /// Creates, moves and draws chips and water. With nozzles, the CPU moves the chips, because they become part of the
@@ -63,7 +63,7 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool, double area, double duration);
   /// Replaces a loose piece of tissue by chips.
   void add(const LoosePiece& piece);
-  /// Removes all chips and water, and fills the cavities again.
+  /// Removes all chips and water, and resets the coarse distance field to the uncut tissue.
   void restart();
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);

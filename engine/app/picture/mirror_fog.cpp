@@ -17,8 +17,8 @@ bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
 
 void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& air) {
   const bool held = mirror.diameter > 0, warming = held && air.in_mouth;
-  // Fogging by breath depends on the glass's temperature. The mean temperature over the step is exact enough, because
-  // glass warms slowly.
+  // How fast breath fogs the glass depends on the glass's temperature. The mean
+  // temperature over the step is exact enough, because glass warms slowly.
   const double goal = warming ? 0 : 1, before = cold_;
   cold_ = goal + (cold_ - goal) * std::exp(-dt / law_.warm_time);
   double up = warming ? 0.5 * (before + cold_) / law_.breath_time : 0, down = 1 / law_.dry_time;

@@ -315,8 +315,8 @@ void ShownWorld::add(World& world, const Look& look, std::optional<bool> coarse,
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  // While the coarse mesh is drawn, its limit is lower (hysteresis), so that small motions of the user's head do not
-  // change the mesh again and again.
+  // While the coarse mesh is drawn, the limit for its error is lower (hysteresis),
+  // so that small motions of the user's head do not change the mesh again and again.
   const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;

@@ -84,7 +84,7 @@ void World::apply(const ServoTick& tick) {
 void World::apply(const Cut& cut) {
   if (!debris()) return;
   reach(cut.t);
-  // Event logs hold a cut before its tick, so tick_ is the tick before.
+  // Event logs hold a cut before its tick, so tick_ is still the previous tick.
   debris_->add(cut, tools()[cut.tool], tick_.contact_area, to_seconds(cut.t - tick_.t));
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kNearTooth = 10e-3;    // m, teeth farther from the implant than this are ignored
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
-// Distance between searched points, m.
+// Distance between the points at which teeth are searched, m.
 constexpr double kToothStep = 0.25e-3;
 // Points of a canal farther from the implant than this are ignored, m.
 constexpr double kCanalReach = 25e-3;

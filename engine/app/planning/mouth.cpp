@@ -32,7 +32,7 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
   return sum;
 }
 
-/// Registers the bite scan to the jaws. Each of its points belongs to the nearest jaw. Two rounds.
+/// Registers the bite scan to the jaws, in two rounds. Each point of the bite scan is compared with the nearest jaw.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                 // m, distance between the points of the bite scan
   constexpr double kMinPoints = 2000, kMaxPoints = 40'000;  // numbers of points

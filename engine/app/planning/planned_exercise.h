@@ -17,9 +17,9 @@ struct PlannedExercise {
   session::ImplantPlan plan;
 };
 
-/// Writes the exercise, checked as by a session. A volume is copied up to 15 mm from the implant, with voxels of at
-/// most 0.15 mm, to a .vdb beside the scene; the platform is moved to where the rigs point. `over`: which files may be
-/// replaced (never the planner's volume).
+/// Writes the exercise, checked as by a session. A volume is copied up to 15 mm from the implant,
+/// with voxels of at most 0.15 mm, to a .vdb beside the scene; the platform is moved to the place
+/// that the rigs show. `over`: which files may be replaced (never the planner's volume).
 /// Throws Error, also if the implant leaves the bone, or Cancelled; then nothing has changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,
                             Progress& progress);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The bed's wall has an opening where no bone lies at this depth behind the wall, m.
+// The wall of the drilled hole counts as open where no bone lies at this depth behind the wall, m.
 constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
 
@@ -211,7 +211,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Computes area and second moments of the bed in slices across the axis.
+  // Computes area and second moments of the drilled hole in slices perpendicular to the axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

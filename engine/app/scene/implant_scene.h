@@ -23,14 +23,14 @@ haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& nam
 /// Path of assets/implants/exercise.json, the part that all implant exercises share.
 std::filesystem::path implant_exercise_file();
 
-/// The keys of the block "implant". `bones`: canal of a tissue of the kind "bone". `tools`: the session's tools. Throws
-/// Error, also if a phase's tool is missing.
+/// The keys of the block "implant". `bones`: nerve canal that the tissue of kind "bone"
+/// states. `tools`: the session's tools. Throws Error, also if a phase's tool is missing.
 void describe_implant(Keys& keys, session::ImplantTask& task, const NerveCanal& bones,
                       std::span<const haptics::Tool> tools, const ScenePlace& place);
 /// Declares the keys of a procedure file.
 void describe_procedure(Keys& keys, session::ImplantTask& task, std::span<const haptics::Tool> tools);
 
-/// Above this depth below the implant's upper end, m, the implant need not be surrounded by bone.
+/// Depth below the implant's upper end, m. The part of the implant above this depth need not be surrounded by bone.
 inline constexpr double kCrest = 1.5e-3;
 
 /// Calls visit(p_W, depth) for points on the thread's surface, from kCrest to the apex, until it returns false.

@@ -52,7 +52,7 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
 
 namespace {
 
-/// A tooth of the row. `folder`: shapes of teeth; `forms`: those that were read.
+/// Declares the keys of a tooth of the row. `folder`: files of tooth shapes; `forms`: shapes that are already loaded.
 void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder,
                         std::map<std::string, ToothForm>& forms) {
   if (const auto form = keys(must("form"), kName, "the file `FOLDER/FORM.json`")) {

@@ -49,9 +49,9 @@ constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth up to which it has a collar of gum
 // Cell sizes of section faces, m.
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
-// Overlap of the gum's face over the teeth's faces, m.
+// Overlap of the gum's section face over the teeth's section faces, m.
 constexpr double kFaceOverlap = 0.05e-3;
-// Depth of the gum's face behind the teeth's faces, m.
+// Depth of the gum's section face behind the teeth's section faces, m.
 constexpr double kFaceUnder = 10e-6;
 
 /// Keeps only triangles for which wanted(p) is true at a corner p. `lo`: origin of the vertices, m, frame W.
@@ -365,7 +365,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Gives all vertices the material `matter`. Through it, the tissue `under` is visible by the fraction beneath(p).
+/// Gives all vertices the material `matter`. The tissue `under` shines through by the fraction beneath(p).
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)

@@ -12,9 +12,9 @@ namespace typodont {
 namespace {
 
 constexpr double kTip = 0.45e-3;  // m, radius of a hill's tip
-// Factor that keeps the distance to the side below the true one.
+// Factor that keeps the computed distance to the tooth's side below the true distance.
 constexpr double kSideSlope = 0.9;
-// Factor that keeps the distance to the top below the true one.
+// Factor that keeps the computed distance to the tooth's top below the true distance.
 constexpr double kTopSlope = 0.78;
 // Radius of a groove's floor, m. Sharper grooves would show notches of voxels.
 constexpr double kGrooveFloor = 0.2e-3;

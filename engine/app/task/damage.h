@@ -1,5 +1,5 @@
-// Measures damage to neighbouring teeth and gum: moves the rotating head through their distance fields. They are not in
-// the haptic field. A replay gives the same result. Far from them, a tick costs two distance queries.
+// Measures damage to neighbouring teeth and gum, which the hand does not feel: moves the rotating head through
+// their distance fields. A replay gives the same result. Far from teeth and gum, a tick costs two distance queries.
 #pragma once
 
 #include <memory>
@@ -38,8 +38,8 @@ class DamageMeter {
   std::uint32_t last_tool_ = 0;
   std::vector<session::DamageMeasures::Touch> touches_;
   Nanos touched_[2] = {};     // ns, last touch of neighbour and gum
-  std::size_t open_[2] = {};  // index in touches_ plus 1
-  double most_[2] = {};       // m³, of one tick of the open touch
+  std::size_t open_[2] = {};  // index of the current touch in touches_ plus 1; 0: no touch
+  double most_[2] = {};       // m³, largest volume damaged in one tick of the current touch
 };
 
 struct Scene;

@@ -20,7 +20,7 @@ using session::Preparation;
 constexpr double kMinDepth = 0.15e-3;    // m, smallest deviation from the ideal shape that is a defect
 constexpr double kMinVolume = 0.005e-9;  // m³, smallest cut of pulp or protected tissue that is a defect
 constexpr double kMinFraction = 0.1;     // a stroke that cut a smaller fraction of the defect is not named
-constexpr double kClosest = 1e-3;        // m, largest distance of the stroke named for tissue that was left
+constexpr double kClosest = 1e-3;        // m; the stroke named for remaining tissue came at least this near
 constexpr double kMaxLoss = 1.0 / 3;     // an item that lost a smaller fraction of its points has no defect
 constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
 constexpr double kBefore = 1.0, kAfter = 0.5;  // s, stored path before and after a stroke
@@ -30,7 +30,7 @@ enum class Kind : std::uint8_t { kNone, kOver, kUnder, kPulp, kProtected, kCarie
 constexpr const char* kItems[] = {
     "", "over_cut_depth_mm", "under_cut_depth_mm", "pulp_removed_mm3", "protected_removed_mm3", "residual_caries_mm3"};
 
-/// Heads at the recorded cuts.
+/// The tools' heads at the recorded cuts.
 class Cutters {
  public:
   Cutters(std::span<const Cut* const> cuts, std::span<const haptics::Tool> tools) : cuts_(cuts), tools_(tools) {
@@ -47,7 +47,7 @@ class Cutters {
     return fields_[std::min<std::size_t>(cut.tool, fields_.size() - 1)].distance(glm::transpose(glm::dmat3(X_WT.R)) *
                                                                                  (p_W - from));
   }
-  /// Null if none came within kClosest.
+  /// The cut whose head came closest to p_W; null if no head came within kClosest.
   const Cut* closest(const dvec3& p_W) const {
     const Cut* best = nullptr;
     double nearest = kClosest;
@@ -64,7 +64,7 @@ class Cutters {
   std::vector<haptics::HeadField> fields_;
 };
 
-/// The cut that last removed or filled each voxel of interest.
+/// For each voxel near a defect: the cut that last removed or filled it.
 class Makers {
  public:
   explicit Makers(const Preparation& in) : in_(in), size_((in.before.size + kBlock - 1) / kBlock) {
@@ -120,8 +120,8 @@ class Makers {
   }
 
   const Preparation& in_;
-  glm::ivec3 size_;                               // blocks
-  std::vector<std::vector<std::size_t>> blocks_;  // points in each
+  glm::ivec3 size_;                               // number of blocks along each axis
+  std::vector<std::vector<std::size_t>> blocks_;  // indices of the points in each block
   std::vector<Point> points_;
   std::map<std::size_t, std::size_t> index_;  // index of the point at a voxel
 };
@@ -130,8 +130,8 @@ class Makers {
 struct Region {
   Kind kind = Kind::kNone;
   std::vector<std::size_t> voxels;
-  std::size_t deepest = 0;  // voxel
-  double depth = 0;         // m off the ideal shape
+  std::size_t deepest = 0;  // index of the voxel with the largest deviation
+  double depth = 0;         // m, largest distance from the ideal shape
 };
 
 /// How far each voxel's result deviates from the target shape.
@@ -207,7 +207,7 @@ class Deviations {
 
  private:
   const Preparation& in_;
-  double limit_[3];  // m, of kOver and kUnder
+  double limit_[3];  // m, smallest deviation of each kind that is a defect; 0: any
   std::vector<Kind> kind_;
   std::vector<float> depth_;  // m, each voxel's distance from the target surface
 };
@@ -236,8 +236,8 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
     const Cut* cut = makers.of(voxel);
     cut ? by_cut[cut].push_back(voxel) : others.push_back(voxel);
   }
-  if (by_cut.empty()) others.assign(1, region.deepest);  // what no stroke touched
-  // A loose piece, or tissue that no stroke reached: the cut that came closest.
+  if (by_cut.empty()) others.assign(1, region.deepest);  // no stroke changed a voxel of the region
+  // Loose pieces, and tissue that no stroke reached, are attributed to the cut that came closest.
   if (!others.empty()) {
     const auto deepest = *std::ranges::max_element(others, {}, [&](std::size_t i) { return deviations.depth(i); });
     if (const Cut* cut = cutters.closest(deviations.place(deepest)))
@@ -376,7 +376,7 @@ void each_tick(const session::SessionReader& session, const Use& use) {
     for (const ServoTick& tick : session.ticks(first, kPiece)) use(tick);
 }
 
-/// Fills what comes from the ticks.
+/// Sets the members of each stroke that come from the ticks: its times, poses and forces.
 void add_moments(const session::SessionReader& session, std::span<const haptics::Tool> tools,
                  std::vector<Defect>& defects) {
   const double rate = session.header().servo_rate;
@@ -419,7 +419,7 @@ std::vector<session::Defect> find_defects(const session::SessionReader& session,
   each_tick(session, [&](const ServoTick& tick) { force.add(tick); });
   std::ranges::move(force.take(), std::back_inserter(defects));
 
-  // The largest of each item first, and all that remain in order of time.
+  // If there are too many defects, keeps the largest of each score item; sorts the kept ones by time.
   std::map<std::string, double> largest;
   for (const Defect& defect : defects) largest[defect.item] = std::max(largest[defect.item], defect.amount);
   std::ranges::stable_sort(defects, std::greater(),

@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// In order of time. A fraction of a second; needs the memory of the compared tissues again.
+/// Returns the defects in order of time. Takes a fraction of a second, and as much memory as the compared tissues.
 std::vector<session::Defect> find_defects(const session::SessionReader& session, const EvaluatedSession& judged);
 
 }  // namespace typodont

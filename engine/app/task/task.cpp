@@ -68,7 +68,7 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   return session::redistanced(field).distance;
 }
 
-/// Copies distances from `other` at the same points, and labels where it has them.
+/// Copies distances from `other` at the same points, and labels where `other` has them.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
@@ -247,7 +247,7 @@ haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueV
   DenseCopy copy = dense_copy(start);
   if (scene.implant) {
     const session::ImplantPlan& plan = scene.implant->plan;
-    // The bed is longer than the implant, so that its upper end is open.
+    // The drilled hole is longer than the implant, so that its upper end is open.
     const session::ImplantCylinder bed{plan.apex_W(), plan.axis_W, 2 * plan.length, plan.bed_diameter / 2};
     const glm::ivec3 n = copy.field.size;
     for (int x = 0; x < n.x; ++x)

@@ -20,7 +20,7 @@ namespace {
 
 // Below the dense outer shell, the grey value changes from cortical to cancellous over this depth, m.
 constexpr double kEndosteum = 0.5e-3;
-// Distance between random grey values, m: several trabecula distances.
+// Distance between the points with random grey values, m: several times the distance between trabeculae.
 constexpr double kGrain = 1.2e-3;
 constexpr double kMaxVoxels = 2e8;
 constexpr Form kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"};
@@ -58,7 +58,7 @@ struct Bone {
   Pose X_MW;           // pose of the scene's frame W in mesh frame M
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // largest variation of cancellous bone, relative to its mean
+  double variation = 0;  // largest variation of cancellous bone's grey value, relative to the mean
   std::uint64_t seed = 1;
   double canal_wall = 0;  // m, thickness of the cortical bone around the canal
   NerveCanal canal;

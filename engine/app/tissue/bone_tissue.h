@@ -37,7 +37,7 @@ struct BoneGrey {
 
 /// The path of assets/materials/bone_classes.json.
 std::filesystem::path bone_classes_file();
-/// Loads class "I" to "IV". Throws Error that lists them.
+/// Loads class "I" to "IV". Throws Error that lists these classes.
 BoneClass load_bone_class(const Json& name);
 BoneGrey load_bone_grey();
 
@@ -53,7 +53,7 @@ void describe_canal(Keys& keys, NerveCanal& canal);
 
 /// Samples {"bone": {…}} of a scene (docs/scene_format.md). Throws Error.
 haptics::DenseTissue sample_bone(const Json& bone, const haptics::SolidFiles& files);
-/// Its keys; checks an object without sampling it. Throws Error.
+/// Declares the keys of the object "bone"; checks an object without sampling it. Throws Error.
 void describe_bone(Keys& keys);
 
 }  // namespace typodont

@@ -56,7 +56,7 @@ KeyThread::~KeyThread() {
   ::close(end_);
 }
 
-/// The server reports when they change.
+/// Reads the labels of all keys. If the user changes them, the server sends an event, and they are read again.
 void KeyThread::read_labels() noexcept {
   const xcb_setup_t& setup = *xcb_get_setup(server_);
   const int first = setup.min_keycode, count = setup.max_keycode - first + 1;
@@ -75,7 +75,7 @@ void KeyThread::read_labels() noexcept {
 }
 
 void KeyThread::run() noexcept {
-  // Its priority is below that of the servo, and above that of all threads that draw.
+  // This thread's priority is below that of the servo, and above that of all threads that draw.
   enter_realtime({.priority = 79, .core = -1, .lock_memory = false});
   ::pthread_setname_np(::pthread_self(), "typodont-keys");
   std::array<pollfd, 2> sources{{{xcb_get_file_descriptor(server_), POLLIN, 0}, {end_, POLLIN, 0}}};

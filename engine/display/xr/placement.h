@@ -15,10 +15,11 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// Notes that the runtime will change its space at `time`. `X_old_new`: new space in the old one, if known.
+  /// Notes a change of the headset's frame D at `time`.
+  /// `X_old_new`: pose of the new frame in the old one, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies changes of the space: a measured bench stays in the room; otherwise the tissue is placed in front of the
-  /// user again.
+  /// Applies the noted changes of the headset's frame D. If the bench's pose was measured,
+  /// it stays in the room; otherwise the tissue is placed in front of the user again.
   void follow(XrTime display_time);
   /// Places the tissue in front of the user again, unless its pose was measured.
   void recentre();

@@ -39,7 +39,7 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // The cone contains normals of triangles, not of vertices, because these decide whether a triangle faces away.
+  // The cone contains normals of triangles, not of vertices: a triangle's own normal decides whether it faces away.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -254,7 +254,7 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Plane of Renderer::cover() in mesh coordinates. Original bricks beyond it are inside another body. Zero: no plane.
+/// Plane of Renderer::cover() in mesh coordinates; unchanged bricks beyond it are inside another body. Zero: no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);

@@ -67,7 +67,7 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounding boxes, m, W: of the working tooth (lo, hi; without one, of all bodies), and of all bodies.
+/// Bounding boxes, m, frame W: of the working tooth (lo, hi; without one, of all bodies), and of all bodies.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };

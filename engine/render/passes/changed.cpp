@@ -186,7 +186,7 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // kOcclusionRadius, distance of the lookup point and filter width of lighting.glsl, in units of the map's width.
+  // Sum of kOcclusionRadius, distance of the lookup point and filter width (lighting.glsl), divided by the map's width.
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

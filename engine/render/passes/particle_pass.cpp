@@ -10,7 +10,7 @@ namespace typodont::render {
 namespace {
 
 struct Instance {
-  float place[4];         // m, W: position; w: radius
+  float place[4];         // xyz: position, m, frame W; w: radius, m
   std::uint8_t color[4];  // colour of the particle; rgb: sRGB; a: opacity
 };
 struct Streak {

@@ -17,7 +17,7 @@ struct ShadowPass {
   /// Draws the given part of the map; other parts stay.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // clears it to the largest depth, which means no shadow
+  void create_map(PassContext& context);  // clears the map to the largest depth, which means no shadow
   void destroy(gpu::Device& device);
 };
 
@@ -34,7 +34,7 @@ struct SurfaceEffects {
 struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
-  std::array<VkPipeline, 2> depth{};  // front faces; both faces
+  std::array<VkPipeline, 2> depth{};  // for front faces only; for front and back faces
   View made_for = View::kLook;        // view for which the pipelines were created
   bool with_cursor = false;           // true: the pipelines draw the cursor's ring
   SurfaceEffects with_effects;
@@ -109,7 +109,7 @@ struct MirrorPass {
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // and the objects that depend on the pictures' format
+  void destroy_pictures(gpu::Device& device);  // also destroys the objects that depend on the pictures' format
   void destroy(gpu::Device& device);
 };
 

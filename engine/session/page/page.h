@@ -60,11 +60,11 @@ class Page : private Words {
   /// Title of a view: "From the buccal side" if the tooth's orientation is known, otherwise "From the front". `name`:
   /// above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
-  /// Where on the tooth, or its coordinates.
+  /// Name of the place p_W on the tooth; its coordinates if the tooth's orientation is unknown.
   std::string place_words(const dvec3& p_W) const;
   void defects();
   void remarks();
-  /// Of the defects, in the integers of the rotatable model.
+  /// The strokes that made the defects, as data for the script, in the integer coordinates of the rotatable model.
   std::string stroke_data(const dvec3& middle_W, double step) const;
   void result_views();
   void worst_places();

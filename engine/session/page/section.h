@@ -1,4 +1,4 @@
-// Draws a section of old surface, ideal and result (SVG).
+// Draws a section (SVG): the surface before the work, the ideal shape, and the result.
 #pragma once
 
 #include <string>

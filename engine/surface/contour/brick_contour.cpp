@@ -28,14 +28,14 @@ constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
 // cosine of 64°, the largest angle between normals of a gentle crease (ContourVertex::gentle)
 constexpr float kGentleCosine = 0.44f;
-// a block of side s on curvature κ has an error of at most kSag·s²κ (smooth_vertices.cpp)
+// a block of side s on a surface of curvature κ has an error of at most kSag·s²κ (smooth_vertices.cpp)
 constexpr float kSag = 0.18f;
-// positions' variance / side² below which max_curvature() lacks data
+// variance of the positions divided by side²; below this, max_curvature() has too little data
 constexpr float kMinSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex from its cell
-// Voxels beyond the tolerance that a block's vertex may lie from the field's surface. Blocks with a larger distance are
-// not merged.
+// Voxels by which a block's vertex may lie farther from the field's surface
+// than the tolerance. Blocks with a larger distance are not merged.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
