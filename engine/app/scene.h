@@ -67,7 +67,7 @@ struct Scene {
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-// The keys of a scene, and those of a file of assets/suction/. `suction` receives flow and radius of the opening.
+// Declare the keys of a scene, and of a file of assets/suction/. `suction` receives flow and radius of the opening.
 void describe_scene(Keys& keys, Scene& scene);
 void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction);
 /// Reads a scene (docs/scene_format.md). `scene`: path of a file, or name of a shipped scene. Throws Error if something

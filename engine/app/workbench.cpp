@@ -121,7 +121,7 @@ struct Workbench::Impl {
   std::uint32_t recent_faults = 0;
   Nanos followed = 0;             // session time at which the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
-  std::string told;               // text of say(); an experiment shows it instead of `keys`
+  std::string told;               // text of say(), which the picture shows instead of `keys` during an experiment
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool hand_gone = false;

@@ -147,7 +147,7 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Links the cell to its neighbours k at d_k in the tangent plane, with c_k = width / length.
+/// Links the cell to its neighbours k at d_k in the tangent plane. c_k: the link's width divided by its length.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;

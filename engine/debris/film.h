@@ -49,7 +49,7 @@ struct FilmLedger {
   Load flung;        // kg, mass that the bur threw off
 };
 
-/// A cell of the film. The heights `water` and `solids` are volume / area.
+/// A cell of the film. The heights `water` and `solids` are volumes divided by the cell's area.
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
   glm::vec3 p_W{0};      // m, frame W, cell's point on the tissue's surface

@@ -35,7 +35,7 @@ struct Target {
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // the drawing must wait for this semaphore
   VkSemaphore done = VK_NULL_HANDLE;   // the drawing must signal this semaphore when it has finished
-  bool kept = false;                   // still contains its last frame
+  bool kept = false;                   // true: the target still contains its last frame
 };
 
 /// A rectangle of a picture, in pixels.

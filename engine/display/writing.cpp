@@ -149,7 +149,7 @@ Color force_color(double fraction) {
 struct Map {
   ivec2 place;
   glm::dmat2 upright;
-  double aspect;  // width / height of the picture that the user sees
+  double aspect;  // width divided by height of the picture that the user sees
 
   dvec2 to_pixels(const dvec2& p) const {
     const dvec2 q = upright * dvec2(p.x / aspect, p.y);

@@ -37,7 +37,7 @@ struct Hud {
   // smallest height of letters in units of half the picture's height, from readable_letters()
   double min_letters = 0;
   glm::dmat2 upright{1.0};  // orientation of the picture, from display::upright()
-  double aspect = 0;        // width / height of the picture; 0: from its pixels
+  double aspect = 0;        // width of the picture divided by its height; 0: from its pixels
 };
 
 /// Smallest angle that a lower-case x must subtend, rad. Stricter than ISO 9241-303, which requires 20 to 22' for

@@ -618,7 +618,7 @@ struct LightScene::Impl {
   void mirror(LightGrid& grid, std::span<const glm::vec3> radiance, const LightSources& sources) const {
     constexpr int kSide = LightGrid::kImageSide;
     grid.images.assign(grid.samples() * kSide * kSide, glm::vec3(0));
-    // For each node of the map: the rays near its direction, and their weights.
+    // For each direction of the image map (image_direction()): the rays near this direction, and their weights.
     struct Part {
       std::size_t ray;
       float weight;

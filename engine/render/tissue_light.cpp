@@ -36,7 +36,7 @@ constexpr std::uint8_t kMaxClear = 8;
 // Distance up to which the surface at the end of a ray or walk is searched, m.
 constexpr float kSearched = 0.3e-3f;
 constexpr float kMinStep = 45e-6f;    // m, smallest step of rays and random walks
-constexpr float kLongestRay = 8e-3f;  // m; beyond it, the light of the LightGrid is used
+constexpr float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light of the LightGrid is used
 constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
 constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
@@ -132,7 +132,7 @@ float scattering_albedo(float reflectance) {
 
 struct TissueLight::Impl {
   TissueLightGrid grid;
-  float spacing = 0, band = 0;  // m; band: cells within this distance of a surface store their distance to it
+  float spacing = 0, band = 0;  // m; band: cells nearer than this to a surface store their distance to the surface
   int walks = 0;                // random walks from each cell at a surface
   glm::vec3 origin{0};
   std::array<Look, kMatterCount> looks;
@@ -242,7 +242,7 @@ struct TissueLight::Impl {
   void measure(std::span<const std::span<const LitTriangle>> parts, const CellBox& box, std::vector<float>& result) {
     each_cell(box,
               [&](const glm::ivec3& i) { nearest[index(i)] = nullptr, result[index(i)] = band, known[index(i)] = 0; });
-    // Each slab of layers along x belongs to one thread.
+    // Number of cells along x in a slab. Each slab belongs to one thread.
     constexpr int kLayers = 8;
     const auto slab_of = [&](int x) { return static_cast<std::size_t>((x - box.lo.x) / kLayers); };
     std::vector<std::vector<const LitTriangle*>> slabs(slab_of(box.hi.x) + 1);
@@ -334,7 +334,7 @@ struct TissueLight::Impl {
       elements.emplace_back();
     }
     Element& set = elements[static_cast<std::size_t>(own)];
-    const glm::vec4 leaves = set.leaves;  // stays until the new light is computed
+    const glm::vec4 leaves = set.leaves;  // the old light stays until the new light is computed
     set = e;
     set.leaves = leaves;
   }
@@ -399,7 +399,7 @@ struct TissueLight::Impl {
   /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed wait for new light.
   /// So do all cells nearby, because their light comes from the same tissue.
   void follow_tooth() {
-    constexpr std::size_t kMaxBoxes = 64;  // with more boxes, it is faster to measure them as one box
+    constexpr std::size_t kMaxBoxes = 64;  // if there are more boxes, measuring one box around all of them is faster
     if (moved.size() > kMaxBoxes) {
       CellBox whole;
       for (const CellBox& box : moved) whole.take(box);

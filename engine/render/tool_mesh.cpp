@@ -18,7 +18,7 @@ constexpr int kRingsPerTurn = 10;         // rings per turn of a thread
 constexpr int kFluteRings = 16;           // rings over a fluted head
 constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge
 constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
-constexpr double kCoarsest = 5e-4;        // limit of the same distance for large heads, as a fraction of the radius
+constexpr double kCoarsest = 5e-4;        // for large heads: kChord as a fraction of the radius
 
 /// Corners of a ring: a multiple of 24, which 2, 6, 8 and 12 flutes divide.
 int corners_around(double radius) {
@@ -151,8 +151,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
 
   const std::vector<dvec2> head = refined(shape);
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
-  // Radius with flutes: inside the outline, which the cutting edges touch; a saw tooth (steep, then gradual) along a
-  // helix.
+  // Radius of a head with flutes or thread. Flutes form a saw tooth around the axis (steep,
+  // then gradual) that turns along a helix; only their cutting edges touch the outline.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
       // Right-handed thread: turning clockwise, seen from the shank, screws it in. Its depth fades at both ends.

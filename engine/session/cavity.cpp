@@ -158,7 +158,7 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// The margin: curves where the border of the cut meets the old surface, as ordered points in voxels.
+/// The margin: curves where the border of the cut meets the surface before the work, as ordered points in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
   constexpr double kLevel = 0.5;           // voxels, depth below the surface before the work at which the margin lies
   using Key = std::array<std::size_t, 4>;  // an edge between two points of the surface
@@ -486,7 +486,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     std::vector<dvec3> thick_at;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // A shorter gradient has samples beyond an edge.
+      // A gradient shorter than kMinGradient contains samples beyond an edge.
       if (glm::length(g) >= kMinGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);

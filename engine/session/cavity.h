@@ -61,7 +61,7 @@ struct CavityMeasures {
   std::optional<double> pulp_exposed;   // m², exposed area of the pulp; empty: no pulp
   struct Cup {
     dvec3 center_W{0};  // m, frame W, centre of the socket's fitted sphere
-    double radius = 0;  // m, radius of that sphere
+    double radius = 0;  // m, radius of the socket's fitted sphere
     dvec3 axis_W{0};    // unit vector out of the opening: the surface's mean normal
   };
   std::optional<Cup> cup;            // sphere fitted to a reamed socket

@@ -121,7 +121,7 @@ class ImplantMeter {
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Sums and extreme values over the drill's positions, for the geometry of the bed.
+  // Sums and extreme values over the drill's positions, for the geometry of the drilled hole.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

@@ -12,7 +12,7 @@ namespace typodont::session {
 
 namespace {
 
-// Largest |cosine| between the mesial and buccal directions.
+// Largest allowed |cosine| between the mesial and buccal directions.
 constexpr double kSquare = 0.05;
 // If the cosine between normal and axis is larger than this, the place is floor, occlusal surface or shoulder;
 // otherwise wall.

@@ -17,7 +17,7 @@ namespace {
 constexpr double kTremorCutoff = 5.0;
 // Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;   // s; a longer pause in contact ends a stroke
+constexpr double kFreeBetween = 0.1;   // s; a longer time without contact ends a stroke
 constexpr double kMinRemoved = 1e-15;  // m³; a contact that removes less is no stroke
 
 }  // namespace
@@ -138,7 +138,7 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure of the score: name, unit, better direction, and the function that computes it.
+/// A measure of the score: name, unit, whether more or less is better, and the function that computes it.
 struct Measure {
   const char* name;
   const char* unit;
@@ -166,7 +166,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// A measure of the implant's bed; empty if the number is negative (unknown).
+/// A measure of the implant's drilled hole; empty if the number is negative (unknown).
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -457,7 +457,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// The input of a perfect hand: the tissue equals the ideal shape.
+/// The score's input for a perfect result: the tissue equals the ideal shape.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};

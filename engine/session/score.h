@@ -73,7 +73,7 @@ struct DamageMeasures {
   /// One touch, without a pause.
   struct Touch {
     bool gum = false;
-    std::uint64_t first = 0, last = 0, worst = 0;  // numbers of ticks; worst: adds the most volume
+    std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: the tick that adds the most volume
     std::uint32_t tool = 0;
     double volume = 0;  // m³
     dvec3 p_W{0};       // m, frame W, point in the head at the worst tick
@@ -102,7 +102,7 @@ struct ScoreInput {
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // measures of the result; empty: not measured
-  std::optional<CavityMeasures> cavity_ideal;  // the same measures of the target shape
+  std::optional<CavityMeasures> cavity_ideal;  // measures of the target shape, for comparison
   std::optional<ExploreMeasures> explore;      // exists only for an exploration task
   std::optional<DamageMeasures> damage;        // exists only for scenes with neighbouring teeth or gum
   std::optional<HeatMeasures> heat;            // exists only for scenes with the key "heat"
@@ -132,7 +132,7 @@ struct ScoreRule {
 /// The data from which a value is computed. It decides how well a replay can verify the value.
 enum class Basis {
   kReplay,  // computed from tissue, forces and poses, which a replay checks
-  kTicks,   // also from the number of ticks and the servo rate
+  kTicks,   // computed also from the number of ticks and the servo rate
   kHand     // computed from the recorded hand, which is a replay's input: only a signature protects it
 };
 
@@ -160,8 +160,8 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
-  // Completed fraction, 0 to 1, by which the sum is multiplied, so that no work scores 0. It is the fraction of lesions
-  // and surface, phases, required changes or caries; otherwise 1 once anything was cut or filled.
+  // Completed fraction, 0 to 1, by which the sum is multiplied, so that no work scores 0. Fraction of the lesions and
+  // surface, of the phases, of the required changes or of the caries; otherwise 1 once anything was cut or filled.
   double completion = 1;
   PassMark pass;
 

@@ -59,13 +59,13 @@ class SurfaceMesher {
   /// Call it when one of the brick's 19³ samples has changed. Before remesh(), it must have been called for every brick
   /// whose 17³ corners differ in sign.
   void put(const FieldBrick& brick);
-  /// Same as put() with a brick without surface.
+  /// Like put() for a brick without surface.
   void remove(const glm::ivec3& key);
 
   /// Meshes the changed bricks. Returns the sorted keys of all bricks that changed since the last call, also of those
   /// that are now empty. Valid until the next call.
   std::span<const glm::ivec3> remesh();
-  /// Same as remesh(), but each mesh is passed to `visit` and not kept. Do not use both functions on one mesher.
+  /// Like remesh(), but passes each mesh to `visit` and does not keep it. Do not use both functions on one mesher.
   void remesh(const std::function<void(const BrickMesh&)>& visit);
 
   // The following functions describe the meshes that remesh() keeps.

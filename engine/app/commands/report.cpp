@@ -54,7 +54,7 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// Adds the measures of an implant exercise to the JSON object `to`: phases and drilled bed.
+/// Adds the measures of an implant exercise to the JSON object `to`: phases and drilled hole.
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();

@@ -35,7 +35,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Duration of the hand's path, s. Empty for the expert, which ends the run itself.
+/// Duration of the hand's path, s. Empty for the expert (planned hand), which ends the run itself.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -101,7 +101,7 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   const ServoTick& last = session.last();
   EvenSample times;  // ns, computing times of the ticks
-  // Largest force, N; lowest value of the energy ledger, J.
+  // Largest force, N; lowest energy that the hand has given to the device (ServoTick::energy), J.
   double force_max = 0, energy_min = 0;
   const auto count_pieces = [&] {
     for (CarverEvent event; carver.next(event);) pieces += std::holds_alternative<LoosePiece>(event);

@@ -12,7 +12,7 @@ struct DelayCaptureOptions {
   std::string hand;  // address of the haptic device, whose tool is moved
   std::string with;  // address of the second device: another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  // Longest recording, s. It ends earlier when the delay is known to 0.1 ms.
+  // Longest recording, s. The recording ends earlier when the delay is known to 0.1 ms.
   double seconds = 30;
 };
 

@@ -14,7 +14,7 @@ class DemoHand final : public haptics::HapticDevice {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// The carver must outlive this object. Throws Error if there is no caries or no ideal.
+  /// The carver must outlive this object. Throws Error if there is no caries, or if the task has no ideal shape.
   DemoHand(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return scripted_->info(); }
   bool read(haptics::HandSample& sample) noexcept override;

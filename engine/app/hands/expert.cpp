@@ -21,8 +21,8 @@ namespace {
 
 /// Forces of the cuts, as factors on the task's mean force. ExpertHand moves ahead of the tool so far that they result.
 struct CutForce {
-  // rough: bulk removal if another tool finishes; bulk: bulk removal if the same tool finishes; finishing: final
-  // surface.
+  // rough: bulk removal if another tool makes the final surface; bulk: bulk
+  // removal if the same tool makes it; finishing: cuts of the final surface.
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
   // Bulk removal with a coarse tool; near the largest power of a turbine.
   static constexpr double coarse = 2.0;
@@ -74,7 +74,7 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 struct ToolChoice {
   // Distance between two passes, as a fraction of the tool's diameter; its limits, m.
   static constexpr double pass = 0.22, min_pass = 0.12e-3, max_pass = 0.5e-3;
-  // Distance between two passes of a coarse tool. At the limit, its round end leaves ridges of 0.04 mm.
+  // Distance between passes of a coarse tool, in diameters; its upper limit, m, at which ridges of 0.04 mm remain.
   static constexpr double coarse_pass = 0.26, max_coarse_pass = 0.6e-3;
   // Allowed overlap of a hand instrument with tissue that must stay, m. Negative: otherwise enamel would carry the
   // force, and the filling beside it would hardly be cut.
@@ -86,7 +86,7 @@ struct ToolChoice {
   // least (1 - tolerated_loss) of the best tool's reduction. Of these, the widest is fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
-  // Another tool finishes if (error after the best tool) / (error after the chosen tool) is below this.
+  // Another tool makes the final surface if (error after the best tool) / (error after the chosen tool) is below this.
   static constexpr double hardly_less = 0.6;
   // Another tool is used if it leaves less than needed_reduction of the current error, and reduces the error by at
   // least min_gain of the first error.
@@ -94,20 +94,20 @@ struct ToolChoice {
   static constexpr std::size_t max_tools = 3, max_tried = 5;
 };
 
-/// Parameters of filling. It is added in portions: balls around the surface point nearest to the instrument's free end.
+/// Parameters of filling. The material is added in portions: balls around the surface point nearest to the free end.
 struct Filling {
   // Height above tissue on the way between portions, m.
   static constexpr double hop_over = 0.3e-3;
   static constexpr double grid = 0.15e-3;  // m, distance between the positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step in which the instrument is lowered to tissue
-  // Largest step of this lowering, as a fraction of the remaining distance to the tissue.
+  // Largest step of the lowering instrument, as a fraction of the remaining distance to the tissue.
   static constexpr double trusted = 0.7;
-  static constexpr double free = 0.03;  // voxels, distance that remains to the tissue
+  static constexpr double free = 0.03;  // voxels, distance that remains between instrument and tissue
   // Height and radius of a portion, as a fraction of the instrument's largest reach.
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
-  // Largest height above the cavity's floor, in radii of the instrument. Higher up, a wall would be nearer than the
-  // floor.
+  // Largest height of a portion above the cavity's floor, in radii of
+  // the instrument. Higher up, a wall would be nearer than the floor.
   static constexpr double below_wall = 0.8;
   // If a wall is nearer than near_wall (m), the instrument moves towards it in steps of `nudge` (m).
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
@@ -143,7 +143,7 @@ struct Rounds {
   // fraction of the error.
   static constexpr double still_left = 0.5;
   static constexpr int max_cuts = 4;  // largest number of rounds of cutting
-  // Thickness of excess that the first carving leaves, m.
+  // Thickness of excess filling that the first carving leaves, m.
   static constexpr double clearly_too_high = 0.1e-3;
   // A layer of filling that adds less volume than this counts as useless, m³.
   static constexpr double min_layer = 0.01e-9;
@@ -283,7 +283,7 @@ class Plan {
   }
   /// Appends these strokes' steps. `bulk_force`: factor on the mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of the current run
+    double run = 0;  // m, length of the current run of strokes
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);

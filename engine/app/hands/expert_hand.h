@@ -55,7 +55,7 @@ class ExpertHand final : public haptics::HapticDevice {
   double nearest_ = std::numeric_limits<double>::infinity();
   // A run consists of strokes without a stop between them. A scraping tool moves to and fro along the run until it
   // reaches the line.
-  std::size_t run_ = 0;  // index of its first step
+  std::size_t run_ = 0;  // index of the run's first step
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance from the line in the current pass
   int times_ = 0;        // number of returns to the start of the run

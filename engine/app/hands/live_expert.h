@@ -13,8 +13,8 @@ namespace typodont {
 /// Makes the expert, and the first plan for the tissue `start`, which takes seconds. A thread makes later plans from
 /// copies of the tissue, while the hand waits above the tooth. The hand rests during an emergency stop. An empty plan
 /// ends the session.
-/// `paced`: read() waits for real time; otherwise it waits only for plans. Throws Error if the task has no ideal, or if
-/// no tool can begin.
+/// `paced`: read() waits for real time; otherwise it waits only for plans.
+/// Throws Error if the task has no ideal shape, or if no tool can begin.
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced);
 

@@ -183,7 +183,7 @@ glm::dvec4 LivePicture::section_through_implant() const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// Updates the section plane when a drill enters, leaves or moves in its bed.
+/// Updates the section plane when a drill enters, leaves or moves in its hole in the bone.
 void LivePicture::follow_implant() {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);

@@ -22,7 +22,7 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // parts of the name of the recording's file
   std::string title;                 // title of the exercise in the user's language; empty: unknown
-  // Empty: not yet computed, or there is no recording.
+  // The session's score. Empty: not yet computed, or there is no recording.
   std::optional<CachedScore> score;
   double megabytes = 0;
   bool report = false;   // true: there is a report beside the recording

@@ -113,8 +113,8 @@ gpu::Device make_device(bool validation) {
 
 }  // namespace
 
-/// Scale of the interface: that of the screen, but smaller if the panels would not fit. In steps of 1/8, because each
-/// new scale builds fonts.
+/// Scale of the interface: the screen's scale, but smaller if the panels
+/// would not fit. In steps of 1/8, because each new scale builds fonts.
 static double scale_of(const display::Output& output) {
   constexpr display::dvec2 kRoom(1100, 700);  // pixels, size that the panels need at scale 1
   const display::dvec2 fits = display::dvec2(output.size()) / kRoom;

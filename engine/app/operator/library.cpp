@@ -44,8 +44,8 @@ std::string title_of(std::string name) {
 
 /// A scene in the list assets/curriculum.json.
 struct Listed {
-  std::string scene;  // name of its file without ".json"
-  std::string group;  // heading over the scene
+  std::string scene;  // name of the scene's file without ".json"
+  std::string group;  // heading over the scene in the list
 };
 
 /// The listed scenes, in the first page's order. Throws Error.
@@ -145,7 +145,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
                                                                          : title_of(file.stem().string());
         rigs.push_back({file, title, false});
       } catch (const Error&) {
-        continue;  // incomplete files, and those of another version, are not listed
+        continue;  // incomplete files, and files of another version, are not listed
       }
     }
   }

@@ -40,7 +40,7 @@ struct Remembered {
   std::string language, trainee, scene, hand, rig;
   bool record = true;
   int monitor = -1;   // number of the monitor for full screen; −1: none
-  std::string model;  // selected contact model; empty: that of the exercise
+  std::string model;  // selected contact model; empty: the model of the exercise
 };
 Remembered remembered();
 /// Language: from --language, otherwise from the last run, otherwise from the desktop. Throws Error if it is unknown.

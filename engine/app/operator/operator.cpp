@@ -522,7 +522,7 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  // Declared last: it ends before everything it uses is destroyed.
+  // Declared last: this task ends before everything that it uses is destroyed.
   BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};

@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// Draws the picture on the CPU, on the window's background. With an ideal shape, it shows the difference from it.
-/// Empty if the surface is unknown. Any thread.
+/// Draws the picture on the CPU, on the window's background. If there is an ideal shape,
+/// colours show the difference from this shape. Empty if the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {

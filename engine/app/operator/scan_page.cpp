@@ -16,7 +16,7 @@ using namespace widgets;
 namespace {
 
 constexpr double kZoom = 1.15;  // factor on the width per wheel step
-// Distance from an edge within which it can be dragged, in text heights.
+// Distance from an edge within which the mouse drags this edge, in text heights.
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};

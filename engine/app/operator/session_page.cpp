@@ -214,7 +214,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Writes a line over the picture: its name, or what the mouse does over it.
+  // Writes a line over the picture: the picture's name, or what the mouse does over it.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});

@@ -91,7 +91,7 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // name for the files of its recordings
+  std::string name;  // name for the files of this scene's recordings
   std::string title, description;
   std::string group;  // heading over the scene (assets/curriculum.json); empty: none
   std::string fault;  // why the scene cannot be used; empty: it can
@@ -206,7 +206,7 @@ struct ExperimentForm {
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus
 };
-/// A value with its 95 % confidence interval; NaN if the answers do not determine it.
+/// A value with its 95 % confidence interval. A number is NaN if the answers do not determine it.
 struct FoundValue {
   double value = 0, low = 0, high = 0;
 };
@@ -230,7 +230,7 @@ struct DoctorFinding {
 /// Results of a finished session.
 struct Outcome {
   WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // empty: there is none
+  std::filesystem::path recording, report;  // files of the session; empty: there is none
   session::Score score;
   bool scored = false;  // true: the score is final; before, no score is shown
   // Picture of the final surface; with an ideal shape, it shows the difference. Empty if the surface is unknown.

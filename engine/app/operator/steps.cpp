@@ -57,7 +57,7 @@ bool StepWatcher::follow(const StepActions& now) {
                     : deed == "hold"  ? now.held && !start_.held
                     : deed == "phase" ? now.phase > static_cast<std::size_t>(current_)
                                       : false;
-  // Begins the next step now, because its action may come before the next call.
+  // Begins the next step now, because the user's next action may come before the next call.
   if (done) next(), begin(now);
   return done;
 }

@@ -98,8 +98,8 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the spray's source, and `source` is valid
     double since_shown = 0;  // s, time since the last update of the water film's picture
-    // uncut: pose of the head at its latest cut; empty if the water's distance field includes this cut. cut_at: pose of
-    // the head at the last cut that the field includes.
+    // uncut: pose of the head at the latest cut, if the water's distance field does not yet include
+    // this cut; otherwise empty. cut_at: pose of the head at the last cut that the field includes.
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // index of the tool of `head` and `reach`
     haptics::HeadField head;

@@ -14,7 +14,7 @@ struct Look {
   render::View view = render::View::kLook;
   /// Axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z.
   int section_axis = 1;
-  double section = 0;  // m, section plane along section_axis, from the tooth's middle
+  double section = 0;  // m, distance of the section plane from the tooth's middle, along section_axis
   /// Section plane (xyz: unit normal, w: offset in m). If it is zero, section_axis and section are used.
   glm::dvec4 plane{0};
   std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook

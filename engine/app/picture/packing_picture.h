@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Draws two views along y of W, with z up: all spheres, and those behind the middle. `pixels`: height of the picture;
-/// its width is twice that.
+/// Draws two views along y of W, with z up: all spheres, and only the spheres behind the
+/// packing's middle. `pixels`: height of the picture; the width is twice the height.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

@@ -92,7 +92,7 @@ class PictureStage {
     bool hud = true;
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    bool chips_on_gpu = true;                                  // false: another picture of the same device moves them
+    bool chips_on_gpu = true;                                  // false: another picture of this device moves the chips
     /// True: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there.
     bool cursor = false;
     MouthLight::When light = MouthLight::When::kAtOnce;

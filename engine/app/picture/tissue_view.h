@@ -72,7 +72,7 @@ class TissueView {
   std::vector<glm::ivec3> outdated_;  // bricks that are not yet meshed with the new tolerance
   std::optional<bool> has_caries_;    // whether the volume may contain caries; empty: not known yet
   std::vector<glm::ivec3> stained_;   // bricks with vertices near caries (Vertex::lesion)
-  std::vector<glm::ivec3> stale_;     // those of stained_ whose neighbours have changed
+  std::vector<glm::ivec3> stale_;     // bricks of stained_ whose neighbours have changed
 };
 
 }  // namespace typodont

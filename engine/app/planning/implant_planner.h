@@ -64,7 +64,7 @@ struct SectionPlane {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
   }
 };
-/// Sections: across the arch, along it, perpendicular to the implant.
+/// Sections: across the arch, along the arch, and perpendicular to the implant.
 using PlanPlanes = std::array<SectionPlane, 3>;
 
 class ImplantPlanner {
@@ -79,8 +79,8 @@ class ImplantPlanner {
   /// The nearest canal if it is closer than 25 mm to the implant; otherwise empty.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
-  /// The scene's plan; if it has none, a vertical implant with the most surface in bone, then farthest from canals and
-  /// teeth.
+  /// The scene's plan; if it has none, a proposal: the vertical implant with the
+  /// most surface in bone, and among equal ones the farthest from canals and teeth.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 

@@ -26,8 +26,8 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// Computes the same summary, but with the score rules of `scene` (see evaluate_session). Throws Error if the scene's
-/// tissue or its target shape cannot be built.
+/// Computes the summary with the score rules of `scene` instead of the recorded ones (see
+/// evaluate_session). Throws Error if the scene's tissue or its target shape cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
 /// The summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message. Throws

@@ -54,8 +54,8 @@ void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::p
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Measures the final tissue: diameter, ovality and openings of the bed, and contact with bone. If no roots are listed,
-/// also the distance to the nearest tooth.
+/// Measures the final tissue: diameter, ovality and openings of the drilled hole, and
+/// contact with bone. If no roots are listed, also the distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

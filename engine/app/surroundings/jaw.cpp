@@ -11,26 +11,26 @@ namespace {
 
 constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above a tooth's neck
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla, the gum between two teeth
-// Distances along the arch from the working tooth, m: the gum's edge is tilted up to the first, and level from the
-// second.
+// Distances along the arch from the working tooth, m. Up to the first
+// distance, the gum's edge is tilted; from the second on, it is level.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// Distances beside the row, m. The gum's edge follows the teeth up to kEdgeTo and is level from kEvenFrom on.
+// Distances from the teeth's curve, m. The gum's edge follows the teeth up to kEdgeTo, and is level from kEvenFrom on.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without teeth
-// The ridge, m: its top below the gum's edge, its side beyond the teeth, its widening towards cheek and tongue, and the
-// depth scale of the widening.
+// The alveolar ridge, m: depth of its top below the gum's edge, distance of its side
+// from the teeth, its widening towards cheek and tongue, depth over which it widens.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
-// m: depths of the folds, their radius, half the width of a jaw without cheek and tongue.
+// m: depths of the folds beside the ridge, radius of the folds, half the width of a jaw without cheek and tongue.
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
 constexpr double kBack = 25e-3;  // m, distance to the back of the mouth
-// m: width of the attached gum; half the width of the zone between it and the mucosa.
+// m: width of the attached gum; half the width of the transition from this gum to the mucosa.
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// The tongue, m: distance of its edge from the teeth, depth below the chewing plane, height of its dome, edge radius.
+// The tongue, m: distance from the teeth, depth of its edge below the chewing plane, height of its dome, edge radius.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
-// Cheek and lip, m: distance of the cheek from the teeth, its edge above and the lip's edge below the chewing plane,
-// edge radius.
+// Cheek and lip, m: distance of the cheek from the teeth, height of the cheek's edge above
+// the chewing plane, depth of the lip's edge below this plane, radius of both edges.
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 // The face, m: distance of the lip and of the face's end from the teeth; radius of the lip; the face falls by kFaceFall
 // (1/m) × distance²; its thickness.

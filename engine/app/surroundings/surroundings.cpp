@@ -37,14 +37,14 @@ constexpr double kRootShown = 2.5e-3;
 constexpr double kCrownFrom = 4e-3;
 // Box in which light between bodies is computed, m: half its edge lengths, and height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
-// Longer edges are split in this box, m, because light is computed per vertex.
+// In this box, edges longer than this are split, m, because light is computed per vertex.
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
-constexpr double kReach = 3e-3;  // m, up to here, a tooth's distance is exact
+constexpr double kReach = 3e-3;  // m, distance from a tooth up to which the computed distance is exact
 // Depth to which the gum extends into the tooth, so that there is no gap, m.
 constexpr double kGumInside = 0.4e-3;
 // Depth below the gum's edge that hides roots, m.
 constexpr double kCoveredBelow = 0.6e-3;
-// Width of the blend between gum collar and ridge, m.
+// Width of the blend between the gum around a tooth and the ridge, m.
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth up to which it has a collar of gum
 // Cell sizes of section faces, m.

@@ -49,7 +49,7 @@ struct SurroundingMesh {
   render::MeshId id;
   dvec3 origin;  // m, frame W, origin of the vertices
   std::vector<render::MeshUpdate> bricks;
-  std::vector<render::MeshUpdate> coarse;  // coarse meshes of the same body, with fewer triangles
+  std::vector<render::MeshUpdate> coarse;  // coarse meshes of this body, with fewer triangles
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;

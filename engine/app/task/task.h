@@ -17,7 +17,7 @@ namespace typodont {
 
 /// The target shape of the task; empty if the task has none. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
-/// The ideal tissue; without an ideal shape, the tissue with the planned implant's bed; without a plan, `start`.
+/// The ideal shape; if there is none, the tissue with the planned implant's hole; without a plan, `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
 /// Compares results with the ideal shape. Copies its arguments. One thread at a time.

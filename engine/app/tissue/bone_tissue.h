@@ -13,7 +13,7 @@ namespace typodont {
 
 class Keys;
 
-/// Nerves and vessels have no label of their own; they use that of the pulp.
+/// Nerves and vessels have no label of their own; they use the label of the pulp.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 
 constexpr bool is_bone(Tissue tissue) noexcept {

@@ -38,7 +38,7 @@ template <> struct ObjectOf<typodont_session> { using Type = SessionObject; stat
 /// Stores the address of a text, which typodont_error() then returns, so the text must exist until the program ends.
 /// Returns `result`. Real-time safe.
 typodont_result fail(typodont_result result, const char* literal) noexcept;
-/// As fail(), but stores a copy of the text. Allocates.
+/// Like fail(), but stores a copy of the text. Allocates.
 typodont_result fail_with_copy(typodont_result result, const char* text) noexcept;
 /// To be called in a catch block: stores the exception's text, and returns its result code. Allocates.
 typodont_result fail_by_exception() noexcept;

@@ -120,7 +120,7 @@ constexpr float kShadowScatter = 1.4e-3f;
 
 /// Returns true if the handpiece may shade a surface in this ball.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kHandpieceReach = 40e-3f;  // m, longest reach of its shadow, as in lighting.glsl
+  constexpr float kHandpieceReach = 40e-3f;  // m, longest reach of the handpiece's shadow, as in lighting.glsl
   constexpr int kPieces = 6;
   const glm::vec3 l(data.key);
   for (int cone = 0; cone < 2; ++cone) {

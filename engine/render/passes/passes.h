@@ -81,8 +81,8 @@ struct ToolBody {
 /// Mesh of a handpiece on the GPU.
 struct HandpieceBody {
   IndexedMesh mesh;               // empty: there is no handpiece
-  RoundCone head, body;           // shapes that cast its shadow, frame H
-  std::vector<BoxInWorld> boxes;  // boxes around its triangles, frame H
+  RoundCone head, body;           // shapes that cast the handpiece's shadow, frame H
+  std::vector<BoxInWorld> boxes;  // boxes around the handpiece's triangles, frame H
   void set(gpu::Device& device, const HandpieceMesh& shape);
 };
 

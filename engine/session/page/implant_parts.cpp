@@ -1,4 +1,4 @@
-// The report's part about implant surgery: phases, bed, forces.
+// The report's part about implant surgery: phases, drilled hole, forces.
 #include <algorithm>
 #include <cmath>
 

@@ -17,7 +17,7 @@ constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
 // voxels, limit of the second difference at an end; above it there is a crease nearby, or a radius below four voxels
 constexpr float kBent = 0.25f;
-// jump of the slope along an edge that only a crease can cause, not curvature
+// smallest jump of the field's slope along an edge that shows a crease; curvature causes smaller jumps
 constexpr float kSlopeJump = 0.6f;
 // difference of |gradient|² from 1 that shows that the samples lie on both sides of a crease
 constexpr float kAcross = 0.05f;
