@@ -55,7 +55,7 @@ std::optional<std::pair<std::filesystem::path, std::string>> named_file(const st
 bool list_files(nlohmann::ordered_json& json, const ScenePlace& place, std::vector<session::SourceFile>& files) {
   bool changed = false;
   if (json.is_structured()) {
-    // Skipped, because a row of teeth or a contact model reads further files beside its own file.
+    // Skips the keys "row" and "model": a row of teeth or a contact model reads further files beside its own file.
     for (auto& [key, value] : json.items())
       if (!json.is_object() || (key != "row" && key != "model")) changed = list_files(value, place, files) || changed;
   }

@@ -70,7 +70,7 @@ struct ServoTick {
   double spindle_energy = 0;
   std::uint32_t tool = 0;   // index of the current tool in the session's list
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
-  // N, force of the contact model before the servo applies slew limit, force limit and energy ledger.
+  // N, force of the contact model before the servo's slew limit, force limit and passivity control (energy ledger).
   dvec3 f_model_W{0, 0, 0};
 };
 

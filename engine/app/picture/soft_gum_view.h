@@ -51,7 +51,7 @@ class SoftGumView {
   };
   /// The undeformed form of a mesh brick, with triangles that are small enough to show a dent.
   struct Rest {
-    const render::MeshUpdate* whole = nullptr;  // the same mesh brick in the surroundings, with larger triangles
+    const render::MeshUpdate* whole = nullptr;  // this mesh brick as it is in the surroundings, with larger triangles
     dvec3 origin{0};                            // m, frame W, origin of the vertices
     render::MeshUpdate mesh;
     /// For each vertex: index of its first influence. One more entry marks the end of the last vertex.

@@ -32,10 +32,10 @@ constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e
 // Cheek and lip, m: distance of the cheek from the teeth, height of the cheek's edge above
 // the chewing plane, depth of the lip's edge below this plane, radius of both edges.
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-// The face, m: distance of the lip and of the face's end from the teeth; radius of the lip; the face falls by kFaceFall
-// (1/m) × distance²; its thickness.
+// The face, m: distance of the lip and of the face's end from the teeth, radius of the
+// lip, drop of the face (1/m) per squared distance from the lip, thickness of the face.
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
-// Height of the lip above the mouth's rim, and depth of the face below it, m.
+// Height of the lip above the mouth's rim, and depth of the face below this rim, m.
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace

@@ -114,7 +114,7 @@ typedef struct typodont_tick {
   double cutting_power;             /* W, power that cutting takes */
   double energy;                    /* J, total energy received from the hand: the passivity observer */
   double spindle_energy;            /* J, total energy that the bur's blades gave to the hand */
-  double model_force[3]; /* N, force of the contact model, before the limits and the energy ledger reduce it */
+  double model_force[3]; /* N, force of the contact model, before the limits and the passivity control reduce it */
   uint64_t cuts;         /* number of cuts until now */
   int64_t cpu_ns;        /* thread CPU time of the tick; 0 if not measured */
   uint32_t tissue;       /* tissue with the largest contact area */
@@ -194,7 +194,7 @@ TYPODONT_API typodont_result typodont_hand_path(const typodont_hand_row* rows, s
                                                 const typodont_hand_model* model, typodont_hand** out);
 /* Returns the next sample; TYPODONT_END after the last. */
 TYPODONT_API typodont_result typodont_hand_read(typodont_hand* hand, typodont_sample* out);
-/* Sets the force (N) and the torque (N*m) on the hand until the next sample: 3 numbers each, in W. */
+/* Sets the force (N) and the torque (N*m) on the hand until the next sample: 3 numbers each, frame W. */
 TYPODONT_API typodont_result typodont_hand_write(typodont_hand* hand, const double* force, const double* torque);
 TYPODONT_API typodont_result typodont_hand_free(typodont_hand* hand);
 
@@ -202,7 +202,7 @@ TYPODONT_API typodont_result typodont_hand_free(typodont_hand* hand);
 
 typedef struct typodont_core_options {
   uint32_t struct_size;
-  uint32_t no_torque;    /* 1: the device cannot render a torque; the energy ledger then ignores the torque */
+  uint32_t no_torque;    /* 1: the device cannot render a torque; the energy balance then ignores the torque */
   double rate;           /* Hz, nominal rate of the ticks; 0: 1000 */
   double position_step;  /* m, position resolution of the device's encoders; 0: continuous */
   double vibration_band; /* Hz, largest vibration frequency that the device renders; 0: none */
@@ -277,8 +277,8 @@ typedef struct typodont_field {
   uint64_t elements; /* number of voxels, spheres or vertices in the contact model's tissue */
 } typodont_field;
 TYPODONT_API typodont_result typodont_core_field(typodont_core* core, typodont_field* out);
-/* Returns distance (m) and tissue at `count` points (3 numbers each, m, W). Each output may be NULL. Points outside the
- * field give air. */
+/* Returns distance (m) and tissue at `count` points (3 numbers each, m, frame W). Each output may be NULL. Points
+ * outside the field give air. */
 TYPODONT_API typodont_result typodont_core_query(typodont_core* core, const double* points, size_t count,
                                                  double* distance, uint8_t* tissue);
 /* Copies a box of voxels with the corner `low`: distances in m, labels. z is the fastest index. Each output may be
