@@ -24,7 +24,7 @@ struct HandpieceVertex {
 
 /// Cone with round ends: a sphere that moves along a line while its radius changes linearly.
 struct RoundCone {
-  dvec3 a{0}, b{0};       // m, H, centres of the ends
+  dvec3 a{0}, b{0};       // m, frame H, centres of the ends
   double ra = 0, rb = 0;  // m, radii at a and b
 };
 

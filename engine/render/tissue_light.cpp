@@ -164,7 +164,7 @@ struct TissueLight::Impl {
   };
   std::unordered_map<std::uint64_t, Brick> bricks;  // bricks of the working tooth
   bool lit = false;                                 // true after the first call of light()
-  std::vector<CellBox> moved;                       // cell boxes of the bricks that were replaced since then
+  std::vector<CellBox> moved;                       // cell boxes of replaced bricks that are not yet measured again
   // Cells whose light must be computed again, in order: new parts of the surface; cells whose arriving light changed;
   // cells whose arriving light is known, but not the leaving light.
   std::vector<std::size_t> fresh;
@@ -233,7 +233,7 @@ struct TissueLight::Impl {
             glm::ivec3(glm::floor(glm::clamp(high, glm::vec3(-1), last)))};
   }
 
-  // For each cell of the box that measure() computed last: nearest triangle, or null; whether its sign is known.
+  // For each cell of the box that measure() computed last: nearest triangle, or null; whether the sign is known.
   std::vector<const LitTriangle*> nearest;
   std::vector<std::uint8_t> known;
 
@@ -815,8 +815,8 @@ struct TissueLight::Impl {
     return changed;
   }
 
-  /// Returns the light of an element, averaged over neighbours on the same side of the body to reduce noise. The width
-  /// is a part of the free path in tissue, the nearest cells on opaque bodies.
+  /// Returns the light of an element, averaged over neighbours on the same side of the body to reduce
+  /// noise. Width of the mean: a part of the free path in tissue; on opaque bodies, only the nearest cells.
   glm::vec4 smoothed(const Element& e) const {
     const bool opaque = e.path == glm::vec3(0);
     const float width = std::clamp(kSmooth * e.path.y / spacing, 0.6f, 1.6f);  // cells

@@ -18,7 +18,7 @@ namespace {
 constexpr double kNewSurface = 0.75;
 // A facet is floor if the cosine between its normal and the axis is larger than this.
 const double kFloor = std::cos(30 * kPi / 180);
-// A facet is wall if this |cosine| is smaller than this: inclination below 30°.
+// A facet is wall if the |cosine| between its normal and the axis is smaller than this: inclination below 30°.
 constexpr double kWall = 0.5;
 // Facets near an edge are not measured: there, the distance field's gradient is shorter than kShortest (on a flat face
 // it is 1) or more than 10° off the normal. Ripples left by a bur also shorten the gradient, so kShortest is well below

@@ -207,7 +207,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // The trainee may still smooth or mark with this bur.
+  // The trainee may still smooth or mark with the bur of the last phase.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))

@@ -98,8 +98,8 @@ class StrokePlanner {
     }
     if (!finish || layers_.empty()) return std::move(strokes_);
     bulk_ = false;
-    // First along the walls at the heights of the floor's flat parts, then upwards: a long head cuts a steep wall in
-    // one pass.
+    // Cuts along the walls, first at the heights of the floor's flat
+    // parts, then upwards: a long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {

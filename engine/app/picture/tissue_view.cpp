@@ -76,8 +76,8 @@ constexpr int kSearchDepth = 14;
 // whose opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // Bricks that are meshed again per update after a change of tolerance. This takes some milliseconds, so it does not
-    // delay the servo's next copy.
+    // Bricks that are meshed again per update after a change of tolerance. This
+    // takes some milliseconds, so it does not delay the servo's next tissue patch.
     32;
 
 /// Depth through which the colour of an inner tissue is visible, m: dentin and caries through enamel, pulp through thin
@@ -134,8 +134,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
                           count);
     };
-    // The line can leave a thick body through its side, so where it meets a gap, the four points around it must be
-    // empty too.
+    // The test line can leave a thick body through the body's side. So where
+    // the line meets a gap, the four points around it must be empty too.
     const auto all_empty_at = [&](float distance) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // Four test points around `place`, in an oblique square.

@@ -1,4 +1,4 @@
-// Computes a crown preparation's ideal from the tooth's surface.
+// Computes the ideal shape of a crown preparation from the tooth's surface.
 #pragma once
 
 #include "engine/app/tissue/tissue_edit.h"

@@ -210,7 +210,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"], scene.place)), copy);
   } else if (ideal.has("session")) {
-    // The ideal is the final tissue of a recorded session.
+    // The ideal shape is the final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"], scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place), copy_of(start)), copy);
