@@ -36,7 +36,8 @@ class ServoSide {
  public:
   ServoSide(haptics::Servo& servo, EventLog<ServoEvent>& event_log, double rate)
       : servo_(servo), event_log_(event_log), gum_(servo.soft(), event_log, rate) {}
-  /// Lets the servo adopt a waiting tissue patch if it must do so now. `t`: time of any steady clock, ns.
+  /// If the carver offers a tissue patch that the servo must use from this tick on, adopts it. `t`: any steady clock,
+  /// ns.
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
   /// Writes the tissue patch that the next tick uses.
   void write(const PatchUse& use) noexcept { event_log_.write(use); }

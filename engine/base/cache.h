@@ -26,7 +26,7 @@ void add_build(Sha256& key);
 /// Adds path, size and time of change of the file; much faster than its content. False: no such file.
 bool add_file(Sha256& key, const std::filesystem::path& file);
 
-/// The undamaged file with this key. Empty: none, or if `in` is empty. Deletes a damaged file.
+/// The undamaged file with this key. Empty: there is none, or `in` is empty. Deletes a damaged file.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
 /// Calls `write` and stores its file completely or not at all. While the folder has more than `most` bytes, deletes the

@@ -24,7 +24,7 @@ class DrawListPainter {
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// Call after a change of language or scale, when no frame is in flight.
+  /// Uploads the font atlas again, after a change of language or scale. Call when no frame is in flight.
   void take_font_atlas();
 
   /// Forgets the textures of the last frame.

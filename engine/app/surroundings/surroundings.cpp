@@ -168,7 +168,7 @@ struct SurroundingsShape::Impl {
              })});
   }
 
-  /// Half the tooth's width at the gum, measured, m.
+  /// Half the tooth's width at the gum, measured in the volume, m.
   double measured_half_width() const {
     double half = 0;
     for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
