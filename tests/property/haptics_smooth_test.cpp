@@ -177,5 +177,64 @@ TEST(SmoothTissue, NeverHasACreaseAndAHeadThatSlidesThereFeelsNoStepBeyondItsMot
   fmt::print("largest step beyond the motion: {:.4f} N\n", worst);
 }
 
+TEST(Bump, NarrowerThanTheDistanceOfTheHeadsSamplesIsFeltAtFirstTouch) {
+  constexpr double kBump = 0.3_mm, kBallRadius = 1.15_mm;
+  std::mt19937 random(5);
+  double late = 0;
+  for (int i = 0; i < 40; ++i) {
+    const dvec3 top(uniform(random, -kVoxel, kVoxel), uniform(random, -kVoxel, kVoxel), 0);
+    haptics::ServoSettings s = test::press_probe(2 * kBallRadius);
+    test::HapticBench bench(fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel", "solid": {{"union": [
+          {{"box": {{"center_mm": [0, 0, -1], "size_mm": [6, 6, 2]}}}},
+          {{"sphere": {{"center_mm": [{}, {}, -0.15], "radius_mm": 0.3}}}}]}}}}]}})",
+                                        top.x / 1.0_mm, top.y / 1.0_mm),
+                            s);
+    const dvec3 bump = top - dvec3(0, 0, 0.15_mm);
+    dvec3 at = bump + dvec3(uniform(random, -0.2_mm, 0.2_mm), uniform(random, -0.2_mm, 0.2_mm), 1.7_mm);
+    bench.tick({at, {1, 0, 0, 0}});
+    for (int tick = 0; bench.last.depth == 0 && tick < 1000; ++tick) {
+      at.z -= 1e-6;
+      bench.tick({at, {1, 0, 0, 0}});
+    }
+    ASSERT_GT(bench.last.depth, 0);
+    late = std::max(late, kBump + kBallRadius - glm::length(at - bump));
+  }
+  fmt::print("latest touch: {:.5f} mm below the bump\n", late / 1.0_mm);
+  EXPECT_LT(late, 3e-6);
+}
+
+// A hand that is nearly as deep as the radius of curvature turns the proxy by far more than it moves itself.
+TEST(Ridge, AHeadThatSlipsOffIsSlowedSoThatItsForceTurnsWithoutAStep) {
+  constexpr double kRidge = 0.3_mm, kSpeed = 20e-3, kSlip = 60;  // kSlip: N/s
+  for (const double rate : {1000.0, 4000.0}) {
+    for (const double height : {0.02_mm, 0.1_mm, 0.3_mm}) {  // of the hand above the ridge's axis
+      haptics::ServoSettings s = test::press_probe(0.6_mm);
+      s.tick = 1 / rate;
+      test::HapticBench bench(
+          R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"cylinder": {"radius_mm": 0.3, "height_mm": 6}}}]})",
+          s);
+      const double rest = kRidge + s.tool.diameter / 2;
+      dvec3 f(0), at(0, 1, 0);
+      const auto move = [&](const dvec3& to) {
+        double step = 0;
+        while (glm::length(to - at) > 0) {
+          const dvec3 before = at;
+          at += (to - at) * std::min(1.0, kSpeed * s.tick / glm::length(to - at));
+          bench.tick({at, {1, 0, 0, 0}});
+          step = std::max(step, glm::length(bench.last.f_T_W - f) - 1.1 * s.stiffness * glm::length(at - before));
+          f = bench.last.f_T_W;
+        }
+        return step;
+      };
+      SCOPED_TRACE(testing::Message() << height / 1.0_mm << " mm above the axis, " << rate << " Hz");
+      at = {-0.1 * height, 1.2 * rest, 0};
+      move({-0.1 * height, height, 0});
+      EXPECT_GT(f.y, 0.9 * s.stiffness * (rest - height)) << "it is still on the ridge";
+      EXPECT_LT(move({1.5_mm, height, 0}), 1.1 * kSlip * s.tick);
+      EXPECT_EQ(f, dvec3(0)) << "it has slipped off";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace typodont

@@ -17,7 +17,7 @@ TEST_P(CarverStall, AStallOfAnyLengthAddsNoForceStepAndNoEnergy) {
   // During the stall, the tool can get into tissue that its old patch does not contain. With the new patch it meets
   // this tissue as a landing hand does.
   const bool drills = GetParam() == StallGesture::kDrill;
-  const double landing = drills ? 0.01 : 0.25, energy = 0.5e-3;  // N, J
+  const double landing = drills ? 0.01 : 0.15, energy = 1e-3;  // N, J
   std::uint32_t faults = 0;
   for (const double rate : {1000.0, 4000.0}) {
     for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(campaign(1)); ++seed) {

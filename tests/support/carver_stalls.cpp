@@ -20,9 +20,10 @@ using namespace literals;
 
 constexpr const char* kTools[] = {"round_006", "round_012",         "round_023", "cylinder_010",     "flame_012",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
-constexpr double kLanded = 0.5;  // s, time after the start at which the hand rests on the surface
-constexpr double kAfter = 1.0;   // s, time that a run continues after the stall of the carver thread has ended
-constexpr double kRow = 5e-3;    // s, time between two rows of the table that contains the hand's planned positions
+constexpr double kLanded = 0.5;     // s, time after the start at which the hand rests on the surface
+constexpr double kAfter = 1.0;      // s, time that a run continues after the stall of the carver thread has ended
+constexpr double kOwnMotion = 1.1;  // a change of the force above this × stiffness × displacement is a step
+constexpr double kRow = 5e-3;       // s, time between two rows of the table that contains the hand's planned positions
 
 /// The planned motion and the parameters of the simulated hand. Times are in s from the start of the run.
 struct Course {
@@ -151,7 +152,8 @@ StallResult simulate_stall(const StallRun& run) {
       given += glm::dot(force, moved);
       felt.energy = std::max(felt.energy, given - least);
       least = std::min(least, given + glm::length(f) * tick.depth / 2);
-      felt.worst_step = std::max(felt.worst_step, glm::length(f - force));
+      const double own = kOwnMotion * scene.servo.stiffness * glm::length(moved);
+      felt.worst_step = std::max(felt.worst_step, glm::length(f - force) - own);
       felt.max_force = std::max(felt.max_force, glm::length(f));
       felt.max_speed = std::max(felt.max_speed, glm::length(moved) / dt);
       if (t > course.stall_at + dt) felt.held_back = std::max(felt.held_back, -f.z);

@@ -31,7 +31,8 @@ struct StallRun {
 /// Results of one run, measured from the first tick of the stall until one second after the end of the stall. SI units.
 struct StallResult {
   std::string tool;
-  double worst_step = 0;  // N, the largest change of the force from one tick to the next
+  // N, the largest change of the force from one tick to the next, beyond what the hand's own motion causes
+  double worst_step = 0;
   // J, largest energy that the hand received beyond the energy that was stored in the coupling spring
   double energy = 0;
   double max_force = 0;  // N, largest force during the measured time

@@ -71,6 +71,8 @@ class OffsetModel : public PatchModel {
     int settled = 0;     // number of iterations with contact and without a long step
     dvec3 long_step{0};  // voxels, last step that was too long for one iteration
     int reversals = 0;   // number of long steps opposite to the previous long step
+    dvec3 best{0};       // voxels, head's centre with the smallest merit so far
+    double best_merit = 1e300;
     // true: the proxy's speed limit ends the search
     bool at_max_step = false;
     // voxels, head's centre by contacts alone, without speed limit
@@ -98,9 +100,13 @@ class OffsetModel : public PatchModel {
   bool place_ball_on_wall(const ContactInput& in, bool& alone) noexcept;
   Ending search(const ContactInput& in, Search& s, bool seated) noexcept;
   Advance advance_free(const ContactInput& in, Search& s, double& head_free) noexcept;
+  void keep_best(Search& s) const noexcept;
+  void take_best(const Search& s) noexcept;
+  bool limit_slip(const ContactInput& in, const dvec3& from) noexcept;
   void find_contacts(const ContactInput& in, Search& s, double head_free) noexcept;
   void search_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept;
   dvec3 project(const ContactInput& in, Search& s, bool& comes_free) noexcept;
+  bool refine_nearest(const ContactInput& in, const dvec3& next) noexcept;
   dvec3 refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept;
   dvec3 extrapolate(Search& s, const dvec3& step) noexcept;
   void find_sink_depth(const ContactInput& in) noexcept;

@@ -32,6 +32,11 @@ struct SearchParameters {
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
   // Largest number of long steps opposite to the previous long step; more of them would not converge.
   static constexpr int reversals = 2;
+  // Voxels. A longer last step has not converged (the hand is deeper than the surface's radius of curvature); the best
+  // position of all iterations is used, with overlaps counted this many times.
+  static constexpr double unsettled = 0.02, overlap_weight = 4;
+  // voxels; an approximate contact nearer to the head's next position may block it
+  static constexpr double may_block = 0.4;
   // Without cutting: largest number of times per iteration that exact planes of the blocking contacts are computed.
   static constexpr int refining_rounds = 6;
   // The secant method lengthens a step only if step / previous step is below this.
@@ -69,6 +74,8 @@ struct StepLimitParameters {
   static constexpr double cut_slew = 6;  // N/s, limit in contact
   // N/s, limit when the head breaks through
   static constexpr double free_slew = 14;
+  // N/s, limit for a head that slips without cutting, for example off a ridge
+  static constexpr double slip_slew = 60;
   // N/s, largest change of the cutting edges' lateral force
   static constexpr double grip_slew = 9;
   // largest lateral force of the cutting edges / pressing force

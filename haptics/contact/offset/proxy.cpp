@@ -174,6 +174,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     bool comes_free = false;
     dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
     p.touching = contacts_.count() > 0;
+    if (only_touches(in)) keep_best(s);
     if (seated) {
       const bool stays = contacts_.count() > 1 ? within_overlap_tolerance(in)
                                                : glm::length(next - p.c) < WallPlacementParameters::alone;
@@ -192,12 +193,17 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       // steps.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
-      if (s.reversals > Q::reversals) break;
+      if (s.reversals > Q::reversals) {
+        take_best(s);
+        break;
+      }
       p.c += step * (longest / length);
+      if (limit_slip(in, p.c - step * (longest / length))) break;
       s.last_length = 0;
       continue;
     }
     p.c = next;
+    if (limit_slip(in, next - step)) break;
     if (s.at_max_step) {  // the speed limit ends the search until the next tick
       p.touching = !comes_free;
       break;
@@ -208,7 +214,11 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
     const int max_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
-    if (length < settled || foreseen || ++s.settled >= max_settled) break;
+    if (length < settled || foreseen) break;
+    if (++s.settled >= max_settled) {
+      if (length > Q::unsettled) take_best(s);
+      break;
+    }
     // Without contact, the head has reached its target. With contact on a smooth surface, the error after an iteration
     // is about the square of the error before.
     if (p.active.count == 0) {
@@ -217,6 +227,33 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     }
   }
   return Ending::kDone;
+}
+
+/// Remembers the position that is nearest to the target and out of the contacts.
+void OffsetModel::keep_best(Search& s) const noexcept {
+  const Step& p = step_;
+  double overlap = 0;
+  for (int i = 0; i < p.active.count; ++i)
+    overlap = std::max(overlap, -contacts_.plane(p.active.index[i]).gap - overlap_);
+  const double merit = glm::length(p.c - p.target) + Q::overlap_weight * overlap;
+  if (merit < s.best_merit) s.best = p.c, s.best_merit = merit;
+}
+
+/// Ends a search that has not converged: moves the head to the best position found.
+void OffsetModel::take_best(const Search& s) noexcept {
+  if (s.best_merit < 1e300) step_.c = s.best;
+}
+
+/// Limits the speed at which a head that does not cut slips relative to the hand, as a tool's inertia does. `from`: the
+/// head's position before its last step. Returns true if the limit is reached.
+bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept {
+  Step& p = step_;
+  if (!only_touches(in) || !(in.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
+  const double most = farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
+  const dvec3 rest = from - p.start - p.shift;
+  if (glm::length(p.c - p.start - p.shift) <= most) return false;
+  p.c = from + max_fraction(p.c - from, rest, most) * (p.c - from);
+  return true;
 }
 
 double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
@@ -313,10 +350,25 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
+/// Computes the exact plane of the contact that is nearest to blocking the head at `next`. Its approximate plane may
+/// lie beside a bump that is narrower than the distance of the head's samples.
+bool OffsetModel::refine_nearest(const ContactInput& in, const dvec3& next) noexcept {
+  int nearest = -1;
+  double least = Q::may_block;
+  for (int i = 0; i < contacts_.own(); ++i) {
+    const ContactPlane plane = contacts_.plane(i);
+    const double gap = plane.gap + glm::dot(next - step_.c, plane.n);
+    if (gap < least) least = gap, nearest = i;
+  }
+  return nearest >= 0 && finder().refine(patch_, {step_.c, in.X_WT.R}, contacts_, nearest, true);
+}
+
 /// Computes the exact planes of the contacts that block the head, and projects again. Repeats this, because the exact
 /// planes may change which contacts block.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
+  if (only_touches(in) && p.active.count == 0 && refine_nearest(in, next))
+    next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
   const int least = only_touches(in) ? 0 : 1;  // a cutting or filling head's single contact is not refined
   for (int round = 0; round < rounds && contacts_.count() > least && p.active.count > 0; ++round) {
