@@ -11,7 +11,7 @@ namespace {
 constexpr Form kSizes{"[smallest, largest]", kPair.schema};
 
 void describe_nozzles(Keys& keys, Nozzles& nozzles) {
-  keys(must("flow_ml_per_min"), nozzles.flow, {0.1, 500, kMillilitrePerMinute}, "usual flow");
+  keys(must("flow_ml_per_min"), nozzles.flow, {0.1, 500, kMillilitrePerMinute}, "water, if the scene states no flow");
   double count = nozzles.count;
   keys("nozzles", count, {1, 16}, "number of nozzles");
   nozzles.count = static_cast<int>(count);
@@ -33,8 +33,8 @@ void describe_spindle(Keys& keys, Spindle& spindle) {
   keys(must("name"), spindle.name, "name of the motor");
   keys(must("free_speed_krpm"), spindle.free_speed, {0.001, 1000, kKrpm}, "speed without load, 1000 rev/min");
   keys(must("stall_torque_Nmm"), spindle.stall_torque, {0, 10000, kMillimetre},
-       "torque at which it stands still; 0: ideal");
-  keys("held_torque_Nmm", spindle.held_torque, {0, 10000, kMillimetre}, "up to here it holds its speed");
+       "torque at which the motor stands still; 0: the speed is constant");
+  keys("held_torque_Nmm", spindle.held_torque, {0, 10000, kMillimetre}, "torque up to which the motor holds its speed");
   if (keys.json() && keys.json()->has("held_torque_Nmm") && !(spindle.held_torque < spindle.stall_torque))
     (*keys.json())["held_torque_Nmm"].fail("a torque below stall_torque_Nmm");
   keys("run_up_s", spindle.run_up_time, {0, 10}, "time constant of a change of the speed");

@@ -420,11 +420,11 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 namespace {
 
 void describe_shank(Keys& keys, Tool& tool) {
-  keys(must("length_mm"), tool.shank_length, {0.1, 40, kMillimetre}, "up to the handpiece");
-  keys("diameter_mm", tool.shank_diameter, {0.05, 10, kMillimetre}, "full diameter");
+  keys(must("length_mm"), tool.shank_length, {0.1, 40, kMillimetre}, "length from the head to the handpiece");
+  keys("diameter_mm", tool.shank_diameter, {0.05, 10, kMillimetre}, "diameter above the neck");
   tool.neck_diameter = keys.json() ? tool.shank_diameter : kNoDefault;
-  keys("neck_mm", tool.neck_diameter, {0.05, 10, kMillimetre}, "at the head, no wider than it; default: `diameter_mm`");
-  keys("taper_mm", tool.neck_length, {0, 40, kMillimetre}, "length from `neck_mm` to `diameter_mm`");
+  keys("neck_mm", tool.neck_diameter, {0.05, 10, kMillimetre}, "diameter at the head; default: `diameter_mm`");
+  keys("taper_mm", tool.neck_length, {0, 40, kMillimetre}, "length from the width `neck_mm` to `diameter_mm`");
   const Json* json = keys.json();
   if (!json) return;
   if (tool.neck_diameter > tool.shank_diameter) (*json)["neck_mm"].fail("no wider than the shank");
@@ -436,8 +436,8 @@ void describe_shank(Keys& keys, Tool& tool) {
 }
 
 void describe_safe_end(Keys& keys, Tool& tool) {
-  keys(must("length_mm"), tool.safe_length, {0.02, 10, kMillimetre}, "length beyond the free end");
-  keys(must("diameter_mm"), tool.safe_diameter, {0.02, 10, kMillimetre}, "diameter; not wider than the head");
+  keys(must("length_mm"), tool.safe_length, {0.02, 10, kMillimetre}, "length beyond the free end of the head");
+  keys(must("diameter_mm"), tool.safe_diameter, {0.02, 10, kMillimetre}, "diameter, at most that of the head");
   if (keys.json() && tool.safe_diameter > tool.diameter * (1 + 1e-9))
     (*keys.json())["diameter_mm"].fail("no wider than the head");
 }
@@ -479,13 +479,13 @@ void describe_tool(Keys& keys, Tool& tool) {
   }
   keys("cuts", tool.cuts, "false for probes and gauges, which never cut");
   keys("side_efficiency", tool.side_efficiency, {0, 1}, "fraction of the pressing force that cuts at the side");
-  keys("end_efficiency", tool.end_efficiency, {0, 1}, "the same at the end");
-  keys("cutting_coefficient", tool.cutting_coefficient, {0, 10}, "tangential / pressing force of the edges");
-  keys("blades", tool.blades, {1, 64}, "blades of a drill, which cuts by `blade` of the tissue");
+  keys("end_efficiency", tool.end_efficiency, {0, 1}, "fraction of the pressing force that cuts at the end");
+  keys("cutting_coefficient", tool.cutting_coefficient, {0, 10}, "ratio of tangential to pressing force of the edges");
+  keys("blades", tool.blades, {1, 64}, "number of blades; the bur then cuts by the law `blade` of each tissue");
   keys("grit_um", tool.grit, {5, 500, kMicrometre},
-       "mean size of the grains of a diamond, which cuts by `grit` of the tissue. Without it and without `blades`, the "
-       "energy is the specific energy");
-  keys("scrapes", tool.scrapes, {0, 10}, "above 0: C of a hand instrument, which cuts without rotation");
+       "mean size of a diamond's grains; the bur then cuts by the law `grit` of each tissue. Without `grit_um` and "
+       "`blades`, a bur cuts with the `specific_energy_J_per_mm3` of each tissue");
+  keys("scrapes", tool.scrapes, {0, 10}, "above 0: factor C of a hand instrument, which cuts without rotation");
   keys("sink_yield_N", tool.sink_yield, {0, 20}, "force at which a probe's tip sinks into caries; 0: never");
   if (json && tool.blades > 0 && tool.grit > 0) (*json)["grit_um"].fail("both blades and grit_um", "one of them");
   if (json && tool.scrapes > 0 && !tool.cuts) (*json)["scrapes"].fail("0 for a tool that does not cut");

@@ -67,21 +67,21 @@ haptics::SolidFiles files_of(const ScenePlace& place) {
 
 void describe_edges(Keys& keys, EdgeLaw& law) {
   keys("energy_ratio", law.energy_ratio, {0.01, 100},
-       "energy per volume with chips of `chip_um`, divided by the specific energy");
+       "cutting energy per volume with chips of `chip_um`, divided by `specific_energy_J_per_mm3`");
   keys("chip_um", law.chip, {0.001, 1000, kMicrometre}, "thickness of these chips");
-  keys("exponent", law.exponent, {0, 0.9}, "the energy per volume falls with this power of the thickness");
-  keys("force_ratio", law.force_ratio, {0, 2}, "tangential / pressing force; 0: the tool's `cutting_coefficient`");
+  keys("exponent", law.exponent, {0, 0.9}, "the cutting energy per volume falls with this power of the chip thickness");
+  keys("force_ratio", law.force_ratio, {0, 2}, "ratio of tangential to pressing force; 0: `cutting_coefficient`");
 }
 
 void describe_material(Keys& keys, Material& m) {
   keys("stiffness_N_per_mm", m.stiffness, {0, 1000, kNewtonPerMillimetre}, "stiffness ([Coupling](#coupling))");
-  keys("specific_energy_J_per_mm3", m.specific_energy, {1e-6, 1e6, kJoulePerCubicMillimetre}, "energy per volume");
+  keys("specific_energy_J_per_mm3", m.specific_energy, {1e-6, 1e6, kJoulePerCubicMillimetre}, "energy per cut volume");
   keys("static_friction", m.static_friction, {0, 5}, "coefficient of static friction");
   keys("dynamic_friction", m.dynamic_friction, {0, 5}, "coefficient of sliding friction, at most `static_friction`");
   keys("density_g_per_cm3", m.density, {0, 30, kGramPerCubicCentimetre}, "density");
   keys("color", m.color, read_color, "colour");
-  keys("blade", m.blade, describe_edges, "how drills with stated `blades` cut it");
-  keys("grit", m.grit, describe_edges, "how diamonds with stated `grit_um` cut it");
+  keys("blade", m.blade, describe_edges, "how burs with the key `blades` cut this tissue");
+  keys("grit", m.grit, describe_edges, "how diamonds with the key `grit_um` cut this tissue");
   keys.ignore("source");
   keys("looks_like", kName, "the natural view draws this tissue like the tissue of this name ([Picture](#picture))");
   if (keys.json() && m.dynamic_friction > m.static_friction) {
@@ -211,7 +211,7 @@ void describe_vibration(Keys& keys, haptics::VibrationLaw& law) {
   keys("rotor_g", law.rotor_mass, {0, 1000, 1e-3}, "mass of the rotor");
   keys("balance_mm_per_s", law.balance, {0, 1000, 1e-3}, "balance quality grade G of ISO 21940-11");
   keys("run_out_share", law.run_out, {0, 1}, "fraction of the tangential force that changes once per revolution");
-  keys("tooth_share", law.teeth, {0, 1}, "fraction that changes once per cutting edge");
+  keys("tooth_share", law.teeth, {0, 1}, "fraction of the tangential force that changes once per cutting edge");
   double teeth = law.tooth_count;
   keys("teeth", teeth, {1, 64}, "number of cutting edges");
   law.tooth_count = static_cast<int>(teeth);
@@ -229,11 +229,11 @@ void describe_suction(Keys& keys, Scene& scene) {
                              "position of the nozzle; with `tip`, of the opening. Default: 9 mm behind the tooth. "
                              "Required beside `tip`, `flow_l_per_min` and `radius_mm`");
   if (position) suction.p_W = position->vec3() * kMillimetre;
-  keys("flow_l_per_min", suction.flow, {1, 2000, kLitrePerMinute}, "flow of air; default beside `tip`: its own");
+  keys("flow_l_per_min", suction.flow, {1, 2000, kLitrePerMinute}, "flow of air; default beside `tip`: the tip's");
   keys("radius_mm", suction.radius, {0.5, 20, kMillimetre},
-       "nearer chips disappear; default beside `tip`: half its opening");
+       "distance from the nozzle within which chips disappear; default beside `tip`: half the tip's opening");
   scene.suction_on = true;
-  keys("on", scene.suction_on, "false: off at the start; on needs the part `debris`");
+  keys("on", scene.suction_on, "false: the suction is off at the start; true needs the part `debris`");
   keys("tip", kName, "draws a suction tip of `assets/suction/` (`high_volume` or `surgical`)");
   const auto axis =
       keys("axis", kDirection, "direction in which the tube of the tip points; default +z; only with `tip`");
@@ -267,7 +267,7 @@ void describe_spray(Keys& keys, Scene& scene) {
 
 void describe_paint(Keys& keys, const haptics::SolidFiles& files) {
   if (const auto name = keys(must("tissue"), kName, "new label of the tissue")) (void)haptics::read_tissue_name(*name);
-  if (const auto solid = keys(must("solid"), kSolid, "where")) haptics::read_solid(*solid, files);
+  if (const auto solid = keys(must("solid"), kSolid, "region of the new label")) haptics::read_solid(*solid, files);
   double hardness = 1;
   keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
 }
@@ -407,7 +407,7 @@ void describe_scene(Keys& keys, Scene& scene) {
   if (json) (void)session::tooth_sides(*json);  // reports errors now, although only the report uses them
   keys("torque_limit_Nmm", servo.torque_limit,
        {kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre, kNewtonMillimetre}, "largest torque");
-  keys("tool_set", kFile, "folder with the files of the tools ([Tool sets](#tool-sets))");
+  keys("tool_set", Form{"folder", kText.schema}, "folder with one file for each tool ([Tool sets](#tool-sets))");
   if (json && json->has("implant") && model_name(scene) != "implant")
     (*json)["implant"].fail("\"model\": \"implant\" beside it");
   const auto implant = [&](Keys& of, session::ImplantTask& task) {

@@ -31,7 +31,7 @@ struct Form {
   std::string_view table, schema = "{}";
 };
 inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kText.schema}, kFile{"file", kText.schema},
-    kNames{"list of names", R"({"type": "array", "items": {"type": "string"}})"}, kAnything{"", "{}"},
+    kNames{"list of names", R"({"type": "array", "items": {"type": "string"}})"},
     kFlag{"true or false", R"({"type": "boolean"})"}, kNumber{"number", R"({"type": "number"})"},
     kNumbers{"list of numbers", R"({"type": "array", "items": {"type": "number"}})"},
     kList{"list", R"({"type": "array"})"}, kPoints{"list of points", kList.schema},

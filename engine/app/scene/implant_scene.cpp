@@ -106,11 +106,11 @@ std::uint32_t tool_named(const Json& name, std::span<const haptics::Tool> tools)
 
 void describe_plan(Keys& keys, session::ImplantPlan& plan) {
   keys(must("entry_mm"), plan.entry_W, kMillimetre, "middle of the implant's platform");
-  keys(must("axis"), plan.axis_W, haptics::read_direction_into_bone, "its direction into the bone");
+  keys(must("axis"), plan.axis_W, haptics::read_direction_into_bone, "direction of the implant into the bone");
 }
 
 void describe_phase(Keys& keys, session::ImplantPhase& phase, std::span<const haptics::Tool> tools) {
-  if (const auto name = keys(must("name"), kAnything, "name of the phase, as text or `{\"en\", \"de\", \"zh\"}`"))
+  if (const auto name = keys(must("name"), Form{"text or object"}, "name of the phase, or one in each language"))
     phase.name = session::read_task_text(*name);
   keys(must("deed"), phase.deed, session::kImplantActions, "kind of action");
   if (const auto name = keys(must("tool"), kName, "the instrument, a tool of the scene with the block `implant`")) {

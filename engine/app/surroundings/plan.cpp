@@ -19,7 +19,7 @@ void describe_soft_law(Keys& keys, haptics::SoftLaw& law) {
   keys("return_s", law.return_time, {0.02, 5}, "time constant of the return");
   keys("friction", law.friction, {0, 1}, "coefficient of friction");
   keys("specific_energy_J_per_mm3", law.specific_energy, {0.01, 10, kJoulePerCubicMillimetre}, "energy of cutting");
-  keys("bleeding_depth_mm", law.bleeding_depth, {0.05, 2, kMillimetre}, "deeper cuts bleed");
+  keys("bleeding_depth_mm", law.bleeding_depth, {0.05, 2, kMillimetre}, "cuts deeper than this bleed");
   keys("blood_radius_mm", law.blood_radius, {0, 8, kMillimetre}, "final radius of the blood around a wound");
   keys("blood_s", law.blood_time, {0.5, 600}, "time constant with which the blood spreads");
 }
@@ -63,11 +63,11 @@ void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesy
     plan.volume = find_file(*v, place);
   if (json && plan.volume.empty()) json->fail("no \"volume\" in a scene whose tissue is made of solids", "\"volume\"");
   keys("crown", plan.crown, read_direction, "direction of the crown; default [0, 0, 1]");
-  keys("arch", plan.arch, read_direction, "direction along the arch, nearly perpendicular to it; default [1, 0, 0]");
+  keys("arch", plan.arch, read_direction, "along the arch, nearly perpendicular to `crown`; default [1, 0, 0]");
   if (json && std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
     json->fail("arch nearly along crown", "them square to each other");
   plan.arch = glm::normalize(plan.arch - plan.crown * glm::dot(plan.arch, plan.crown));
-  keys("neighbours", plan.neighbours, describe_neighbour, "at most 8; the tooth mirrored at the contact");
+  keys("neighbours", plan.neighbours, describe_neighbour, "at most 8 copies of the tooth, mirrored at the contact");
   if (json && plan.neighbours.size() > 8) (*json)["neighbours"].fail("at most 8 neighbours");
   keys("gum", plan, describe_gum, "[Gum](#gum)");
   plan.gum = json && json->has("gum");

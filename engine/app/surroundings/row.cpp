@@ -80,7 +80,7 @@ void describe_tooth_row(Keys& keys, ToothRow& row) {
   keys.ignore("source");
   std::filesystem::path folder;
   std::map<std::string, ToothForm> forms;
-  if (const auto json = keys(must("forms"), kFile, "folder with the shapes of teeth, relative to the row file"))
+  if (const auto json = keys(must("forms"), Form{"folder", kText.schema}, "shapes of teeth; relative to the row file"))
     folder = json->file().parent_path() / json->string();
   keys(
       must("teeth"), row.teeth, [&](Keys& of, RowTooth& tooth) { describe_row_tooth(of, tooth, folder, forms); },

@@ -110,9 +110,9 @@ glm::dvec2 read_pair(const Json& value, double min, double max) {
 }
 
 void describe_hill(Keys& keys, ToothHill& hill) {
-  if (const auto at = keys(must("at_mm"), kPair, "its x and y, −8–8")) hill.at = read_pair(*at, -8, 8);
+  if (const auto at = keys(must("at_mm"), kPair, "x and y of the cusp, −8–8")) hill.at = read_pair(*at, -8, 8);
   keys(must("height_mm"), hill.height, {1, 16, kMillimetre}, "height above the neck");
-  keys(must("slope"), hill.slope, {0.05, 2}, "slope of its sides");
+  keys(must("slope"), hill.slope, {0.05, 2}, "slope of the sides");
   if (const auto v = keys("long", kPair, "stretch along x and y, 0.1–20; default [1, 1]"))
     hill.long_by = read_pair(*v, 0.1, 20) / kMillimetre;
 }

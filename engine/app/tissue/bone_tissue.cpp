@@ -92,9 +92,9 @@ void describe(Keys& keys, Bone& bone) {
   }
   if (!json) bone.made_of.cortical_thickness = kNoDefault;
   keys("cortical_mm", bone.made_of.cortical_thickness, {0, 20, kMillimetre},
-       "thickness of the cortical shell; default: as the class");
+       "thickness of the cortical shell; default: that of the class");
   keys("cancellous_HU", bone.made_of.cancellous_grey, {1, bone.grey.cancellous},
-       "its grey value; default: as the class");
+       "grey value of the cancellous bone; default: that of the class");
   bone.voxel = 0.15e-3, bone.band = 1.5e-3;
   keys("voxel_mm", bone.voxel, {0.04, 1, kMillimetre}, "as for [solids](#solids)");
   keys("band_mm", bone.band, {0.2, 10, kMillimetre}, "as for [solids](#solids); at least three voxels");
@@ -116,12 +116,12 @@ void describe(Keys& keys, Bone& bone) {
   const auto canal = [&](Keys& of) {
     describe_canal(of, bone.canal);
     bone.canal_wall = 0.4e-3;
-    of("wall_mm", bone.canal_wall, {0, 3, kMillimetre}, "thickness of the cortical bone around it");
+    of("wall_mm", bone.canal_wall, {0, 3, kMillimetre}, "thickness of the cortical bone around the canal");
   };
   keys("canal", canal, "the nerve canal. Nerve and vessels in it have the label `pulp`");
   bone.variation = 0.15;
   keys("variation", bone.variation, {0, 0.9}, "relative variation of the cancellous grey values");
-  keys("seed", bone.seed, {0}, "seed of this variation");
+  keys("seed", bone.seed, {0}, "seed of the variation");
 }
 
 Bone read(const Json& json) {

@@ -31,8 +31,8 @@ class ImplantMethod final : public ContactMethod {
 };
 
 void describe_bed(Keys& keys, Bed& bed) {
-  keys(must("entry_mm"), bed.entry_W, kMillimetre, "middle of its entry");
-  keys(must("axis"), bed.axis_W, read_direction_into_bone, "direction into the bone");
+  keys(must("entry_mm"), bed.entry_W, kMillimetre, "middle of the bed's entry");
+  keys(must("axis"), bed.axis_W, read_direction_into_bone, "direction of the bed into the bone");
   keys(must("depth_mm"), bed.depth, {0.5, 30, kMillimetre}, "depth");
   keys(must("diameter_mm"), bed.radius, {0.5, 10, kMillimetre / 2}, "diameter");
 }
@@ -46,11 +46,11 @@ void describe_grey(Keys& keys, Parameters& p) {
 }
 
 void describe_torque(Keys& keys, Parameters& p) {
-  keys("torque_Ncm", p.torque, {0, 500, 1e-2}, "torque in bone of `grey_HU`");
-  keys("grey_HU", p.torque_grey, {1, 1e5}, "grey value of this bone");
+  keys("torque_Ncm", p.torque, {0, 500, 1e-2}, "insertion torque in bone with the grey value `grey_HU`");
+  keys("grey_HU", p.torque_grey, {1, 1e5}, "grey value of the bone in which the torque is `torque_Ncm`");
   keys("exponent", p.torque_exponent, {0, 10}, "the torque grows with this power of the grey value");
-  keys("surface_mm2", p.torque_surface, {1, 1e4, kSquareMillimetre}, "surface of the implant in bone at this torque");
-  keys("tapped_share", p.tapped_fraction, {0, 1}, "fraction of the torque in a tapped bed");
+  keys("surface_mm2", p.torque_surface, {1, 1e4, kSquareMillimetre}, "implant's surface in bone at `torque_Ncm`");
+  keys("tapped_share", p.tapped_fraction, {0, 1}, "torque in a tapped bed, as a fraction of that in an untapped bed");
   keys.ignore("source");
 }
 
@@ -61,12 +61,12 @@ SharedContactMethod read(Keys& keys) {
   keys("tool_voxel_mm", p.tool_voxel, {0.02, 0.5, kMillimetre}, "size of the tool's voxels");
   keys("layers", p.layers, {1, 2}, "number of layers of tool voxels");
   keys("centre_tolerance_mm", p.centre_tolerance, {0.05, 3, kMillimetre},
-       "largest distance of an entering tip from axis and entry");
+       "largest distance of an entering tip from the bed's axis and from its entry");
   keys("radius_tolerance_mm", p.radius_tolerance, {0, 1, kMillimetre},
-       "largest excess of a tool that does not widen it");
+       "a tool that does not widen the bed may be wider than the bed by at most this radius");
   keys("axis_tolerance_deg", p.axis_tolerance, {0.1, 45, kDegree}, "largest angle between tool and bed at entry");
   keys("enter_force_N", p.enter_force, {0.01, 20}, "smallest axial force at entry");
-  keys("leave_mm", p.leave, {0.05, 3, kMillimetre}, "distance from the entry at which the tool leaves");
+  keys("leave_mm", p.leave, {0.05, 3, kMillimetre}, "distance from the entry at which the tool leaves the bed");
   keys("mass_g", p.mass, {0, 1000, 1e-3}, "mass of the tool in a bed");
   keys("turn_stiffness_Nm_per_rad", p.turn_stiffness, {0, 50}, "stiffness that aligns the tool with the bed");
   keys("as_printed", p.as_printed, "true: equation (7) of the paper as published");

@@ -39,14 +39,14 @@ void describe_implant_tool(Keys& keys, ImplantTool& tool, double diameter, doubl
     of("centre_mm", tool.centre_radius, {0, max_width, kMillimetre / 2},
        "diameter of the centre; at most that of the head");
   };
-  keys("ability", ability, "above 0 at end or side for `round` and `drill`; a gauge has none");
+  keys("ability", ability, "ability to cut; above 0 at end or side of `round` and `drill`, none for a gauge");
   const bool drills = tool.end_ability > 0 || tool.side_ability > 0;
   if (json && drills && tool.kind == ImplantToolKind::kGauge)
     (*json)["ability"].fail("none for a gauge: it only measures");
   if (json && !drills && (tool.kind == ImplantToolKind::kDrill || tool.kind == ImplantToolKind::kRound))
     json->fail("no ability to cut", "\"ability\" above 0 for a drill or a round bur");
   tool.max_grey = kMaxGrey;
-  keys("greatest_grey_HU", tool.max_grey, {0, kMaxGrey}, "densest bone that the tool can cut");
+  keys("greatest_grey_HU", tool.max_grey, {0, kMaxGrey}, "largest grey value of bone that the tool can cut");
   keys("thrust_ratio", tool.thrust_ratio, {0.01, 1000}, "ratio of tangential to normal force");
   const auto thread = [&](Keys& of) {
     of(must("pitch_mm"), tool.pitch, {0.05, 5, kMillimetre}, "pitch");
@@ -68,7 +68,7 @@ void describe_implant_tool(Keys& keys, ImplantTool& tool, double diameter, doubl
     (*json)["bore"].fail("none but in an implant");
   keys("speed_rpm", tool.speed, {0, kMaxSpeed, kRpm}, "usual speed; 0: the tool does not rotate");
   keys("top_speed_rpm", tool.top_speed, {0, kMaxSpeed, kRpm},
-       "speed at full pedal, at least `speed_rpm`; 0: as the motor");
+       "speed at full pedal, at least `speed_rpm`; 0: that of the motor");
   if (json && tool.top_speed > 0 && tool.top_speed < tool.speed) (*json)["top_speed_rpm"].fail("at least speed_rpm");
   keys("by_hand", tool.by_hand, "true: the user turns the tool by hand; only for a tool with a thread");
   if (json && tool.by_hand && !tool.threaded()) (*json)["by_hand"].fail("false for a tool without a thread");

@@ -60,8 +60,8 @@ SharedContactMethod read(Keys& keys) {
     }
   }
   if (keys.json() && keys.json()->boolean_or("as_printed", false)) p.hysteresis = 0, p.ramp = 0;
-  keys("hysteresis", p.hysteresis, {0, 0.9}, "hysteresis around each of these speeds, relative to the speed");
-  keys("mapping", p.maps, "at a change of level, the contact is mapped, not computed again");
+  keys("hysteresis", p.hysteresis, {0, 0.9}, "hysteresis around each of `switch_mm_s`, relative to the speed");
+  keys("mapping", p.maps, "true: when the level changes, the contact is mapped to the new level, not computed again");
   keys("ramp_N_per_s", p.ramp, {0, 1e3}, "rate of change of the force after a change of level. 0: one step");
   keys("wall_limit_N", p.wall_limit, {0, 1e3}, "force at which a wall between two tissues yields");
   keys("as_printed", kFlag, "default false; true: the defaults of `hysteresis` and `ramp_N_per_s` are 0");

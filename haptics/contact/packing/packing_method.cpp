@@ -146,7 +146,7 @@ SharedContactMethod read(Keys& keys) {
   if (keys.json() && keys.json()->has("density_by_contact") && !(p.base_speed > 0))
     (*keys.json())["density_by_contact"].fail("density_by_contact without speed_mm_per_s", "both");
   bool as_printed = false;
-  keys("as_printed", as_printed, "true: removal by the published formula");
+  keys("as_printed", as_printed, "true: the published formula computes the removed volume");
   p.removal = as_printed ? Removal::kAsPrinted : Removal::kMended;
   if (const auto material = keys("material", kFile, "the output of `fit-material` for this packing")) {
     p.material = material->file().parent_path() / material->string();

@@ -33,7 +33,7 @@ class VertexMethod final : public ContactMethod {
 SharedContactMethod read(Keys& keys) {
   Parameters p;
   keys("edge_mm", p.edge, {0.005, 10, kMillimetre},
-       "edge of carved triangles; default: one sixth of the head's radius");
+       "edge length of carved triangles; default: one sixth of the head's radius");
   keys("as_printed", p.as_printed, "true: the rules of the paper as published");
   keys("spare_vertices", p.spare, {0, 20'000'000}, "number of vertices that cuts may add");
   return std::make_shared<VertexMethod>(p);

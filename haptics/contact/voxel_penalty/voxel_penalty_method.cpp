@@ -42,7 +42,7 @@ SharedContactMethod read(Keys& keys) {
   Parameters parameters;
   keys("samples", parameters.samples, {8, 1024}, "number of sample points on the surface of the head");
   keys("shared_load", parameters.shared_load, {1, 1024},
-       "smallest divisor of the summed force; otherwise the points in contact");
+       "the summed force of all points is divided by the number of points in contact, but at least by this number");
   return std::make_shared<VoxelPenaltyMethod>(parameters);
 }
 
