@@ -1,7 +1,6 @@
 // Tests every contact model with hands that move as no human hand can, and with invalid input. The output is finite and
 // bounded, removed volume never decreases, and bad input gives zero force. The normal run is short; ./run stress tests
-// millions of ticks. The energy that such hands get from each model is in docs/models.md, "What do hostile hands get
-// out of it?".
+// millions of ticks. docs/stress.md states the energy that such hands get from each model.
 #include <gtest/gtest.h>
 
 #include <algorithm>
