@@ -51,7 +51,7 @@ struct HeldOut {
   // Distance that a sound with exactly the model's spectrum would have, dB, because the spectrum of a short sound has
   // an error.
   double chance_dB = 0;
-  // For each line: standard deviation / mean of its amplitude in the held-out part.
+  // For each spectral line: standard deviation / mean of its amplitude in the held-out part.
   std::vector<double> line_variation;
 };
 

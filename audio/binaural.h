@@ -20,8 +20,8 @@ struct EarAngles {
   double left = kPiHalf, right = kPiHalf;
   static constexpr double kPiHalf = 1.5707963267948966;
 };
-/// Positions in m; `right_W`: unit vector from left to right eye. The head faces the source. A source closer than the
-/// head's radius counts as straight ahead.
+/// Positions in m; `eyes_W`: between the eyes; `right_W`: unit vector from left to right eye. The head is assumed to be
+/// turned about `right_W` towards the source. A source inside the head counts as straight ahead.
 EarAngles ear_angles(const dvec3& source_W, const dvec3& eyes_W, const dvec3& right_W);
 
 /// Delay relative to a sound at the head's centre, s; negative on the near side. Brown & Duda 1998, eq. 6.

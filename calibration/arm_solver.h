@@ -21,7 +21,7 @@ struct ArmReading {
 /// user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of the links La, Lb, Lc
-  // Origin of H relative to the arm's foot, m.
+  // Origin of the haptic frame H relative to the arm's foot, m.
   dvec3 origin{0.220, 0, 0.080};
   std::array<double, 6> offset{};        // rad, offsets of the encoders A to F
   std::array<double, 3> scale{1, 1, 1};  // scales of the encoders A, B, C

@@ -47,7 +47,7 @@ struct RegistrationOptions {
   double false_alarm = 5e-4;  // probability of rejecting a good pair
 };
 
-/// Another rigid motion with which many pairs agree: ambiguous.
+/// Another rigid motion with which many pairs agree; it makes the registration ambiguous.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;

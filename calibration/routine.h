@@ -88,7 +88,7 @@ void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// `user_offset`: also computes the user's offset, from the touches of `register` or `verify`.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// Eyes from the alignments alone.
+/// Computes the eyes from the alignments of tip and dot alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
 /// Solves all steps jointly if possible (joint_solver.h), then the registration.
 void solve_register_step(BenchState& bench, const Captures& captures);

@@ -12,7 +12,7 @@ namespace typodont::haptics {
 /// Immutable and shared by copies of a volume. Any thread.
 class NaturalSurface {
  public:
-  /// Takes about 1 ms for a tooth.
+  /// The constructor takes about 1 ms for a tooth.
   explicit NaturalSurface(const TissueVolume& volume);
   /// Returns whether a point was inside tissue before the first cut: 1 inside, 0 outside, about ½ at the surface;
   /// trilinear interpolation.

@@ -47,7 +47,7 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Carver thread: number of the offered tissue patch; 0: none
+  // Carver thread: number of the offered tissue patch; 0: no patch is offered
   alignas(64) std::uint32_t offered_ = 0;
   bool offered_step_ = false;  // the offered tissue patch is a step, to which no cuts are added
   std::uint32_t held_ = 0;     // number of the servo's tissue patch, valid while none is offered

@@ -150,7 +150,7 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept {
   front.begin_sweep(along_axis_);
-  // The front's path length includes motion through air since the last sweep.
+  // The path length also includes motion through air since the last sweep.
   const double travel = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? travel : 0) + travel_);
   // The lists contain samples up to a voxel beyond the sweep's box, so the tissue patch must contain them too.

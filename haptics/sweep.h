@@ -47,7 +47,7 @@ class Sweep {
     float* due;
     bool changed = false, emptied = false;
   };
-  /// Cuts the leaves. `path`: path length so far, voxels.
+  /// Cuts the leaves. `path`: path length of the head so far, voxels.
   void carve(std::span<Leaf> leaves, float path) const noexcept;
 
   /// Result for one leaf. `safe_travel`: path length that the head may still move before a sample can change, voxels.

@@ -42,7 +42,7 @@ class HeadField {
   /// Also returns the distance to each piece. A piece whose distance exceeds the smallest by more than 2 r is nowhere
   /// the closest within radius r of the point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Also returns the unit direction of increasing distance, T.
+  /// Also returns the unit direction in which the distance increases, frame T.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
   // Meridian from the free end to the shank end, in double precision. (Sweep uses floats.)

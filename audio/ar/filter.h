@@ -28,8 +28,8 @@ class DirectFilter {
   std::size_t head_ = 0;
 };
 
-/// Filters blocks of 64 samples: the influence of earlier blocks by convolution, that within the block by the impulse
-/// response, which solves its triangular system.
+/// Filters blocks of 64 samples. Earlier blocks act by a convolution; within the block, the impulse response solves the
+/// triangular system.
 template <class T>
 class BlockFilter {
  public:
@@ -62,13 +62,13 @@ class LatticeFilter {
   double level_;
 };
 
-/// A filter in the form that direct_form_condition() requires.
+/// A filter in the simplest form that is accurate enough: float, double or lattice (see direct_form_condition()).
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
   /// Largest condition number for float: rounding noise is then 70 dB below the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// Largest condition number for double: rounding noise is then 110 dB below. Above it, the lattice form is used.
+  /// Largest condition number for double: rounding noise is then 110 dB below the excitation. Above it: lattice form.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 

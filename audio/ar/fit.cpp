@@ -30,7 +30,7 @@ namespace {
 constexpr double kLowestCompared = 60;
 // Peak amplitude below which a recording is silent: -60 dB re full scale.
 constexpr double kSilence = 1e-3;
-// Frames quieter than the loud ones by more than this are silence at both ends, dB.
+// dB; at both ends, frames that are quieter than the loud ones by more than this are silence.
 constexpr double kQuietBelowLoud = 40;
 // Largest deviation from the median level of the loud part in a steady interval, dB.
 constexpr double kSteadyWithin = 3;
@@ -191,8 +191,8 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Returns the standard deviation of white noise that fills a band without power (40 dB below the weakest audible
-/// frequency), or 0 without such a band. Otherwise the fit would spend poles on it.
+/// Returns the standard deviation of white noise that fills an empty frequency band (40 dB below the weakest audible
+/// frequency), or 0 if no band is empty. Without this noise, the fit would spend poles on the band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -397,7 +397,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      // Interpolation has emptied the highest frequencies again.
+      // Resampling has emptied the highest frequencies again, so they are filled with noise.
       fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "

@@ -75,8 +75,8 @@ std::vector<Complex> band_about(std::span<const double> x, std::span<const Compl
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // (1 - H) x lacks power near `frequency`. Noise through a filter of twice the width replaces it: both power responses
-  // add up to 1 within 0.6 dB.
+  // (1 - H) x, with the band-pass H around `frequency`, lacks power there. Noise through a filter of twice the width
+  // replaces this power: both power responses add up to 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -161,7 +161,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// Returns the noise with its variance reduced by `variance`.
+/// Returns the line's noise, with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;

@@ -178,7 +178,7 @@ RigFile::RigFile(RigFile&&) noexcept = default;
 RigFile::~RigFile() = default;
 
 RigFile RigFile::load(const std::filesystem::path& file) {
-  // Loaded for checks, because its errors state the position in the file.
+  // Json::load checks the file, because its errors state the position in the file.
   const Json checked = Json::load(file);
   if (!checked.is_object()) checked.fail("a rig: an object");
   auto document = std::make_unique<Document>();

@@ -427,7 +427,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // Checks the most frequent mistake: reports it if inverted tracker poses fit better.
+      // Checks for the most frequent mistake: reports it if inverted tracker poses fit better.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

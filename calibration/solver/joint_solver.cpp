@@ -42,7 +42,7 @@ Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// closest_point() with derivatives by left eye, left dot, right eye, right dot.
+/// closest_point() and its derivatives with respect to left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;

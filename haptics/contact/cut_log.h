@@ -74,7 +74,7 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m, radius of the ball of filling at X_WA, without the head at X_WB; 0: a cut
+    // m; above 0: filling was added in this radius around X_WA, except in the head at X_WB; 0: a cut
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative: filling
   };

@@ -16,7 +16,7 @@ struct Snapshot {
   std::uint32_t from = 0;
   std::uint64_t cuts = 0;       // number of the last cut that it contains
   std::uint32_t edits = 0;      // number of undos and redos before the snapshot
-  std::uint64_t edited_at = 0;  // last cut before the newest undo or redo
+  std::uint64_t edited_at = 0;  // number of the last cut before the newest undo or redo
   // m³, volume restored by undos, minus volume removed by redos
   PerTissue taken_back{};
   std::uint32_t pieces = 0;  // number of loose pieces removed before the snapshot

@@ -26,7 +26,7 @@ struct PassivityLaw {
   bool in_counts = false;
   // factor on the largest recent speed, for the expected retreat
   double faster = 1.2;
-  // Factor on the largest recent change, for a reversing hand.
+  // Factor on the largest recent change of velocity, for a hand that reverses.
   double again = 3;
   // Factor on the mean change of velocity, added to the largest, for a hand that does not reverse. start_fraction
   // reduces the mean first.
@@ -70,7 +70,7 @@ struct PassivityState {
   double advance = 0;   // m per tick, fastest recent motion against the force
   dvec3 moved{0};       // m, displacement in the previous tick
   double distance = 0;  // m, length of `moved`
-  // s, tick for which the next three values were computed: 1/s; decay of retreats per tick; decay of the longest tick.
+  // decay_for: s, tick of the other values. per_second: 1/s. decay: of retreats per tick. clock_decay: of `longest`.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   // m/s: largest speed, and largest change of velocity per tick; also without contact.
   RecentMaximum speed, change;
@@ -94,8 +94,8 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// Updates the state with a tick of a hand that moves or has just stopped. m: displacement, its length `distance`, its
-/// change.
+/// Updates the state with a tick of a hand that moves or has just stopped. In m: displacement, its length `distance`,
+/// and its `change` since the previous tick.
 inline void learn(const PassivityLaw& law, const dvec3& moved, double distance, const dvec3& change, double dt,
                   bool touches, PassivityState& state) noexcept {
   const double speed = distance * state.per_second, changed = glm::length(change) * state.per_second;
@@ -123,7 +123,7 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Expected motion out of the tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
-/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m, motion of any hand.
+/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m, motion that any hand can make.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % tolerance for a clock in ns

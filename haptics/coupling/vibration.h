@@ -42,12 +42,12 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const double once = band_weight(speed / (2 * kPi), band);
   const double tooth = band_weight(law.tooth_count * speed / (2 * kPi), band);
   if (once <= 0) return dvec3(0);
-  // Rotates with the spindle: m e ω² = m (e ω) ω.
+  // Centrifugal force of the imbalance, rotating with the spindle: m e ω² = m (e ω) ω.
   const dvec3 aside = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;
   dvec3 f = unbalance * (std::cos(phase) * u + std::sin(phase) * v);
-  // Pushes the head away and lets it return.
+  // Once per revolution and once per edge, pushes the head away from the tissue and lets it return.
   if (cutting > 0) {
     f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) *
          normal;

@@ -1,5 +1,5 @@
-// Descriptions of the devices that a vendor's library finds. It describes only open devices, so each device is opened
-// briefly. While a device is in use, no other is opened, and it describes itself (Use::is).
+// Descriptions of the devices that a vendor's library finds. The library describes only open devices, so each device is
+// opened briefly. While one is in use, no other is opened; the used one is described by Use::is.
 #pragma once
 
 #include <functional>

@@ -40,7 +40,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           const T* from = &g.v[static_cast<std::size_t>(i)];
-          // With a constant length, the compiler does not call memmove.
+          // With a constant length, the compiler copies without calling memmove.
           if (run == kEdge)
             std::copy_n(from, kEdge, to);
           else

@@ -338,7 +338,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Finds the body approximately, for grey values and box.
+  // First finds the body approximately, to get the grey values of its tissues and its bounding box.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   if (known && known->shading) known->shading->remove_from(scan);
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);

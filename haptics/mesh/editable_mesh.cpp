@@ -91,7 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // At a border, walks in both directions.
+      // At a border, walks around the vertex in both directions.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;

@@ -38,8 +38,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the change at the next contact, after a fall from a rim or through soft tissue. Not the vibration, which
-  // should be felt.
+  // Limits the change of the force at the next contact, after the bur has fallen from a rim or through soft tissue.
+  // Does not limit the vibration, which should be felt.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -99,8 +99,8 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
-/// √(2 k E - k² a²) for E > k a², otherwise E / a; a: retreat per tick × PassivityLaw::margin. `at_stake`: energy of
-/// the full force in the next tick, J.
+/// √(2 k E - k² a²) for E > k a², otherwise E / a (a: largest expected retreat per tick). `at_stake`: energy that the
+/// full force may give to the hand in the next tick, J.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);

@@ -28,7 +28,7 @@ struct CuttingParameters {
   static constexpr double budget_time = 0.5;
   // s; used instead of budget_time at a border to harder tissue, and for an edge that the hand draws
   static constexpr double held_time = 0.05;
-  // m³ that a bur may remove on credit when entering tissue
+  // m³ that a bur entering tissue may remove before the motor has supplied the energy
   static constexpr double owed_volume = 8e-12;
   // smallest owed_volume in voxels: with voxels above 0.1 mm, 8e-12 m³ would be less than eight
   static constexpr double owed_voxels = 8;
@@ -64,12 +64,12 @@ struct LimitParameters {
   static constexpr double deficit = 2e-9;
   // N, force that is always allowed
   static constexpr double unpaid_force = 0.1;
-  // Force of the coupling / force that the ledger can pay, above which the ledger limits the force.
+  // N/N, force of the coupling / force that the ledger can pay; above this ratio, the ledger limits the force
   static constexpr double unpaid_ratio = 2;
   // Felt force / full force of the coupling. If it is lower for rest_time, the edges' force increases from the felt to
   // the full force.
   static constexpr double little_felt = 0.5;
-  // s below little_felt until the edges' force begins to increase; the increase takes the same time.
+  // s with a ratio below little_felt until the edges' force begins to increase; the increase takes the same time.
   static constexpr double rest_time = 0.1;
   // Factor on k x (stiffness × retreat) that is subtracted from the allowed increase, because the proxy moves too.
   static constexpr double retreat_weight = 3;

@@ -246,7 +246,7 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if further limits soften a drill's contact.
+  /// Returns true for a rotating bur: further limits soften its contact when it touches tissue.
   static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

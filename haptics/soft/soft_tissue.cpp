@@ -33,7 +33,7 @@ struct SoftParameters {
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch
   // Half the distance between enclosing balls on the axis, m.
   static constexpr double max_ball = 1e-3;
-  // Largest fraction of a displacement that is cut per tick.
+  // Largest depth cut at a point per tick / elastic displacement of the point.
   static constexpr double max_per_tick = 0.3;
   // Smallest distance between two wounds, m.
   static constexpr double wound_distance = 1.2e-3;
@@ -352,7 +352,7 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // A new point has v = 0; a displaced neighbour keeps it active.
+    // A new point has displacement v = 0; a displaced neighbour keeps it active.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

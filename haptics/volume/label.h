@@ -22,12 +22,12 @@ inline bool is_filled(Tissue label) noexcept {
   return static_cast<std::uint8_t>(label) > kShown;
 }
 
-/// Label of air that filling covers. `label`: current label.
+/// Label of an air voxel after it was filled with `filling`. `label`: its label before.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
 }
-/// Label before the filling.
+/// Label that a voxel had before it was filled; the unchanged `label` if it is not filled.
 inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }

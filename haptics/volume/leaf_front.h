@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// The front of one head. Carver thread only. Keys count leaves of 8³ samples.
+/// The active front of one head. Carver thread only. A key counts leaves (8³ samples) along each axis.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -30,7 +30,7 @@ class LeafFront {
     Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
     bool cut = false;          // true: the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // mark after which the leaf was last logged
-    // voxels of path at which each block must be examined
+    // path lengths (voxels) at which each block must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };
 
@@ -45,16 +45,16 @@ class LeafFront {
   /// Call it after any change except the cuts of one stroke, and after a leaf was replaced.
   void forget() noexcept { last_.reset(); }
 
-  /// Moves the front to the end of `sweep`, leaves lo..hi.
+  /// Updates path length and position after `sweep`, and moves the front so that it contains the leaves lo to hi.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Path length of the head's farthest point, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// Leaves of lo..hi (inclusive, within the last advance_to()) that must be examined now, sorted by key. Valid until
-  /// the next call.
+  /// Returns the leaves from lo to hi (inclusive, within the last advance_to()) that must be examined now, sorted by
+  /// key. Valid until the next call.
   std::span<const DuePlace> due(const glm::ivec3& lo, const glm::ivec3& hi);
 
  private:
-  // additional leaves around the sweep, so the window moves seldom
+  // additional leaves around the sweep, so that the front moves seldom
   static constexpr int kBorder = 2;
   // voxels; at this path length a float resolves 6e-5, so the path restarts at 0
   static constexpr double kLongest = 512;

@@ -17,7 +17,7 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// State of a leaf or tile before the stroke.
+  /// State of a leaf (8³ voxels) or tile (one value for a region) before the stroke.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};

@@ -416,7 +416,7 @@ class LoosePieces::KnownBlocks {
   }
 
   std::unordered_map<glm::ivec3, int, KeyHash> index_;
-  // arrays with equal indices; a block's first sample: 8·key
+  // blocks_, keys_ and bits_ have the same indices; the first sample of a block is at 8·key
   std::vector<Block> blocks_;
   std::vector<glm::ivec3> keys_;
   std::vector<SolidBits> bits_;
@@ -431,7 +431,7 @@ class LoosePieces::KnownBlocks {
   std::vector<int> roots_, live_;
   std::vector<CutBlock> cut_blocks_;
   std::vector<Touch> touches_;
-  std::vector<int> cut_block_in_;  // for each block: index in cut_blocks_, last search
+  std::vector<int> cut_block_in_;  // for each block: its index in cut_blocks_ in the last search
 };
 
 LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<KnownBlocks>()) {
@@ -478,7 +478,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // Looking blocks up takes long, so known ones are skipped.
+        // To find a block by its key takes long, so blocks that are known already are skipped.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {
@@ -498,7 +498,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (emptied_.empty() || credit_ <= 0) return {};
 
   const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
-  // Blocks are visited in this order, so usually sorted already.
+  // Blocks are usually visited in this order, so usually nothing must be sorted.
   if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();
   for (auto next = emptied_.begin(); next != emptied_.end();) {

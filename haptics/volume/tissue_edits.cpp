@@ -148,7 +148,7 @@ std::uint64_t TissueVolume::mark() {
 bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
-  // Marks with known writes; the newest is v.marked.
+  // Number of marks whose later writes are known; the newest mark is v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -296,7 +296,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Has the functions of a removal such as Sweep.
+/// Replaces distances. Has the same member functions as a removal (for example Sweep), for the same templates.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}

@@ -165,7 +165,7 @@ struct TissueVolume::Impl {
     std::int32_t label;
   };
   class LeafFinder;
-  /// `part`: a box of whole leaves.
+  /// Returns the leaves of `part`, a box that consists of whole leaves (8³ voxels).
   std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
   void copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const;
 

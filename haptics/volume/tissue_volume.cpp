@@ -632,7 +632,7 @@ void samples_within(const float* leaf, float low, float high, std::uint8_t* rows
   }
 }
 
-/// As samples_within() for d < 0, in half the time.
+/// Like samples_within() for d < 0, in half the time.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_in_tissue(const float* leaf, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {

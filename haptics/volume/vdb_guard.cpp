@@ -31,7 +31,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, longest message; a longer output consists of truncated grids
+// bytes, longest error message of the reader; a longer output is an incomplete list of grids
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 

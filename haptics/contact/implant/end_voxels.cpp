@@ -26,13 +26,13 @@ namespace {
 
 // voxels ahead of a tool voxel at which the distance from bone is evaluated again
 constexpr double kAhead = 1.5;
-// voxels; a distance that decreases this much shows an obstacle
+// voxels; an obstacle is ahead if the distance from bone decreases by this much
 constexpr double kFalls = 0.5;
-// voxels; an obstacle nearer than this blocks
+// voxels; an obstacle nearer than this stops the tool
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 
-/// Functions that read kBlock indices per call.
+/// Functions that read samples at kBlock indices per call.
 struct Reader {
   /// Reads two neighbouring samples at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
@@ -76,7 +76,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Reads up to three bytes more; tool voxels never lie at the border of the tissue patch.
+/// Reads up to three bytes after the wanted one; they exist, because tool voxels never lie at the patch's border.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -98,7 +98,7 @@ Reader fastest_reader() {
 
 const Reader kReader = fastest_reader();
 
-/// Arguments of scan_end() as plain data, relative to a near voxel, where floats are precise.
+/// Arguments of scan_end() as plain data. Positions are relative to a near voxel, so that floats are precise.
 struct Task {
   const EndVoxels& voxels;
   const EndLaw& law;
@@ -134,7 +134,7 @@ struct alignas(64) Block {
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
-/// Interpolates trilinearly, as sample_linear(). Returns true if a voxel is within one voxel of bone.
+/// Interpolates trilinearly, like sample_linear(). Returns true if a voxel is within one voxel of bone.
 TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -218,7 +218,7 @@ TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, Block& b) {
   return static_cast<std::uint64_t>(labels);
 }
 
-/// Eq. 2 of Zhao 2020 for a feed along -z. Components across the axis cancel, so they are left out (unlike
+/// Eq. 2 of Zhao 2020 for a feed along -z. Components perpendicular to the axis cancel, so they are left out (unlike
 /// add_cutting()). Returns true if a voxel stops the tool.
 TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
   using Flag = Block::Flag;
@@ -354,7 +354,7 @@ Task task_of(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& la
 
 namespace {
 
-/// Merges 2 × 2 equal voxels across the axis into one; not near the axis, where 1/r of eq. 2 varies.
+/// Merges 2 × 2 equal voxels, side by side at equal depth, into one; not near the axis, where 1/r changes quickly.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
   constexpr double kNearAxis = 8;  // voxels from the axis; nearer voxels are not merged

@@ -1,5 +1,5 @@
-// The contact method "implant" (Zhao et al. 2020). Outside a bed, it behaves as "offset"; in a bed, the tool moves
-// along and about the bed's axis (README.md).
+// The contact method "implant" (Zhao et al. 2020). Outside a bed (hole for an implant), it behaves as "offset"; in a
+// bed, the tool moves along and about the bed's axis (README.md).
 #pragma once
 
 #include <optional>
@@ -40,14 +40,14 @@ struct Parameters {
   double axis_tolerance = 0.175;
   // N; criterion 4: smallest push along the axis
   double enter_force = 0.3;
-  // m outside the entry where the tip leaves the bed
+  // m; the tool leaves the bed when its tip is this far outside the entry
   double leave = 0.3e-3;
   double min_depth = 0.5e-3;  // m; a shallower hole is not a bed
   // Parameters of the motion in a bed.
   double mass = 0;              // kg (Zhao 2020, eq. 5); 0: no inertia
   double turn_stiffness = 1.0;  // N·m/rad, spring that turns the tool to the bed's axis
-  double switch_slew = 8;       // N/s, rate of the force after entering or leaving
-  // rad/s, rate of the rotation after entering or leaving
+  double switch_slew = 8;       // N/s, rate of the force after the tool has entered or left a bed
+  // rad/s, rate of the tool's rotation after it has entered or left a bed
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, drag of sliding in the bed
   double steps = 1;         // voxels, largest motion per tick (Zhao 2020, eq. 9)
@@ -69,7 +69,7 @@ struct Parameters {
   std::vector<Bed> beds;  // beds at the start of the session
 };
 
-/// Reads the parameters (README.md). Throws Error.
+/// Reads the method's parameters (README.md). Throws Error.
 SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::implant

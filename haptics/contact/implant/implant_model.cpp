@@ -163,7 +163,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Adds the remaining difference of the last entering or leaving, so that the pose changes gradually.
+/// Adds the rest of the pose's jump at the last entering or leaving of a bed, which decreases gradually to zero.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -197,7 +197,7 @@ bool ImplantModel::touches_too_dense() const noexcept {
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Outside beds, only a round bur cuts, and not while the difference of the last bed decreases.
+  // Outside beds, only a round bur cuts, and only after the pose's jump at the last bed has decreased to zero.
   cuts_free_ = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
   free.cuts = cuts_free_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
@@ -417,7 +417,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
   const double lever = r / 2e-3;  // radius / reference radius (2 mm)
-  // displaced bone / that in a bed as wide as the core
+  // bone that the thread displaces / bone that it displaces in a bed as wide as the core
   const auto displaced = [&](double bore) { return outward * outward - bore * bore; };
   const double narrow = displaced(std::min(bed.radius, core)) / displaced(core);
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever * narrow;

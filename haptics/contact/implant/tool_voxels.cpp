@@ -12,7 +12,7 @@ namespace {
 
 // A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger.
 constexpr double kFacingEnd = 0.5;
-// voxels; up to this distance from the axis, 1/r is averaged over the voxel
+// voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
 constexpr int kNear = 4;
 constexpr int kParts = 8;           // parts of an edge for this average
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors

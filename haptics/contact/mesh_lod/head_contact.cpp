@@ -24,7 +24,7 @@ double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const no
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
 
-/// Makes list_ valid for the head's centre at c.
+/// Makes list_, the contact points near the head, valid for a head with its centre at c.
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
   if (HeadPoints* const prepared = std::exchange(prepared_, nullptr);
       prepared && moved_since(*prepared, c) <= prepared->kept) {
@@ -43,7 +43,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Makes one part of the next list per tick, so that it is complete before it is needed.
+/// Makes one part of the next list of contact points per tick, so that the list is complete before it is needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!listed_ || list_.points.empty()) return;
   if (!lister_.open()) {

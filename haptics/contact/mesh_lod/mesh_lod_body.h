@@ -1,4 +1,4 @@
-// The carver's part of "mesh_lod": the levels of detail, and the mesh that cuts change.
+// The carver's part of "mesh_lod": the meshes of all levels of detail, and the mesh that is changed by cuts.
 #pragma once
 
 #include <optional>

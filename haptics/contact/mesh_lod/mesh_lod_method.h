@@ -7,7 +7,7 @@ namespace typodont::haptics::mesh_lod {
 
 inline constexpr std::string_view kName = "mesh_lod";
 
-/// The parameters, and the method with them. Throws Error.
+/// Reads the parameters, and creates the method with them. Throws Error.
 SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -31,7 +31,7 @@ constexpr double kNextReach = 0.25;
 constexpr int kCollectedPerTest = 4;
 // m; a face no higher than this above the plane of another face needs no plane
 constexpr double kBelow = 1e-11;
-// m, as kBelow, for a test in single precision
+// m, like kBelow, but for a test in single precision
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wall between tissues
 // m, search distance for the surface of a new mesh
@@ -67,8 +67,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Lists the planes that are above q or less than `clear` below it. A plane: normal · x = -distance, relative to the
-/// centre.
+/// Lists the planes that q is behind, or less than `clear` in front of. A plane: normal · x = -distance; x and q are
+/// relative to the same centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -409,7 +409,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kMinAlong)) return;
   const double direction = (glm::dot(plane.n, c_ - at.p) - plane.gap) / along;
   const dvec3 other = at.p + direction / size * off - c_;
-  // Ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
+  // The extended step ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].gap - kStays) return;

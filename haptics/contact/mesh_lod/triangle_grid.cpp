@@ -123,7 +123,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // Faces of a cell have the order of the mesh.
+  // Lists the faces of each cell in the order of the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {

@@ -145,8 +145,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two floods have met: appends the smaller list to the larger. Its unvisited neighbours follow, some of
-            // them twice.
+            // Two flood fills have met: appends the smaller list to the larger. Its unvisited neighbours follow, some
+            // of them twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -159,7 +159,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        // this flood fill ended without meeting another: a loose piece
+        // this flood fill ended without meeting another, so its spheres are a loose piece
         loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);

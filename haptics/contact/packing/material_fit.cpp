@@ -25,7 +25,7 @@ struct Moment {
   double gain = 0;  // N, force if all densities were 1
 };
 
-/// Returns force / cutting power in N/W by Preston's law (as `earn` in the servo): power = μ_c · efficiency · F · R ·
+/// Returns force / cutting power in N/W by Preston's law (like `earn` in the servo): power = μ_c · efficiency · F · R ·
 /// ω. Ignores the motor's loss of speed under load.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;

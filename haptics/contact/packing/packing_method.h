@@ -11,7 +11,7 @@ namespace typodont::haptics::packing {
 
 inline constexpr std::string_view kName = "packing";
 
-/// The parameters, and the method with them. Throws Error.
+/// Reads the parameters, and creates the method with them. Throws Error.
 SharedContactMethod read(Keys& keys);
 
 /// A packing that was computed or read, with the parameters of the method.

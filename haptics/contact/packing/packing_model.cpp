@@ -24,10 +24,10 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
 // rad, largest rotation per cut; the error of the chord is then at most 5e-5 of the reach
 constexpr double kMaxTurn = 0.02;
-// N, force limit of a dental scene. A proxy that moves back along its path changes the force as fast as in "offset" up
-// to this force limit; in a scene with a larger one, faster in proportion.
+// N, force limit of a dental scene. When the proxy moves back along its path, the force changes as fast as in "offset"
+// if the scene's limit is at most this; with a larger limit, faster in proportion.
 constexpr double kDentalForces = 20;
-// m/s, largest speed of the farthest point. Hands are slower, and jumps need little time.
+// m/s, largest speed of the tool's farthest point. Faster than any hand, so the proxy catches up soon after a jump.
 constexpr double kFastest = 5;
 
 // With a large contact, a tick advances about ten nanometres but changes thousands of spheres, so cuts are postponed.
@@ -249,7 +249,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Pass 2. The last estimate is reused while a cut is postponed and the head rests.
+/// Pass 2: estimates the tissue in contact. While a cut is postponed and the head rests, the last estimate is reused.
 void PackingModel::estimate_tissue() noexcept {
   const Pose& X = proxy().pose();
   if (postponed_for_ > 0 && surface_.volume > 0) {
@@ -320,8 +320,8 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the largest fraction of the motion, at most `most`, that the energy budget pays for; up to 15 % of the
-/// budget may remain. Increases the last step's fraction until it costs too much, then alternates secant and bisection.
+/// Returns the largest fraction of the motion, at most `most`, whose energy fits the budget; up to 15 % of the budget
+/// may remain. Increases the last step's fraction until it costs too much, then alternates secant and bisection.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;

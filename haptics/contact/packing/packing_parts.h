@@ -83,7 +83,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// As carve() above, but searches the near spheres itself.
+/// Like carve() above, but searches the near spheres itself.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -24,7 +24,7 @@ using packing::DepthField;
 constexpr int kEdge = 4;  // grid nodes along each edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
 // The free radius of a node is that of the largest sphere that fits around it. It is stored up to this multiple of the
-// limit.
+// radius limit.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / largest allowed radius
 // In grid spacings. When the largest free radius is smaller, a finer grid is made.
@@ -360,7 +360,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at p, at most the limit. If it is below `enough`, any value up to `enough`.
+  /// Free radius at p, at most the radius limit. If it is below `enough`, may return any value up to `enough`.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {

@@ -22,7 +22,7 @@ constexpr int kStuck = 8;
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations per projection
 constexpr double kSettled = 1e-12;  // m, smaller changes end the iteration of a projection
-// m; a shorter remaining motion counts as arrived
+// m; the proxy has arrived if the remaining motion is shorter
 constexpr double kArrived = 1e-10;
 // rad, largest rotation per step; the error of the chord is then at most 5e-5 of the reach
 constexpr double kMaxTurn = 0.02;
@@ -472,7 +472,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Index in contacts_ of these spheres' contact; count_: none.
+/// Index in contacts_ of the contact between these two spheres; count_: none.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;

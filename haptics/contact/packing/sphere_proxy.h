@@ -107,7 +107,7 @@ class SphereProxy {
   /// A motion from the current pose of the proxy.
   struct Motion {
     Pose to;
-    // m: motion of the origin of frame T. Chord of the unit circle for the rotation.
+    // shift: m, motion of the origin of frame T. turn: chord of the rotation's angle on the unit circle.
     double shift = 0, turn = 0;
     /// Upper bound of the motion of a sphere that is `arm` (m) from the origin of frame T, m.
     double travel(double arm) const { return shift + turn * arm; }

@@ -16,7 +16,7 @@ constexpr double kSamples = 48;  // samples along the longest side
 // step of a chain / radius; the notches between its spheres are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
 // kCells: nodes across the radius. kRingStep: step in a ring / radius. kMinCovered: smallest new volume of a ring /
-// head.
+// volume of the head.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 

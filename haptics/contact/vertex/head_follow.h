@@ -14,21 +14,21 @@ namespace typodont::haptics::vertex {
 
 /// Lengths are in units of the head's radius.
 struct FollowParameters {
-  // Largest motion per iteration. It is short, because the bounds by points are linear approximations.
+  // In radii, largest motion per iteration; short, because the limits by points are linear approximations.
   static constexpr double step = 0.15;
-  // Iterations per round. Then a new list is made if the head has moved by more than `kept`.
+  // Iterations per round. Then the list of mesh points is made again if the head has moved by more than `kept`.
   static constexpr int looks = 2;
-  // Largest number of rounds per tick: at most 16 × 2 × 0.15 = 4.8 radii near points.
+  // Largest number of rounds per tick; so near points, the head moves at most 16 × 2 × 0.15 = 4.8 radii.
   static constexpr int rounds = 16;
   // Fraction of the longest step; shorter steps end the motion.
   static constexpr double settled = 0.2;
-  // If a point is deeper inside the head than this, the head counts as inside tissue and is moved out.
+  // In radii. If a point is deeper inside the head than this, the head counts as inside tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// After a longer motion of the head, points are listed again.
+  /// In radii; after a longer motion of the tool's head, the list of near mesh points is made again.
   static constexpr double kept = 0.15;
-  /// Distance from the head within which points are listed.
+  /// In radii, distance from the tool's head within which mesh points are listed.
   static constexpr double margin = kept + looks * step;
-  /// Largest motion per iteration, m. `left`: m to the hand.
+  /// Largest motion per iteration, m. `left`: distance to the hand, m.
   static double longest_step(double radius, double left) noexcept {
     return std::clamp(left, 0.01 * radius, step * radius);
   }

@@ -61,7 +61,7 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// Number of overlapping balls above which crowd_ excludes faces first. Usually there are at most about 60.
+// If more balls than this overlap a face's ball, faces are first excluded with crowd_. Usually at most about 60 do.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_.
 constexpr std::size_t kMaxInCrowd = 1 << 15;
@@ -619,8 +619,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // Limits for the faces afterwards. At tiny edges, they are weaker for faces that exceed them already; otherwise tiny
-  // edges could never be removed.
+  // Limits for the faces after the collapse. At tiny edges, they are weaker for faces that exceed them already;
+  // otherwise tiny edges could never be removed.
   const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto min_area = [&](const dvec3& before) {
     const double least = P::min_area * edge * edge;
@@ -843,7 +843,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, faces away from the head may cross faces towards it, so these are tested too if they share a vertex.
+      // At a fold, faces away from the head may cross faces that point to the head: tested too if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_search_number_ || edge_seen_[v[1]] == edge_search_number_ ||

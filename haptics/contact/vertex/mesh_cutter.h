@@ -21,12 +21,12 @@ namespace typodont::haptics::vertex {
 
 /// Most lengths are ratios to the target edge length.
 struct CutParameters {
-  // Longer edges are split before the cut (Botsch & Kobbelt 2004).
+  // In target edge lengths; longer edges are split before the cut (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shorter edges are collapsed
-  // Head's motion per step; short, so no face turns far.
+  // In target edge lengths, motion of the head per step; short, so that no face turns far.
   static constexpr double step = 0.5;
-  // Largest motion of a vertex per step. A vertex that needs more belongs to another wall, and stays.
+  // In target edge lengths, largest motion of a vertex per step; a vertex that needs more belongs to another wall.
   static constexpr double farthest = 3;
   // smallest cosine between a face's normals before and after
   static constexpr double min_turn = 0.2;
@@ -40,11 +40,11 @@ struct CutParameters {
   static constexpr double flat_fold = -(1 - 1e-6);
   // height / longest edge below which a face is a sliver
   static constexpr double flattest = 0.12;
-  // An edge shorter than this may collapse even if a badly shaped face remains.
+  // In target edge lengths; a shorter edge may collapse even if a badly shaped face remains.
   static constexpr double tiny = 0.1;
   // smallest area of a face after a collapse, in half squared target edges
   static constexpr double min_area = 1e-6;
-  // Longest edge after a merge; the next cut splits edges above `longest`.
+  // In target edge lengths, longest edge after a merge; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
   // With more faces near the head, no edge is split. As a ratio to the number of equilateral faces that would cover the
   // head. Usually about two; more only at the rim of a membrane.

@@ -17,7 +17,7 @@ struct Parameters {
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };
 
-/// The parameters, and the method with them. Throws Error.
+/// Reads the parameters, and creates the method with them. Throws Error.
 SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::vertex

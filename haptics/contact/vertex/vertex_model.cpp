@@ -558,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits some ticks after the last.
+    // A new cut waits some ticks after the last cut.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;

@@ -15,7 +15,7 @@ struct Parameters {
   int shared_load = 10;
 };
 
-/// The parameters, and the method with them. Throws Error.
+/// Reads the parameters, and creates the method with them. Throws Error.
 SharedContactMethod read(Keys& keys);
 
 }  // namespace typodont::haptics::voxel_penalty

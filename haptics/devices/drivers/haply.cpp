@@ -91,7 +91,7 @@ class HaplyDevice : public HapticDevice {
           continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // Sent only once for several invalid messages, because the service answers it with the next state.
+        // After several invalid messages, zero force is sent once, because the service answers it with the next state.
         if (!rubbish) release();
         rubbish = !state;
         continue;
