@@ -18,7 +18,7 @@ struct Advance {
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// Component of w away from the axis, for samples within `reach`.
+  /// Component of the motion w away from the axis: largest and smallest value over the samples within `reach`.
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
@@ -27,8 +27,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Largest n·w. The normals rotate from the first piece's first normal (straight down at a tip) to the last piece's
-  // last. If one is parallel to w, the result is |w|; otherwise it belongs to the first or last.
+  // Largest n·w (n: normal). The normals rotate from the first piece's first normal (straight down at a tip) to the
+  // last piece's last. If one is parallel to w, the result is |w|; otherwise it belongs to the first or last.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -38,7 +38,7 @@ struct Work {
   // Terms that are equal along rows; one row per lane.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // array index of the first sample of each row
-  // z of samples i to i + 7, from A
+  // z of samples i to i + 7, relative to A
   F8 z[kLongest];
   // each element: (z of the first sample << 16) | row
   std::uint32_t groups[kGroups];
@@ -139,7 +139,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // rounding error of the test against A
+  // rounding error of the test whether a sample is ahead of A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -156,7 +156,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // Each row's interval [low, high), without the emptied hole.
+      // Each row's interval [low, high) of samples that can change, without the hole that is empty already.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -415,7 +415,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
             safe_travel_of.put(row, z0 - stretch, safe_travel);
             live[row] |= static_cast<std::uint64_t>(bits_of(safe_travel < b.ahead + b.slip)) << (z0 - stretch);
-            __builtin_prefetch(b.tissue + first);  // prefetches the labels, which the list will read soon
+            __builtin_prefetch(b.tissue + first);  // prefetches the labels, which are needed soon for the list
           }
           float safe_travel = min_safe_travel[0];
           for (int i = 1; i < 8; ++i) safe_travel = std::min(safe_travel, min_safe_travel[i]);

@@ -47,7 +47,7 @@ class VoxelStamp;
 /// hardness.
 PerTissue carve(TissuePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// As carve() above, but removes the whole voxels of `stamp`.
+/// Like carve() above, but removes the whole voxels of `stamp`.
 PerTissue carve(TissuePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 

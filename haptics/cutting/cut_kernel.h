@@ -19,7 +19,7 @@ struct Taken {
   RemovedVolume* removed;
   GradedSamples graded;  // a copy, so that its pointers stay in registers
   Ints units = {};
-  // Sum of units × hardness byte: low 16 bits; rest.
+  // Sum of removed units × hardness byte, divided into its low 16 bits and the rest.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;

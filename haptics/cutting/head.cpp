@@ -33,7 +33,7 @@ struct HeadBlock {
   // can be nearest.
   int kind;
   bool beside;  // true: samples may be deeper during the motion than at its end
-  // voxels, smallest approach of the head to a sample
+  // voxels, smallest distance by which the motion brings the head nearer to a sample
   float slowest;
 
   /// Address of the sample near the centre.
@@ -466,7 +466,7 @@ class HeadBatch {
         BlockSafeTravel found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // A block partly outside the tissue patch has safe travel 0.
+        // A block partly outside the tissue patch has safe travel 0: it is examined again in the next cut.
         safe_travel_[lane] = clipped_[lane] ? 0 : found.safe_travel;
       }
       *due_[lane] = again ? path_length : path_length + (safe_travel_[lane] - slip);
@@ -541,7 +541,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       Leaf* leaf;
       float* due;
     } added[8];
-    /// Cuts a block and returns its safe travel.
+    /// Cuts a block and returns how far the head may move before a sample can change, voxels.
     const auto carve_block = [&](int lane, Leaf& leaf) {
       HeadBlock block;
       float safe_travel;
@@ -633,7 +633,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSafeTravel found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kRowLength};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // A block partly outside the target has safe travel 0.
+              // A block partly outside the target has safe travel 0: it is examined again in the next cut.
               safe_travel = clipped ? 0 : found.safe_travel;
               kinds[z - z0] = block.kind;
             }

@@ -78,7 +78,7 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
         travel = pick(raised, zero, least - depth);
         travel = pick(full | no_less(depth, inner), no_end, travel);
         if (found.live) {
-          // prefetches the labels, which the list will read soon
+          // prefetches the labels, which are needed soon for the list
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), travel), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

@@ -5,7 +5,7 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// As carve_head_block() for a whole block of a leaf, but without volume and safe travel. Only for blocks in which no
+/// Like carve_head_block() for a whole block of a leaf, but without volume and safe travel. Only for blocks in which no
 /// sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {

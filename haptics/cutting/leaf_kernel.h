@@ -29,8 +29,8 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
               pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  // Squared distances of a group's samples differ from d² by at most 2 (kHalfY |d_y| + kHalfZ |d_z|), and upwards by
-  // kHalf2 more.
+  // Let d be the vector to a group's centre: squared distances of its samples differ from d² by at most 2 (kHalfY |d_y|
+  // + kHalfZ |d_z|), and upwards by kHalf2 more.
   const Floats min_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
   const Floats hole2 =
@@ -106,11 +106,11 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // Raised samples are now at the ball's surface: safe travel 0.
+  // Raised samples are now at the ball's surface, so any further motion of the ball can change them: distance 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats min_safe_travel = never;
   const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // distance of approach until the sample changes; a sample at kInner (3 voxels) never changes
+    // distance that the ball must approach until the sample changes; a sample at kInner (3) never changes
     const Floats now = load(at);
     min_safe_travel =
         lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));

@@ -62,7 +62,7 @@ TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  // voxels, rounding error of the test against the plane through A
+  // voxels, rounding error of the test whether a sample is ahead of the plane through A, the start of the motion
   constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
@@ -199,9 +199,9 @@ struct HeadRows {
 
 /// Bounds at the middle of each group.
 struct HeadSides {
-  // voxels: half the length of a group along z; the component of this across the axis
+  // voxels: half the length of a group along z; component of this half perpendicular to the axis
   float half, off;
-  float across;  // voxels, motion across the axis
+  float across;  // voxels, motion perpendicular to the axis
   // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the
   // motions of a sample and of the group's middle.
   float bend[3], turned;

@@ -320,7 +320,7 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // Smallest component of w away from the axis, within kHalf.
+  // Smallest component of the motion w away from the axis, over the samples within kHalf.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -329,7 +329,7 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  // Largest n·(-w), which is the negative of the smallest n·w.
+  // Largest n·(-w) (n: normal, w: motion of a sample), which is the negative of the smallest n·w.
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= path.turned * kHalf + rounding;
 }

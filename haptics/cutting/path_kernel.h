@@ -110,8 +110,8 @@ TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsig
   return found;
 }
 
-/// Upper bound of n·w over the pieces that can be nearest. `away`, `along`: components of w across and along the axis;
-/// `tip`: the sample may be nearest to a tip.
+/// Upper bound of n·w over the pieces that can be nearest. `away`, `along`: components of the motion w perpendicular to
+/// the axis and along it; `tip`: the sample may be nearest to a tip.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // The normals rotate from that of the first piece (straight down at a tip) to that of the last piece. If one is

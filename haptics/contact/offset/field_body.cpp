@@ -202,7 +202,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // The coarse tissue patch is never a step, because the servo cuts it in longer steps.
+    // The coarse tissue patch is never sent as a PatchStep, because the servo cuts it in longer steps.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {

@@ -82,7 +82,7 @@ struct StepLimitParameters {
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // factor by which the limit may be exceeded
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
-  // s of motor power that past cuts have consumed too much; above this, the bur is slowed down
+  // s; energy that past cuts used beyond the motor's work / the motor's power. Above this, the bur is slowed down.
   static constexpr double free_deficit = 3e-3;
   static constexpr double standing_deficit = 12e-3;  // s; as `free_deficit`, but the bur stops
 };
@@ -100,9 +100,9 @@ struct FallParameters {
   static constexpr double gain = 5;
   // A fall also needs a larger cosine between the mean push and the opposite of the gained velocity.
   static constexpr double along = 0.3;
-  // N/s; speed × stiffness that is always allowed at landing
+  // N/s; a speed × stiffness of the falling bur up to this is always allowed
   static constexpr double landing_slew = 12;
-  // factor × the hand's mean speed is always allowed at landing
+  // a speed of the falling bur up to this factor × the hand's mean speed is always allowed
   static constexpr double growth = 1.2;
   // N/s, largest (hand's speed - bur's speed) × stiffness during a fall
   static constexpr double brake = 12;
@@ -168,7 +168,7 @@ struct CoarseParameters {
 
 /// Placing of filling by a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s; filling delivered in longer time without room is lost
+  // s; if there is no room for the filling, only that of this time is kept for later
   static constexpr double waits = 0.05;
   // Length of the field's gradient above which one surface is nearest. It is about 1 there, and smaller midway between
   // two surfaces.
@@ -177,7 +177,7 @@ struct FillingParameters {
   static constexpr double search_step = 0.25;
   static constexpr double step = 0.25;   // voxels by which the radius may always grow per tick
   static constexpr double max_step = 1;  // voxels, largest growth of the radius per tick
-  // s of delivery placed per tick beyond what still waits
+  // s; per tick, the ball of filling may grow by what still waits plus the filling of this time
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
   // smallest free fraction of its surface with which a ball of filling grows

@@ -99,7 +99,7 @@ bool ContactFinder::find_by_offset(const TissuePatch& patch, const dvec3& c, Con
       distance = edge.gap + radius_;
       n = edge.n;
     } else {
-      // If this fails, two walls influence the field there.
+      // If this condition is not met, two walls influence the field at the foot point.
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -136,7 +136,7 @@ bool ContactFinder::seat(const TissuePatch& patch, const dvec3& target, const dv
   return alone || seat_on_wall(patch, target, c, seated, set, alone);
 }
 
-/// As seat(), at the crease of the last contact, if no other tissue is near.
+/// Like seat(), but for a ball on the crease of the last contact, if no other tissue is near.
 bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                    ContactSet& set) const noexcept {
   const Crease* crease = set.known_.last();
@@ -154,7 +154,7 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   }
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
-  // Other tissue at the ball?
+  // Checks whether the ball touches other tissue.
   const Found found = samples_->search_around(patch, {on, {}}, static_cast<float>(S::near), set.approximate_);
   for (int i = 0; i < found.count; ++i) {
     const dvec3 x = on + dvec3(set.approximate_.x[i], set.approximate_.y[i], set.approximate_.z[i]);
@@ -529,7 +529,7 @@ bool ContactFinder::descend(const TissuePatch& patch, const Pose& X_VT, dvec3& x
   return true;
 }
 
-/// Finds the sheet's point nearest to the head.
+/// Finds the point of a sheet (one smooth surface of the tissue) that is nearest to the head.
 bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept {
   dvec3 n, m, last(0);
   if (sphere_) {

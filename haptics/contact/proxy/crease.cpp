@@ -43,7 +43,7 @@ bool land(const TissuePatch& patch, dvec3 x, Landing& landing) noexcept {
   return false;
 }
 
-/// Largest difference between a sheet and the samples two voxels from `at` along the axes. `f`: sample there.
+/// Largest difference between a sheet (smooth surface) and the samples two voxels from `at`; `f`: sample at `at`.
 double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::ivec3& at, const Sheet& sheet) noexcept {
   double most = 0;
   for (int i = 0; i < 3; ++i) {
@@ -56,7 +56,7 @@ double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::i
   return most;
 }
 
-/// Fits a sheet to the samples around the voxel `at`, by fourth-order differences along the axes.
+/// Fits a sheet (smooth surface) to the samples around the voxel `at`, by fourth-order differences along the axes.
 bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept {
   const glm::ivec3 q = at - patch.lo;
   const std::ptrdiff_t step[3] = {static_cast<std::ptrdiff_t>(patch.n) * patch.n, patch.n, 1};
@@ -92,7 +92,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
-  // A curved fit may mix two sheets.
+  // A curved fit may be a mixture of two smooth surfaces.
   return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
@@ -102,8 +102,8 @@ double extent(const dvec3& n) noexcept {
   return std::max({2 * a.x, 2 * a.y, 2 * a.z, a.x + a.y, a.y + a.z, a.x + a.z});
 }
 
-/// A sheet that was fitted beside the crease. `at`: voxel at the centre of its samples; `along`: unit vector along the
-/// sheet away from the crease.
+/// A sheet (smooth surface) that was fitted beside the crease. `at`: voxel at the centre of its samples; `along`: unit
+/// vector along the sheet away from the crease.
 struct Fitted {
   Sheet sheet;
   dvec3 at{0}, along{0};
@@ -126,7 +126,7 @@ bool fit_beyond(const TissuePatch& patch, const Landing& place, const dvec3& awa
                              [&](double farther) { return fit_beyond(patch, place, away, farther, fitted); });
 }
 
-/// A place beside the crease. `group`: number of the sheet that was fitted there, or -1.
+/// A surface point beside the crease. `group`: number of the sheet (smooth surface) that was fitted there, or -1.
 struct Place {
   Landing at;
   bool landed = false;
@@ -134,7 +134,7 @@ struct Place {
   int group;
 };
 
-/// Searches the surface in all directions around the crease at x. A place beyond the edge is searched from below.
+/// Searches surface points in all directions around the crease at x; beyond the edge, from below.
 void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
@@ -149,7 +149,7 @@ void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, dou
   }
 }
 
-/// The sheets beside a crease, each represented by the first one of its fits.
+/// The sheets (smooth surfaces) that meet at a crease, each represented by the first one of its fits.
 struct Groups {
   int count = 0;
   const Fitted* first[Crease::kMost] = {};
@@ -171,7 +171,7 @@ struct Groups {
     }
     return sum;
   }
-  /// Adds a place to its sheet, or begins a new sheet. Returns false if there are more sheets than a corner can have.
+  /// Adds a point to its sheet, or begins a new sheet. Returns false if there are more sheets than a corner can have.
   bool add(Place& place) noexcept {
     for (place.group = 0; place.group < count; ++place.group) {
       dvec3 n;
@@ -200,15 +200,15 @@ bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int
   return false;
 }
 
-/// Fits a sheet at each place, and groups those that belong to the same sheet. Returns false if there are not two or
-/// three sheets.
+/// Fits a sheet (smooth surface) at each point, and groups points that belong to the same sheet. Returns false if there
+/// are not two or three sheets.
 bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
   for (Place& place : around) {
     if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
   }
   if (groups.count < 2) return false;
-  // A place below two sheets, or with a normal along their line, belongs to a third sheet. Fits it farther away from
-  // the other two.
+  // A point below two sheets, or with a normal along the line where they meet, belongs to a third sheet, which is
+  // fitted farther away from the other two.
   const dvec3 line = glm::normalize(glm::cross(groups.first[0]->sheet.n, groups.first[1]->sheet.n));
   for (Place& place : around) {
     if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;
@@ -334,7 +334,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
     }
   }
   if (!agrees_around(patch, x, crease)) return false;
-  // Is there a further sheet below a place? Interpolated places on a sharp ridge lie too deep, so a sample decides.
+  // Is there another surface below a point? On a sharp ridge, interpolated points lie too deep, so a sample decides.
   return std::ranges::none_of(around, [&](const Place& place) {
     if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
     const dvec3 below = glm::floor(place.at.x - C::below * place.at.n + 0.5);
@@ -342,7 +342,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
   });
 }
 
-/// Returns false if another sheet cuts the line of two sheets near x.
+/// Returns false if a third smooth surface cuts the line, near x, in which two of them meet.
 bool line_goes_on(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
   dvec3 on = x, n[2];
   if (crease.count != 2 || !crease.onto_line(0, 1, on, n)) return false;
@@ -356,7 +356,7 @@ bool line_goes_on(const TissuePatch& patch, const dvec3& x, const Crease& crease
   return true;
 }
 
-/// Fits the sheets of an edge or rim again, near its point x. Returns false if that fails.
+/// Fits the sheets (smooth surfaces) of an edge or rim again, near its point x. Returns false if that fails.
 bool follow(const TissuePatch& patch, const dvec3& x, Crease& crease) noexcept {
   if (crease.count != 2) return false;
   Fitted known[Crease::kMost];

@@ -469,7 +469,7 @@ Found HeadSamples::search_around(const TissuePatch& patch, const Pose& X_VT, flo
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
-  // A head outside a whole tissue patch touches nothing, and its indices could overflow.
+  // A head completely outside a tissue patch that contains all tissue touches nothing; its indices could overflow.
   const int edge = 2 * (static_cast<int>(reach) + 8);
   if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
     return found;

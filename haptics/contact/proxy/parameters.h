@@ -113,11 +113,11 @@ struct CreaseParameters {
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
   static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
-  // farther: distances beyond the place at which a sheet is fitted. height: distance above the sheet.
+  // farther: distances of the fit from a surface point, along the surface. height: distance above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // along a narrow sheet, away from the others
   static constexpr double away_step = 3;
-  // smallest distance between a fit's samples and other sheets' samples
+  // smallest distance between a fit's samples and those of other smooth surfaces
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel
@@ -139,7 +139,7 @@ struct CreaseParameters {
   // A surface point belongs to a third sheet if it lies missed_below under the first two, or if the cosine between its
   // normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  // a sample below the surface that differs more shows a further sheet
+  // a sample below the surface that differs by more shows that there is another surface
   static constexpr double missed_by = 0.3;
   // Distances from the point where a crease was fitted: up to `reused` it is used again; up to `followed` its sheets
   // are fitted again without a search.
