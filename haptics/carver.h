@@ -24,7 +24,7 @@ class Carver {
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Repeats a cut of the servo; cuts must arrive in order and without gaps. Cuts with only short pauses form one
-  /// stroke. Pieces that a cut separates are removed, and a new snapshot is then due. Deterministic.
+  /// stroke. Pieces that a cut separates are removed; the servo then needs a new snapshot. Deterministic.
   void apply(const Cut& cut);
   /// Returns the loose pieces removed since the last call.
   std::vector<LoosePiece> take_pieces();

@@ -39,7 +39,7 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 
 // Largest distance from a sample's curved path to its straight segments, voxels.
 constexpr double kBend = 0.01;
-// As kBend, for a round end; the correction Straight::bend_turn makes the real error much smaller.
+// voxels; like kBend, but for a round end; the correction Straight::bend_turn makes the real error much smaller
 constexpr double kMaxBend = 0.03;
 
 }  // namespace

@@ -86,15 +86,15 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Cuts along a long path, for a head that is not a ball. `known` (may be null): path lengths at which blocks are
-  /// due; blocks that are not due are skipped.
+  /// Cuts along a long path, for a head that is not a ball. `known` (may be null): path lengths at which blocks must be
+  /// examined; before them, blocks are skipped.
   bool carve_path(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// Cuts the blocks in one part of the active front, for a head that is not a ball. `listed`: number of groups (8 or
   /// 16 samples along z) that were added to the list.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Cuts without lists of groups: examines each due block in the selected parts of the active front. `parts`: one bit
-  /// for each part.
+  /// Cuts without lists of groups: examines the blocks in the selected parts of the active front whose path length has
+  /// come. `parts`: one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if the tissue patch contains all samples that another patch has listed around the head.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;

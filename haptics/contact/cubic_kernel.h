@@ -18,7 +18,7 @@ TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weigh
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// As weigh(), but the results are multiples of 2^-29. The weights add up to exactly 1, the derivatives to exactly 0.
+/// Like weigh(), but the results are multiples of 2^-29: the weights add up to exactly 1, the derivatives to exactly 0.
 template <std::size_t powers>
 TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;

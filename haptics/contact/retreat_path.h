@@ -48,7 +48,7 @@ class RetreatPath {
   static constexpr double kSpacing = 0.5;  // voxels, smallest distance between consecutive points of the path
   // smallest cosine between path and pull towards the hand
   static constexpr double kTowards = 0.3;
-  // voxels; nearer points count as the same place
+  // voxels; points nearer to each other count as the same point
   static constexpr double kSamePlace = 0.7;
   // voxels; farther from the last point, a new path starts
   static constexpr double kLeap = 8;

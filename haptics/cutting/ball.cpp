@@ -123,8 +123,8 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. Continued
-/// sweeps examine only samples ahead of A, outside the emptied ball there. Returns true if a sample changed.
+/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. If the sweep
+/// continues the last one, examines only samples ahead of A that the ball at A left. Returns true if a sample changed.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -134,7 +134,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
   // In a continued sweep, a ball of radius `inner` around A is empty already.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  // z of A from a row's first sample
+  // z of A relative to a row's first sample
   const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
@@ -246,7 +246,7 @@ struct BallBlocks {
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
   glm::ivec3 held_lo, held_hi;  // box of the tissue patch
-  // path lengths of the blocks, from the first block on
+  // path lengths at which the blocks must be examined again, from the first block on
   float* due;
   int due_x, due_y;
   float path_length;  // path length at the end of this sweep
@@ -316,8 +316,8 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Cuts the blocks that are due at the current path length, and sets when they are due next. Lists groups that may
-/// change within `ahead`.
+/// Cuts the blocks that must be examined at the current path length, and sets the path length of their next
+/// examination. Lists groups that may change within `ahead`.
 template <bool capsule>
 TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;

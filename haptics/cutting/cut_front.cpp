@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// additional blocks around the front, so that it moves seldom
+// additional blocks around the front's box, so that the box moves seldom
 constexpr int kBorder = 2;
 // largest number of groups; fronts of dental burs have fewer
 constexpr std::size_t kGroups = 1 << 15;

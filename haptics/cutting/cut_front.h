@@ -57,7 +57,7 @@ class CutFront {
     std::uint8_t* label;   // tissue of these samples
   };
 
-  /// Call it after a filling, an undo or cuts by another tool, because they make every safe travel invalid.
+  /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than the front states.
   void forget() noexcept { known_ = false; }
   /// Position of a group in a tissue patch with the edge n that starts at voxel `patch_lo`.
   struct Place {
@@ -179,7 +179,7 @@ class CutFront {
   /// per tick.
   int renewed_early(double travel) const noexcept;
 
-  /// Table of the distance's terms that depend only on z.
+  /// Table of those terms of the distance that depend only on z. `k`: number of the table.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kRowLength + kBeyond); }
 
   // Spare elements of each table, because a group may begin at the front's last sample.

@@ -29,8 +29,8 @@ struct HeadBlock {
   // depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // Piece that is nearest to all samples, between its ends; otherwise kManyPieces plus a bit mask of the pieces that
-  // can be nearest.
+  // Piece of the meridian that is nearest to all samples, between its ends; otherwise kManyPieces plus a bit mask of
+  // the pieces that can be nearest.
   int kind;
   bool beside;  // true: samples may be deeper during the motion than at its end
   // voxels, smallest distance by which the motion brings the head nearer to a sample
@@ -317,8 +317,8 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  /// Returns true if samples must be read to decide for `ahead`; `block` receives the part in the target. Otherwise
-  /// `safe_travel` is set.
+  /// Returns true if samples must be read to decide whether they change within `ahead` voxels; `block` receives the
+  /// part inside the target. Otherwise sets `safe_travel`.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& safe_travel, bool& clipped) const {
     const float d = seen_.distance[lane];
     safe_travel = d - (Sweep::kMargin + kHalf);
@@ -431,7 +431,7 @@ class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// `due`: receives the path length at which the block is due next. Returns true if the batch is full.
+  /// `due`: receives the path length at which the block must be examined next. Returns true if the batch is full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -458,7 +458,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch and sets when its blocks are due next. `path_length`: path length so far; `again`: due at once.
+  /// Cuts the batch, and sets the path length at which each block must be examined next; `again`: in the next cut.
   bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -571,7 +571,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.examine();
       for (int lane = 0; lane < lanes; ++lane) {
         const float safe_travel = carve_block(lane, *added[lane].leaf);
-        // while pose A is examined (k = 0), all blocks stay due, because pose B follows
+        // while pose A is examined (k = 0), all blocks must be examined again, because pose B follows
         if (k > 0) *added[lane].due = path + (safe_travel - slip);
       }
     };
@@ -587,8 +587,8 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
   }
 }
 
-/// Cuts the blocks that are due in one part of the front, and sets when they are due next. Lists groups that may change
-/// within `ahead`.
+/// Cuts the blocks of one part of the front that must be examined now, and sets the path length of their next
+/// examination. Lists groups that may change within `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -637,7 +637,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               safe_travel = clipped ? 0 : found.safe_travel;
               kinds[z - z0] = block.kind;
             }
-            // After pose A (k = 0), all blocks are due at once, because pose B follows.
+            // After pose A (k = 0), all blocks must be examined again at once, because pose B follows.
             row[z] = k == 0 ? -CutFront::kNever : path_length + (safe_travel - slip);
           }
           if (k == 0) continue;

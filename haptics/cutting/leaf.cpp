@@ -69,7 +69,7 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   // voxels: reach of the sweep; rounding error of a depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // A leaf farther from B than the sweep is unchanged.
+  // A leaf that is farther from B than the sweep reaches does not change.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.safe_travel -= slip;

@@ -61,7 +61,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// As above; computes depths below the pieces that `block.kind` selects.
+/// Like the function above, but computes depths below the pieces that `block.kind` selects.
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);

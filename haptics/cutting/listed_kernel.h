@@ -85,7 +85,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      // groups behind A cannot increase
+      // samples behind A cannot increase
       if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
@@ -220,7 +220,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// Bit mask: groups that may be deeper during the motion.
+  /// Bit mask of the groups whose samples may be deeper during the motion than at its end.
   TYPODONT_INLINE unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);

@@ -38,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels, safe travel of a sample that can never change
+// voxels; motion of the head until a sample changes, if it can never change
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -28,7 +28,7 @@ namespace {
 
 namespace {
 
-// tan of half a corner's angle; at a sharper corner, a single line cannot decide alone
+// tan of half the angle at a corner; at a sharper corner, one line alone does not give the depth
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps; almost always less than ten
 // voxels, difference between the paths of a block's samples and that of its centre
@@ -91,7 +91,7 @@ struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
   // in frame T: start points, motions, second-order terms
   Points from, path, bend;
-  // fractions 0..1: maximum between a and b, now at s
+  // fractions 0..1 of the path: the maximum lies between a and b; s: current position of the search
   F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
@@ -127,7 +127,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins at `fraction`. x, y, z: voxels relative to HeadPose::base of the first pose.
+  /// Begins the search at `fraction` of the path. x, y, z: voxels relative to HeadPose::base of the first pose.
   TYPODONT_INLINE void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float fraction, float most) {
     set = pieces;
@@ -247,7 +247,7 @@ void examine_centres(const Straight* path_at, Centres* centres) {
   centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// As examine_centres(), in closed form, for blocks in which the line `line` alone decides.
+/// Like examine_centres(), but in closed form, for blocks in which the line `line` alone decides.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_line(const Straight* path_at, Centres* centres, int line) {
   const Straight& path = *path_at;
@@ -299,7 +299,7 @@ void examine_start(const Straight* path_at, const Centres* centres, AtStart* fou
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes by a lower bound of n·w. `rounding`: voxels, error of a motion's component along a normal.
+/// Computes AtStart::recedes by a lower bound of n·w (normal n, motion w). `rounding`: voxels, error of this product.
 TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -405,7 +405,7 @@ struct PathBlock {
   float top, n[3], fraction;
   // voxels, error of using the centre's path for all samples
   float bent;
-  float* due;    // receives the path length at which the block is due next; null: not stored
+  float* due;    // path length at which the block must be examined next; null: not stored
   unsigned set;  // bit mask of pieces that can be nearest
   // AtStart::line of this block; -1: no single line
   int line;
@@ -450,9 +450,9 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, smallest safe travel of the rows that are not read
+  // voxels, smallest motion of the head after which a row that is not read can change
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, safe travels in rows that are read but do not change
+  F8 read = F8{} + kNoEnd;  // voxels, motion until a row that is read can change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float reach_beside = block.unread(ix, iy); reach_beside >= 0) {
@@ -511,7 +511,7 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   return changed;
 }
 
-/// Raises eight listed samples to their largest depths.
+/// Raises eight samples of the list to their largest depths on the path.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;
@@ -524,7 +524,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // Evaluates the other end first, which is cut already.
+  // First evaluates the other end of the path, where the head has cut already.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -625,7 +625,7 @@ class PathPass {
         outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
         emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
 
-  /// Adds the block that starts at voxel `first`. `due` (may be null): receives when it is due next.
+  /// Adds the block that starts at voxel `first`. `due` (may be null): receives when it must be examined next.
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;
@@ -801,7 +801,7 @@ bool Sweep::carve_path(const HeadTarget& target, RemovedVolume* removed, const D
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(path.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + path.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kRowLength));
-    // The last part determines when blocks are due next.
+    // The last part determines when blocks must be examined next.
     PathPass pass(path, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {

@@ -35,8 +35,8 @@ void bend(Straight& path, const Pose& X_VA, const Pose& X_VM, double reach);
 /// Returns true if a round end continues flank `i` below.
 bool has_round_end(const MeridianPiece* pieces, int i);
 
-/// The path lengths of CutFront for blocks of 4 × 4 × 8 voxels; z is the fastest index. A sweep leaves them unchanged
-/// where it has no result.
+/// Path lengths at which blocks of 4 × 4 × 8 voxels must be examined (CutFront); z is the fastest index. A sweep leaves
+/// them unchanged where it has no result.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // index of first block; number of blocks along each axis
@@ -75,7 +75,7 @@ struct PathMaxima {
   std::uint8_t label[kCapacity];
 
   PathMaxima(const Straight& path_back, RemovedVolume* taken) : back(path_back), removed(taken) {}
-  /// Call it before `samples` samples are added; a full list is cut and emptied.
+  /// Call it before `samples` samples are added. If the list would be full, cuts its samples and empties it.
   void make_room(int samples) noexcept {
     if (count > kCapacity - samples) carve();
   }

@@ -15,11 +15,11 @@ class SafeTravelRows {
  public:
   static constexpr int kStretch = 64;  // samples of a row that are listed together
 
-  /// Stores the safe travel of eight samples.
+  /// Stores the safe travel (motion of the head until a sample can change) of eight samples.
   TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {
     std::memcpy(rows_ + row * kRow + z, &safe_travel, sizeof safe_travel);
   }
-  /// Smallest safe travel of the sixteen samples from z on, of those whose bits in `which` are set.
+  /// Smallest safe travel (motion until a sample can change) of those samples from z on whose bits in `which` are set.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;

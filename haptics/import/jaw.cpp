@@ -641,7 +641,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first walk finds roots in the plate. In the second walk, the rest of the plate absorbs.
+  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs the walk.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });

@@ -59,7 +59,7 @@ dvec3 point(const Mesh& mesh, int i) {
   return mesh.points[static_cast<std::size_t>(i)];
 }
 
-/// Adds the corners and the centre of a triangle to the repair places.
+/// Adds the corners and the centre of a triangle to the list of repaired positions.
 void add_place(const Mesh& mesh, const std::array<int, 3>& corners, MeshRepairs& repairs) {
   dvec3 middle(0);
   for (const int corner : corners) {

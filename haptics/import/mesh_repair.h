@@ -22,7 +22,7 @@ struct Border {
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Closes a border with a fan of triangles around its centre. Adds repair places, but counts no hole.
+/// Closes a border with a fan of triangles around its centre. Adds repaired positions, but counts no hole.
 void close_border(Mesh& mesh, const Border& border, MeshRepairs& repairs);
 
 /// Closes holes whose border is at most `longest` (m) long or has at most four edges.

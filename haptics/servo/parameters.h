@@ -69,7 +69,7 @@ struct LimitParameters {
   // Felt force / full force of the coupling. If it is lower for rest_time, the edges' force increases from the felt to
   // the full force.
   static constexpr double little_felt = 0.5;
-  // s with a ratio below little_felt until the edges' force begins to increase; the increase takes the same time.
+  // s; if the felt fraction of the force is below little_felt for so long, the edges' force begins to increase
   static constexpr double rest_time = 0.1;
   // Factor on k x (stiffness × retreat) that is subtracted from the allowed increase, because the proxy moves too.
   static constexpr double retreat_weight = 3;

@@ -23,7 +23,7 @@ struct FlatGrids {
   openvdb::Vec3d file_origin{0, 0, 0};
   std::string axes;
 };
-/// Names of the metadata that store the place.
+/// Names of the metadata that store the pose of imported tissue in its source file (FilePlace).
 inline constexpr std::array<const char*, 3> kFileRotation = {"typodont_file_rotation_x", "typodont_file_rotation_y",
                                                              "typodont_file_rotation_z"};
 inline constexpr const char *kFileOrigin = "typodont_file_origin", *kFileAxes = "typodont_file_axes";

@@ -153,7 +153,7 @@ struct TissueVolume::Impl {
   /// Logs a leaf unless already logged. `lo`: its first voxel.
   void log_write(const glm::ivec3& lo, LeafFront::Place& place);
 
-  /// As TissueVolume::copy_every(), for the samples from..to (inclusive).
+  /// Like TissueVolume::copy_every(), but only for the samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   /// A leaf's distances and labels.

@@ -93,7 +93,7 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
 }
 
-/// Reads the place from which the volume was imported. Throws Error with `name`.
+/// Reads where the tissue lies in the file from which it was imported. Throws Error with `name`.
 FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   glm::dmat3 rotation;
   for (int row = 0; row < 3; ++row) {

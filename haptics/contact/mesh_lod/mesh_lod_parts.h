@@ -1,4 +1,4 @@
-// Parameters of "mesh_lod", and the snapshot between its threads.
+// Parameters of "mesh_lod", and the snapshot that its carver thread passes to its servo thread.
 #pragma once
 
 #include <memory>

@@ -23,8 +23,8 @@ struct SearchParameters {
   static constexpr double foreseen = 1e-7;
   // voxels; with several contacts, a shorter step ends the search
   static constexpr double settled = 2e-5;
-  // voxels; as `settled`, while cutting. The remaining error is about the square of this, because the search converges
-  // quadratically.
+  // voxels; like `settled`, but while cutting. The remaining error is about the square of this, because the search
+  // converges quadratically.
   static constexpr double settled_cutting = 0.03;
   // largest number of iterations per tick
   static constexpr int iterations = 48;
@@ -84,7 +84,7 @@ struct StepLimitParameters {
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
   // s; energy that past cuts used beyond the motor's work / the motor's power. Above this, the bur is slowed down.
   static constexpr double free_deficit = 3e-3;
-  static constexpr double standing_deficit = 12e-3;  // s; as `free_deficit`, but the bur stops
+  static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit`, but the bur stops
 };
 
 /// A fall: tissue under the bur is gone, and the hand accelerates. The speed at the next contact is limited

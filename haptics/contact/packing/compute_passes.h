@@ -28,7 +28,7 @@ class ComputePasses {
 
   /// Pass 1: finds the first contact of moving balls. Returns false after a failure.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2, as estimate_surface(). `X_WP`: proxy; `p_WC`: contact point.
+  /// Pass 2, like estimate_surface(). `X_WP`: proxy; `p_WC`: contact point.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without changing the tissue: energy (J) for the head's motion. `near_to`: end of the longest motion in this

@@ -28,9 +28,9 @@ constexpr double kArrived = 1e-10;
 constexpr double kMaxTurn = 0.02;
 // m, smallest mean margin of near lists. Margin: motion of a tool sphere for which its list is valid.
 constexpr double kMargin = 60e-6;
-// m, largest mean margin of lists made when needed
+// m, largest mean margin (motion for which a list is valid) of lists that are made when needed
 constexpr double kMaxMargin = 300e-6;
-// margin of a near list / motion per tick
+// margin of a near list (motion for which the list is valid) / motion per tick
 constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if a list would be empty
 constexpr double kSearchDistance = 2e-3;
@@ -47,18 +47,18 @@ constexpr std::size_t kLongList = 1024;
 constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
 // m, rounding error of a gap in single precision. Below -10 mm, every comparison finds the sphere.
 constexpr float kFloatRounding = 1e-9f;
-// m; with a smaller margin, the tree is searched without list
+// m; if a list would be valid only for a shorter motion, the tree is searched without list
 constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of a too long list
-// m, largest mean margin of lists made in advance
+// m, largest mean margin (motion for which a list is valid) of lists made in advance
 constexpr double kMaxPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;  // margin / motion per tick, for lists made in advance
-// smallest number of tree leaves searched per tick in advance
+// smallest number of tree leaves that are searched per tick for the lists made in advance
 constexpr std::size_t kLeavesATick = 320;
 // after a near list was too long, number of searches until one is made again
 constexpr int kNotAgain = 64;
 
-/// Mean margin of long lists, m. `travel`: motion (m/tick).
+/// Mean margin (motion for which a list is valid) of long lists, m. `travel`: motion (m/tick).
 double prepared_margin(double travel) {
   return std::clamp(kTicksAhead * travel, kMargin, kMaxPrepared);
 }
@@ -139,8 +139,8 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Margin of the list of tool sphere `i`, m. `margin`: mean. Margins differ slightly, so that lists do not all expire
-/// in the same tick.
+/// Margin of the list of tool sphere `i` (motion for which the list is valid), m. `margin`: mean. Margins differ
+/// slightly, so that lists do not all expire in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);

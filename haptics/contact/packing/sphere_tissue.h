@@ -61,7 +61,7 @@ class SphereTissue {
   /// empty.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// As cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
+  /// Like cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
   /// Sets a sphere to an earlier state, for undo.

@@ -13,7 +13,7 @@
 
 namespace typodont::haptics::packing {
 
-/// Position of a sphere in the tree, leaf · 8 + lane. Neighbouring spheres have neighbouring places, also in memory.
+/// Position of a sphere in the tree: leaf · 8 + lane. Neighbouring spheres are at neighbouring positions in memory.
 enum class Place : std::int32_t {};
 
 /// Leaves of eight spheres and nodes with eight children, which are tested at once. Any frame and unit m. After set-up
@@ -32,10 +32,10 @@ class SphereTree {
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
   std::size_t size() const { return place_of_.size(); }
-  /// Number of places: 8 per leaf. The last ones may be empty.
+  /// Number of positions in the tree: 8 per leaf. The last ones may be empty.
   std::size_t places() const { return sphere_in_.size(); }
   Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
-  /// Index of the sphere at a place.
+  /// Index of the sphere at a position in the tree.
   int sphere_in(Place place) const noexcept { return sphere_in_[static_cast<std::size_t>(place)]; }
   dvec3 center(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
@@ -55,7 +55,7 @@ class SphereTree {
     put(place_of(i), center, radius);
     mend_above(place_of(i));
   }
-  /// As set(), but without the boxes: call mend_above() for one sphere of each changed leaf before the next search.
+  /// Like set(), but without the boxes: call mend_above() for one sphere of each changed leaf before the next search.
   void put(Place place, const dvec3& center, double radius) noexcept {
     const auto s = static_cast<std::size_t>(place);
     Leaf& leaf = leaves_[s / kLeafSize];
@@ -74,7 +74,7 @@ class SphereTree {
   /// index. Same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// As first_hit(), with the same bits, but tests only the given spheres (at most kLeafSize).
+  /// Like first_hit(), with the same bits, but tests only the given spheres (at most kLeafSize).
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Lists the spheres nearer than `reach` to the segment a–b, in the tree's order. Returns their number, also if

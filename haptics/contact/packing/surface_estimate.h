@@ -43,7 +43,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// As estimate_surface() above, with the same bits, but uses the near lists of `proxy`.
+/// Like estimate_surface() above, with the same bits, but uses the near lists of `proxy`.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 

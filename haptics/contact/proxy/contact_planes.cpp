@@ -237,7 +237,7 @@ void ContactFinder::find(const TissuePatch& patch, const Pose& X_VT, double near
   if (!samples_->cover.empty() && (fine || found.count == 0)) find_between_samples(patch, X_VT, near, set);
 }
 
-/// Adds the contacts of the head's sharp rims and tip: the places of a rim that are nearest to smooth tissue.
+/// Adds the contacts of the head's sharp rims and tip: the points of a rim that are nearest to smooth tissue.
 void ContactFinder::find_rims(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   const glm::dmat3 axes(X_VT.R);
   const auto add = [&](const dvec3& q, const FieldSample& field, double beside) {
@@ -606,7 +606,7 @@ bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const 
   ContactPlane found = plane;
   found.crease = true;
   const double gap = head_distance(X_VT, x, found.n);
-  // The tissue inside the sheets is convex, so the first point that fulfils all conditions is the nearest one.
+  // The tissue inside the smooth surfaces is convex, so the first point that fulfils all conditions is the nearest one.
   const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
   bool touches = false;
   for (int i = 0; i < crease.count && !touches; ++i)
@@ -622,7 +622,7 @@ bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const 
     found.n = -found.n;
   }
   if (!touches || found.gap > gap + L::farther || found.gap < gap - L::nearer) return false;
-  // Compares the sheets with a sample, because interpolated values below a crease are wrong.
+  // Compares the reconstructed surfaces with a sample, because interpolated values below a crease are wrong.
   const dvec3 below = glm::floor(found.x - L::depth * found.n + 0.5);
   if (!patch.holds(below, 0)) return false;
   const glm::ivec3 q = glm::ivec3(below) - patch.lo;

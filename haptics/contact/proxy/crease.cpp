@@ -109,7 +109,7 @@ struct Fitted {
   dvec3 at{0}, along{0};
 };
 
-/// Fits a sheet `farther` voxels beyond a place of the surface, in the direction `away` along the sheet.
+/// Fits a sheet (smooth surface) `farther` voxels from a surface point, in the direction `away` along the surface.
 bool fit_beyond(const TissuePatch& patch, const Landing& place, const dvec3& away, double farther,
                 Fitted& fitted) noexcept {
   const dvec3 along = away - glm::dot(away, place.n) * place.n;
@@ -184,7 +184,7 @@ struct Groups {
   }
 };
 
-/// Fits the sheet `own` at `place` and then in steps away from the other sheets, until `accepts` returns true.
+/// Fits the sheet `own` (smooth surface) at `place`, then in steps away from the other sheets, until accepts() is true.
 template <class Accepts>
 bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {
@@ -220,7 +220,7 @@ bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directio
   return true;
 }
 
-/// Smallest distance between the samples of a fit and the samples that belong to other sheets.
+/// Smallest distance between the samples of a fit and the samples that belong to other smooth surfaces.
 double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int own) noexcept {
   double least = glm::dot(fitted.at - x, fitted.along) - extent(fitted.along);
   for (int k = 0; k < groups.count; ++k) {
@@ -233,7 +233,7 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
   return least;
 }
 
-/// Chooses among the fits of the sheet `own` the one nearest to the crease whose samples no other sheet influences.
+/// Chooses among the fits of the sheet `own` the nearest to the crease whose samples belong to no other sheet.
 bool choose(const TissuePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
             int own, Sheet& sheet) noexcept {
   double nearest = 1e300;
@@ -295,12 +295,12 @@ bool Crease::onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept {
 
 namespace {
 
-/// Returns true if the sample at `at` agrees with the sheets.
+/// Returns true if the sample at `at` agrees with the smooth surfaces of the crease.
 bool agrees(const TissuePatch& patch, const dvec3& at, const Crease& crease, double tolerance) noexcept {
   return patch.holds(at, 0) && std::abs(sample_linear(patch, at) - crease.above(at)) < tolerance;
 }
 
-/// Returns true if the samples in the tissue around x agree with the sheets.
+/// Returns true if the samples in the tissue around x agree with the smooth surfaces of the crease.
 bool agrees_around(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
   const dvec3 centre = glm::floor(x + 0.5);
   for (int i = 0; i < 27; ++i) {

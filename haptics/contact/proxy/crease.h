@@ -22,12 +22,12 @@ struct Crease {
   int count = 0;
   Sheet sheet[kMost];
 
-  /// Largest signed distance of p from the sheets, which is positive outside the tissue.
+  /// Largest signed distance of p from the crease's sheets (smooth surfaces); positive outside the tissue.
   double above(const dvec3& p) const noexcept;
   /// Moves x onto the line where the sheets i and j meet. `n`: receives the normals there. Returns false if they do not
   /// meet near x.
   bool onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept;
-  /// Moves x to the corner of three sheets. Returns false if there is none near x.
+  /// Moves x to the corner where three sheets meet. Returns false if there is none near x.
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
@@ -42,7 +42,7 @@ class KnownCreases {
   const dvec3& place() const noexcept { return known_[0].x; }
   /// Must be called when the tissue has changed.
   void forget() noexcept { count_ = 0, none_count_ = 0; }
-  /// No crease was found near x, seen along n. A search there would fail again.
+  /// Stores that no crease was found near x, seen along n, so that the search is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
 

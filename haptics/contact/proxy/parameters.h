@@ -45,11 +45,11 @@ struct RefineParameters {
   // Voxels. If a ball has moved by less since the last query, the contact counts as exact. The error of its gap is at
   // most 2e-5.
   static constexpr double stays_exact = 0.02;
-  // Voxels; as `stays_exact`, for a head with edges. Smaller than for a ball, because the error of the gap is as large
-  // as the motion.
+  // Voxels; like `stays_exact`, but for a head with edges. Smaller than for a ball, because the error of the gap is as
+  // large as the motion.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels; as `stays_exact`, for a head that does not cut. Smaller, because the hand then feels errors of the force's
-  // direction.
+  // Voxels; like `stays_exact`, but for a head that does not cut. Smaller, because the hand then feels errors of the
+  // force's direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would gain about its
   // square.
@@ -127,17 +127,17 @@ struct CreaseParameters {
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
       0.7;  // cosine between the normals of a sheet and of the place where it is fitted
-  // Two fits belong to one sheet within this distance, and above this cosine between their normals.
+  // Two fits are the same smooth surface within this distance, and above this cosine between their normals.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
-  // At least two sheets are nearer than this to the place of the search; others are not beside a crease there.
+  // At least two smooth surfaces must be nearer than this to the examined point; otherwise it is not beside a crease.
   static constexpr double near_sheet = 3;
-  // smallest depth of each sheet's fit below the other sheets
+  // smallest depth at which each smooth surface lies below the other ones
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
   // A crease agrees with the samples in the tissue at distances `around` along the axes, between these depths.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
-  // A surface point belongs to a third sheet if it lies missed_below under the first two, or if the cosine between its
-  // normal and the line where these meet exceeds along_line.
+  // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
+  // between its normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
   // a sample below the surface that differs by more shows that there is another surface
   static constexpr double missed_by = 0.3;
@@ -147,11 +147,11 @@ struct CreaseParameters {
   // A search that found no crease is not repeated within this distance, if the cosine between both directions of
   // search is larger.
   static constexpr double none_within = 0.25, none_along = 0.9;
-  // The line of two sheets goes on if samples `below` it, `ahead` in both directions, agree with the sheets.
+  // The line where two surfaces meet goes on if samples `below` it, `ahead` in both directions, agree with both.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
   static constexpr double converged = 1e-9;
-  // sheets are parallel if their normals' determinant is smaller
+  // smooth surfaces are parallel if the determinant of their normals is smaller
   static constexpr double min_angle = 1e-4;
   static constexpr int newton_steps = 8;
 };
@@ -174,7 +174,7 @@ struct CreaseContactParameters {
   // Largest distances by which the exact crease may be farther from the head, or nearer to it, than the interpolated
   // one.
   static constexpr double farther = 0.1, nearer = 1.5;
-  // depth: depth of the sample that is compared with the sheets; agrees: largest difference
+  // depth: depth of the sample that is compared with the crease's surfaces; agrees: largest difference
   static constexpr double depth = 1.5, agrees = 0.1;
 };
 

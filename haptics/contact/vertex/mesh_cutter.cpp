@@ -169,7 +169,7 @@ bool MeshCutter::covers(const KnownFaces& known) const noexcept {
   return margin_ + kMotion * moved + kRounding <= known.within;
 }
 
-/// Collects near faces from `known` or the mesh, while effort is left. Returns true if complete.
+/// Collects near faces from `known` or the mesh, within the allowed computing effort. Returns true if complete.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   if (takes_known_ && known.number != known_) {  // the list of known faces was replaced
     begin_search(head_, margin_);
@@ -205,7 +205,7 @@ void MeshCutter::sort_near() noexcept {
   }
 }
 
-/// Splits long edges near the head, without changing the shape. Returns false if the effort is used up.
+/// Splits long edges near the head, without changing the shape. Returns false if the tick's effort is used up.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   const std::size_t most = std::min(near_.capacity(), max_faces(*head.head, edge));
@@ -399,7 +399,7 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
 }
 
 /// Moves folded faces back. A face that turns far but faces the head is not folded: it becomes a wall of the cut.
-/// Returns false if the effort is used up.
+/// Returns false if the computing effort of this tick is used up.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
@@ -782,7 +782,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Continues the stage until it is complete or `left_` is used up.
+/// Continues the stage until it is complete or the computing effort `left_` of this tick is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {

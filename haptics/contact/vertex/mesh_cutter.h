@@ -28,7 +28,7 @@ struct CutParameters {
   static constexpr double step = 0.5;
   // In target edge lengths, largest motion of a vertex per step; a vertex that needs more belongs to another wall.
   static constexpr double farthest = 3;
-  // smallest cosine between a face's normals before and after
+  // smallest cosine between a face's normals before and after a step
   static constexpr double min_turn = 0.2;
   // A face may rotate farther than `min_turn` if the cosine between its normal and the head's reversed normal is at
   // least this.
@@ -38,7 +38,7 @@ struct CutParameters {
   static constexpr double same_way = 0.6;
   // Cosine below which two faces at an edge count as intersecting: they lie on each other.
   static constexpr double flat_fold = -(1 - 1e-6);
-  // height / longest edge below which a face is a sliver
+  // height / longest edge of a face, below which the face is a sliver
   static constexpr double flattest = 0.12;
   // In target edge lengths; a shorter edge may collapse even if a badly shaped face remains.
   static constexpr double tiny = 0.1;
@@ -56,7 +56,7 @@ struct CutParameters {
   // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
   // rotate farther.
   static constexpr double min_turn_in_mending = 0.5;
-  // A merge of two vertices that changes the volume by more is refused, in cubes of the target edge length.
+  // In cubes of the target edge length; a merge of two vertices that changes the volume by more is refused.
   static constexpr double max_given = 0.2;
   // Largest change of volume by a collapse or flip, in cubed target edge lengths.
   static constexpr double max_volume = 0.02;
