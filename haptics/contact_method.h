@@ -35,7 +35,7 @@ class ContactMethod {
 };
 using SharedContactMethod = std::shared_ptr<const ContactMethod>;
 
-/// Describes a method's parameters, and returns the method with those of the scene. Throws Error.
+/// Describes a method's parameters, and returns the method with the parameters that the scene states. Throws Error.
 using ContactMethodReader = std::function<SharedContactMethod(Keys& keys)>;
 
 /// Registers a contact method that another module defines. Declare an object at namespace scope:

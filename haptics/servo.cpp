@@ -310,7 +310,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  // Hard tissue is reported if the tool touches both.
+  // If the tool touches hard and soft tissue, the hard tissue is reported.
   if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);
@@ -374,7 +374,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Both are written from the input, because copying one from the other would wait for the store.
+  // Writes both positions from the input, because to copy one from the other would wait for the store.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

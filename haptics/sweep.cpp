@@ -141,7 +141,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // Distance of listed samples from the sweep's box, voxels: path of the list, motion since then, rounding.
+  // Voxels by which listed samples may lie outside the sweep's box: path of the list, motion since then, rounding.
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;

@@ -131,10 +131,10 @@ struct NonCuttingPart {
   Tool shape;
   double z = 0;
 };
-/// Both return nullopt if the tool has no such part.
+/// shank_of() and safe_end_of() return nullopt if the tool has no such part.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Distance from the origin of T to the farthest point of head and safe end, m. A tissue patch must contain this ball.
+/// Distance from the origin of T to the farthest point of head and safe end, m. A tissue patch contains at least this.
 double near_reach(const Tool& tool);
 
 /// A point on the head's surface.

@@ -52,7 +52,7 @@ struct Contact {
   bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
-  bool late = false;         // true: the snapshot is later than a carver normally needs
+  bool late = false;         // true: a new snapshot is overdue for longer than a carver normally needs
   bool rejoining = false;    // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
   bool leading_out = false;  // true: the proxy overlapped tissue and is being moved out
   bool settled = true;       // false: the head touches nothing, but the model still stores data of the last contact

@@ -38,7 +38,7 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// Adding it rounds doubles below 2 to multiples of 2^-29. Products with floats are then exact, with and without FMA.
+// A number to add: it rounds doubles below 2 to multiples of 2^-29, so that products with floats are exact without FMA.
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// Sums of the weights from sample j to the end. Weights are differences of rounded sums, so they add up to exactly 1

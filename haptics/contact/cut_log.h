@@ -47,8 +47,8 @@ struct MadeCut {
   PerTissue removed{};  // m³, removed volume of each tissue
 };
 
-/// Counts removed volume so that the count never decreases. A cut of a mesh may add a little volume; later cuts then
-/// count less.
+/// Counts removed volume so that the count never decreases: if a cut of a mesh adds a little volume, later cuts count
+/// less.
 class RisingCount {
  public:
   /// Returns the volume (m³) to count for a cut.

@@ -50,7 +50,7 @@ class RetreatPath {
   static constexpr double kTowards = 0.3;
   // voxels; points nearer to each other count as the same point
   static constexpr double kSamePlace = 0.7;
-  // voxels; farther from the last point, a new path starts
+  // voxels; if the proxy is farther than this from the last point, a new path starts
   static constexpr double kLeap = 8;
   static constexpr double kFar = 8;  // voxels, distance in the definition of far_ below
 
@@ -58,8 +58,8 @@ class RetreatPath {
 
   std::vector<dvec3> points_;
   double longest_ = kSpacing;  // voxels, largest distance between consecutive points
-  // All points before index far_ are farther than kFar + kSamePlace from far_from_, so a proxy within kFar of it is not
-  // near them.
+  // All points before index far_ are farther than kFar + kSamePlace from far_from_, so a proxy within kFar of far_from_
+  // is not near them.
   std::size_t far_ = 0;
   dvec3 far_from_{0};
 };

@@ -40,10 +40,10 @@ struct TissuePatch : Snapshot {
   std::vector<TissuePatch> coarse_levels;
   int every = 1;
   // Allows the carver to copy only samples that are new or have changed. copied_at: TissueVolume::mark() at the last
-  // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since, inclusive.
+  // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since that copy, inclusive.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
-  // The new samples if Snapshot::from is not 0; the arrays above are then not valid.
+  // The new samples if Snapshot::from is not 0; in this case, the arrays above are not valid.
   PatchStep step;
 
   void resize(int edge) {
@@ -67,8 +67,8 @@ struct TissuePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// Returns true if the tissue patch contains all samples within `reach` of p_V (voxels), and those that cubic
-  /// interpolation needs there.
+  /// Returns true if the tissue patch contains all samples within `reach` of p_V (voxels), and the samples around them
+  /// that cubic interpolation needs.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);

@@ -129,7 +129,7 @@ template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // A ball around all samples that can change: at B if the ball there covers all ahead of A, otherwise between A and B.
+  // Ball around all samples that can change: around B if the ball at B covers all that are ahead of A, else between.
   const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
   // In a continued sweep, a ball of radius `inner` around A is empty already.

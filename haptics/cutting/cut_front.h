@@ -17,8 +17,8 @@ namespace typodont::haptics {
 /// Number of samples along z in a group: 8 or 16, as many as one vector instruction of this processor handles.
 int widest_group() noexcept;
 
-/// The front of one tool; remains valid when the tissue patch is replaced. Blocks: 4 × 4 × 8 voxels, z is the fastest
-/// index. Allocates at set-up only.
+/// The active front of one tool: which samples cuts can change. Remains valid when the tissue patch is replaced.
+/// Blocks: 4 × 4 × 8 voxels, z is the fastest index. Allocates at set-up only.
 class CutFront {
  public:
   /// Allocates buffers for each of these tools. `voxel`: m. `lanes`: 8 or 16; the results do not depend on it.
@@ -54,7 +54,7 @@ class CutFront {
     std::int32_t* z;
     std::int32_t* at;      // index of the first sample, from the front's first voxel
     std::uint8_t* length;  // number of samples of the group that may change
-    std::uint8_t* label;   // tissue of these samples
+    std::uint8_t* label;   // tissue of the samples that may change
   };
 
   /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than the front states.
@@ -65,7 +65,7 @@ class CutFront {
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// Call it if only labels have changed; lists contain them.
+  /// Call it if only labels have changed, because the lists contain labels.
   void renew_lists() noexcept { drop_listed(); }
   /// Number of parts without a valid list. They are cut without a list, which takes longer.
   int outdated() const noexcept;

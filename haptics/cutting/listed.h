@@ -25,13 +25,13 @@ struct Capsule {
   bool continues;
 };
 
-/// The lists of a ball as plain data. Positions are relative to the first voxel of the front's first block.
+/// The lists of groups that a ball may change, as plain data. Positions: relative to the first voxel of the front.
 struct BallFront {
   Capsule c;
   // front's first voxel, relative to the origin of `c`
   glm::ivec3 origin;
-  float* distance;  // sample at this voxel
-  struct {          // tables by z
+  float* distance;  // sample at the front's first voxel
+  struct {          // tables, indexed by z
     // for a capsule: height above A, voxels; for a ball at B: squared height from B, voxels²
     float* apart;
     // voxels², height above A × z of the motion
@@ -47,13 +47,13 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// The lists of any other head as plain data.
+/// The lists of groups that any other head may change, as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
   glm::ivec3 origin;  // first voxel of the front, relative to HeadPose::base
   float* distance;
-  // tables by z: contributions of z to x, y, z, frame T
+  // tables, indexed by z: contributions of z to the coordinates x, y, z in frame T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;

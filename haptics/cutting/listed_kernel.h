@@ -341,7 +341,7 @@ TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // Along the axis, only the end cuts.
+    // In a motion along the axis, only the end of the head cuts.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

@@ -66,7 +66,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // Width of the smoothing by the noise, within limits; bins.
+  // Width of the histogram's smoothing, from the noise, within limits; bins.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
@@ -223,7 +223,7 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     }
     // Grey value beside the tissue: largest peak below the threshold, or else the surroundings.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // Grey value of the tissue, if the threshold is half-way between both.
+    // Grey value of the tissue, if the threshold is half-way between surroundings and tissue.
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));

@@ -17,8 +17,8 @@ struct Levels {
   std::optional<double> dense;
   // True if `dense` was given by the user or by Hounsfield units.
   bool fixed_dense = false;
-  // True if `outside` was given by the user or by Hounsfield units. It is then thin soft tissue over the bone; the air
-  // around it is darker.
+  // True if `outside` was given by the user or by Hounsfield units. `outside` is then thin soft tissue over the bone;
+  // the air around it is darker.
   bool fixed_surround = false;
   // Grey value above which voxels are tooth. The largest body with teeth is imported; if empty, the largest body.
   std::optional<double> tooth;

@@ -276,7 +276,7 @@ class EditableMesh {
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // Not copied, because these belong to one recording.
+  // The following members are not copied, because they belong to one recording.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
   // for each vertex and face: last recording that stored it

@@ -49,7 +49,7 @@ class SurfacePieces final : public TissueSurface {
   };
   /// Data of a vertex while a piece is generated.
   struct Local {
-    // the data are valid if it equals stamp_
+    // the data are valid if `stamp` equals stamp_
     std::uint32_t stamp = 0;
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
     // newest corner of this vertex; older ones follow by Copy::older

@@ -1,4 +1,4 @@
-// Chips of blades and of a diamond's grains: their thickness, the energy that they need, and the space for them.
+// Chips of blades and of a diamond's grains: their thickness, the energy to cut them, and the space for them.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace typodont::haptics {
 struct ChipParameters {
   // s, time constant of the filter for the feed per turn
   static constexpr double time = 0.03;
-  // Range of h / EdgeLaw::chip that was measured.
+  // Measured range of chip thickness / EdgeLaw::chip.
   static constexpr double min_range = 0.04, max_range = 10;
   // distance between grains / their size: a quarter of the surface carries grains
   static constexpr double grain_distance = 2;

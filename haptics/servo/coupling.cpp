@@ -202,7 +202,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
-  const bool led = now.contact.leading_out || motion.leap > 0;  // not the hand's own speed
+  const bool led = now.contact.leading_out || motion.leap > 0;  // true: this is not the hand's own speed
   double change = ((led ? 0 : measured) - c.rate) * (1 - smooth);
   if (rough && c.normal_force > 0) {
     const double most = std::min(spare_change(now, depth), P::damper_slew * now.dt) / settings.damping;

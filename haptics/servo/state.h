@@ -206,7 +206,7 @@ struct Servo::State {
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
   /// Updates the free speed of the spindle, which follows the pedal with the time constant run_up_time.
   [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;
-  /// Changes to the wanted tool if the spindle stands still and neither this nor the current tool touches tissue.
+  /// Changes to the wanted tool if the spindle stands still, and neither the wanted nor the old tool touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool far from all tissue, with the same result as a full tick. Returns false and does nothing if a
   /// contact, a force or a state of a contact may remain.

@@ -21,7 +21,7 @@ struct SoftParameters {
   static constexpr double free_step = 0.02;
   // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
   static constexpr double hand_speed = 0.6;
-  // Time constant with which the force of such an overlap grows, s.
+  // Time constant with which the force of an overlap grows that the hand has not caused, s.
   static constexpr double ignored_time = 0.2;
   // Cosine of the angle between head and tissue normals above which a point is pressed fully.
   static constexpr double full_weight = 0.5;

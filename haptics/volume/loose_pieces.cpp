@@ -246,7 +246,7 @@ class LoosePieces::KnownBlocks {
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts where the flood grows; parts before `next` are done
+    std::vector<int> edge;  // parts at which the flood fill grows; those before `next` are done
     std::size_t next = 0;
     std::vector<int> taken;  // indices of the parts that the flood fill has reached
     std::int64_t samples = 0;

@@ -1,4 +1,4 @@
-// The tool voxels at the end of an implant tool, and the sum of the cutting law over them.
+// The tool voxels at the end of an implant tool, and the force and torque of cutting as a sum over these voxels.
 #pragma once
 
 #include <cstddef>

@@ -26,19 +26,19 @@ struct Parameters {
   // m, edge of a tool voxel. Zhao 2020: 0.06 mm for a tool of 4.2 × 12 mm.
   double tool_voxel = 0.06e-3;
   int layers = 2;  // number of layers of tool voxels (Zhao 2020: "1~2")
-  // m; criterion 1: largest distance of the tip from the axis, and below the entry
+  // m; criterion 1 for entering a bed: largest distance of the tip from the axis, and below the entry
   double centre_tolerance = 0.5e-3;
-  // m; criterion 1: largest distance of the tip above the entry, because a wide tool meets a sloping rim first
+  // m; criterion 1 for entering a bed: largest height of the tip above the entry (a wide tool meets the rim first)
   double rim_above = 1.5e-3;
-  // m; criterion 2: a tool that does not widen the bed may be wider by this
+  // m; criterion 2 for entering a bed: a tool that does not widen the bed may be wider by this
   double radius_tolerance = 0.1e-3;
-  // m; criterion 2: a drill, or the core of an implant, may be wider by this
+  // m; criterion 2 for entering a bed: a drill, or the core of an implant, may be wider by this
   double widening = 0.6e-3;
-  // m; criterion 2: a tool may be narrower by this; a narrower one moves freely in the bed
+  // m; criterion 2 for entering a bed: a tool may be narrower by this; a narrower one moves freely in the bed
   double loose = 0.75e-3;
-  // rad (10 degrees); criterion 3: largest angle between the axes
+  // rad (10 degrees); criterion 3 for entering a bed: largest angle between the axes of tool and bed
   double axis_tolerance = 0.175;
-  // N; criterion 4: smallest push along the axis
+  // N; criterion 4 for entering a bed: smallest push along the axis
   double enter_force = 0.3;
   // m; the tool leaves the bed when its tip is this far outside the entry
   double leave = 0.3e-3;

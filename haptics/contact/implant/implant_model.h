@@ -81,7 +81,7 @@ class ImplantModel final : public offset::OffsetModel {
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // one for each tool
   std::vector<EndVoxels> ends_;     // voxels at the end of each tool
-  // Cutting law with the properties of the tissues; scan_ahead() adds those of the tool and the tick.
+  // Cutting law with the properties of the tissues; scan_ahead() adds the properties of the tool and the current speed.
   EndLaw law_;
   // For each tissue and hardness byte: torque of a thread in it / torque in reference bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFacingEnd = 0.5;
 // voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // parts of an edge for this average
+constexpr int kParts = 8;           // number of parts of a voxel's edge for this average
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.05;

@@ -23,11 +23,11 @@ struct ToolVoxel {
 
 /// All voxels of a tool. The inner voxels of Zhao 2020 are not needed, because haptics/sweep.h removes tissue.
 struct ToolVoxels {
-  std::vector<ToolVoxel> outer;  // the voxels of the end come first
+  std::vector<ToolVoxel> outer;  // the voxels of the tool's end come first
   // Number of voxels at the end whose centres are outside the head; these touch bone first.
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that the first `ahead` voxels represent; the rest belongs to voxels inside
+  // fraction of the end's area that the first `ahead` voxels represent; voxels inside the head represent the rest
   double ahead_fraction = 1;
 };
 

@@ -50,7 +50,7 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};
   HeadLister lister_;
-  HeadPoints list_;  // the list in use
+  HeadPoints list_;  // list of contact points that is in use
   HeadPoints next_;  // the next list, which lister_ makes while list_ is valid
   bool listed_ = false;
   // contact points in the current mesh that the carver thread has listed; null: none

@@ -23,7 +23,7 @@ struct Parameters {
   double wall_limit = 0.5;  // N, force at which a wall between tissues yields
 };
 
-/// Contains the constant levels before the first cut, and then the faces around the tool.
+/// Before the first cut, contains the constant levels of detail; afterwards, the faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
   bool cut = false;                 // true: `local` is valid instead of `levels`
@@ -41,7 +41,7 @@ struct MeshSnapshot : Snapshot {
 /// Parameters of snapshots for a tool set that can cut.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m that the tool may move until the next snapshot
-  // m, width of the region beyond the tool and `travel`
+  // m; the snapshot reaches this far beyond the tool and its possible motion `travel`
   static constexpr double margin = 0.5e-3;
   // radii that the head may move while the carver's contact points are valid
   static constexpr double listed = 0.45;

@@ -59,7 +59,7 @@ class OffsetModel : public PatchModel {
     // without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
-    // These members have the same meaning as in Contact.
+    // The following members have the same meaning as in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
@@ -162,8 +162,8 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time that the tool has been outside its tissue patch
-  // N, contact force when the tissue patch became late. A plane then replaces the tissue, and yields to a larger force.
-  // 0: not late.
+  // N, contact force when the tissue patch became late. Until the next patch, a plane replaces the tissue and yields to
+  // a larger force. 0: not late.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when the tissue patch became late
   // s, remaining time of the proxy's smooth return to the surface

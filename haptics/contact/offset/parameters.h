@@ -30,7 +30,7 @@ struct SearchParameters {
   static constexpr int iterations = 48;
   // Largest number of iterations in contact: without cutting, and while cutting.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Largest number of long steps opposite to the previous long step; more of them would not converge.
+  // Largest number of long steps opposite to the step before; with more, the search would not converge.
   static constexpr int reversals = 2;
   // Voxels. A longer last step has not converged (the hand is deeper than the surface's radius of curvature); the best
   // position of all iterations is used, with overlaps counted this many times.
@@ -170,7 +170,7 @@ struct CoarseParameters {
 struct FillingParameters {
   // s; if there is no room for the filling, only that of this time is kept for later
   static constexpr double waits = 0.05;
-  // Length of the field's gradient above which one surface is nearest. It is about 1 there, and smaller midway between
+  // Length of the field's gradient above which one surface is nearest: about 1 near one surface, smaller midway between
   // two surfaces.
   static constexpr double one_surface = 0.5;
   // voxels between samples in front of the instrument

@@ -5,7 +5,7 @@
 
 namespace typodont::haptics::packing {
 
-/// Packing of pack_spheres(), from the cache if it is there. Equal input gives equal bits.
+/// Result of pack_spheres(), read from the cache if it is stored there. Equal input gives equal bits.
 SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options);
 
 }  // namespace typodont::haptics::packing

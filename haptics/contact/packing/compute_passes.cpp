@@ -34,7 +34,7 @@ constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres fo
 // A pass on the GPU with more results than this fails.
 constexpr std::size_t kExpected = 65536;
 
-/// Sorts results by their ball, and those of one ball by the tree's order.
+/// Sorts results by the tool's ball; for equal balls, by the order of the tissue's spheres in the tree.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {

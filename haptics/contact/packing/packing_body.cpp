@@ -23,7 +23,7 @@ constexpr double kNoteEvery = 0.03;
 constexpr double kAround = 1.8;
 // A cut sphere also empties the gaps around it up to this distance, in radii of the largest hole in the packing.
 constexpr double kGapsAround = 2;
-// largest number of stored notes; then the field is updated and they are deleted
+// largest number of stored notes; with more, the field is updated from the notes, and they are deleted
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
@@ -121,7 +121,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A cut from another side begins: stores the final state of the previous cut as a note.
+  // A cut from another side begins: stores the final state of the previous cut as a note, for the update of the field.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -288,7 +288,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Sorts the notes by the blocks that they affect.
+  // Sorts the notes (removed parts of spheres) by the blocks of the field that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

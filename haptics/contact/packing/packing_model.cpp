@@ -36,7 +36,7 @@ constexpr double kMinStep = 1e-6;         // m; shorter steps are postponed
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
 constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the tissue estimate is reused
 
-/// Without spring, damper and friction: the servo adds them. set_friction() sets the friction of each tick.
+/// Options of a proxy without spring, damper and friction, which the servo adds. set_friction() sets the friction.
 ProxyOptions frictionless(double tick) {
   return {.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
 }

@@ -36,7 +36,7 @@ constexpr double kMinRadius = 0.3;
 constexpr double kAsExpected = 0.8;
 constexpr double kMaxTravel = 1.0;  // in spacings, largest distance of the centre from its node
 constexpr double kLastStep = 0.02;  // spacings, last step of the search for the centre
-// voxels, smallest spacing; then the packing is complete
+// voxels; at this spacing of the grid, the packing is complete
 constexpr double kMinSpacing = 0.004;
 constexpr double kMaxPerVoxel = 64;  // largest number of spheres per voxel; the field does not resolve more
 
@@ -78,7 +78,7 @@ float key_of(float free, float limit) {
   return free < limit ? free : tight;
 }
 
-/// Largest key_of() of a block's nodes; 0: none is positive.
+/// Largest priority (key_of) of a block's nodes; 0: no priority is positive.
 TYPODONT_DISPATCH("avx2", "default")
 float max_key(const float* free, float limit) {
   constexpr int kLanes = 8;

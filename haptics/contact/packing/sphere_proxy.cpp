@@ -45,7 +45,7 @@ constexpr double kFewOthers = 100e-6;
 // number of spheres from which a list is long
 constexpr std::size_t kLongList = 1024;
 constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
-// m, rounding error of a gap in single precision. Below -10 mm, every comparison finds the sphere.
+// m, rounding error of a gap in single precision
 constexpr float kFloatRounding = 1e-9f;
 // m; if a list would be valid only for a shorter motion, the tree is searched without list
 constexpr double kMinMargin = 1e-6;

@@ -39,7 +39,7 @@ class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the pose without a test. Spheres that overlap there can be left, but not entered deeper.
+  /// Sets the pose without a test. Spheres that overlap the tool at this pose can be left, but not entered deeper.
   void place(const Pose& X_W) noexcept;
   /// Sets the pose after a cut, without a test.
   void move_to(const Pose& X_W) noexcept;
@@ -101,7 +101,7 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m; a smaller protrusion reduces the margins of all lists, a larger one only those near the sphere
+  // m; a sphere that protrudes less reduces the margins of all lists, one that protrudes more only of lists near it
   static constexpr double kStickOut = 1e-6;
 
   /// A motion from the current pose of the proxy.

@@ -13,7 +13,7 @@ namespace {
 
 /// cos 60°: if two cut directions differ by less, the second continues the first cut
 constexpr double kSameSide = 0.5;
-// number of cuts after which the boxes above a leaf are computed exactly again
+// number of cuts after which the tree's boxes above a leaf are computed exactly again
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, rounding of a displacement
 constexpr double kTouching = 1e-13;  // m, overlap that counts as rounding error
@@ -176,7 +176,7 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Protrusion: an overlap moves the sphere by half of it, and reduces its radius by the other half.
+  // Protrusion: half of an overlap moves the sphere, the other half reduces its radius.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -239,7 +239,7 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes around a sphere that make() changed. Usually it only enlarges boxes, which is faster than
+/// Updates the tree's boxes around a sphere that make() changed. Usually only enlarges the boxes, which is faster than
 /// computing them exactly.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kLeafSize) % kExactEvery == 0) {

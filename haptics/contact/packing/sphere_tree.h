@@ -113,8 +113,8 @@ class SphereTree {
     return (last - place / kLanes) * kLanes + place % kLanes;
   }
 
-  /// Distance from p to the nearest surface, at most `most`, negative inside, m. If it is at most `enough`, any value
-  /// between them may be returned.
+  /// Distance from p to the nearest surface, at most `most`, negative inside, m. If the distance is at most `enough`,
+  /// may return any value between the distance and `enough`.
   double clearance(const dvec3& p, double most, double enough = -kNever) const noexcept;
 
   /// Returns true if a ball (`p`, radius `r`) touches a sphere.

@@ -16,7 +16,7 @@ struct ActivePlanes {
   double push[3] = {};
 };
 
-/// Limits that detect linearly dependent normals. They have no unit: both are squared sines of the angle between
+/// Limits that detect linearly dependent normals. Both have no unit: they are squared sines of the angle between
 /// normals.
 struct ActiveSetLimits {
   // Smallest pivot of the Gram matrix of the active normals. With a smaller pivot, the projection fails.

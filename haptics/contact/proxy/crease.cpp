@@ -83,7 +83,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   const double uu = glm::dot(u, Hu), uv = glm::dot(u, Hv), vv = glm::dot(v, Hv);
   const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
   const double angle = half > 1e-9 ? 0.5 * std::atan2(uv, (uu - vv) / 2) : 0;
-  // The curvatures are those of the level set through the voxel; parallel surfaces give those of the surface.
+  // Converts curvatures of the level set through the voxel to those of the surface, which is parallel to it.
   const auto at_surface = [&](double k) { return k / (1 - k * value); };
   const double most = std::max(std::abs(mean + half), std::abs(mean - half));
   if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;

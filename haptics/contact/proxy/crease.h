@@ -37,7 +37,7 @@ class KnownCreases {
   /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
   const Crease* find(const TissuePatch& patch, const dvec3& x) noexcept;
   void add(const dvec3& x, const Crease& crease) noexcept;
-  /// The crease of the last contact, near place(); null: none.
+  /// The crease of the last contact, near the point place(); null: none.
   const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
   const dvec3& place() const noexcept { return known_[0].x; }
   /// Must be called when the tissue has changed.

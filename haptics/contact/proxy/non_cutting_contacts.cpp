@@ -94,7 +94,7 @@ void NonCuttingContacts::search(const Part& part, const TissuePatch& patch, cons
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Selects contacts with the smallest gaps. Skips contacts with the same direction at the same place as a selected
+  // Selects contacts with the smallest gaps. Skips contacts whose direction and position are nearly those of a selected
   // one.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];

@@ -73,7 +73,7 @@ struct RimParameters {
   static constexpr double askew = 0.99999;
   // Largest difference between 1 and the length of the field's gradient in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
-  // A contact and the rim belong to the same wall if the cosine between the tissue's normals there is above this.
+  // A contact and the rim belong to the same wall if the cosine between the tissue's normals at both is above this.
   static constexpr double same_wall = 0.9;
   // Voxels. A contact belongs to the rim if its distance from the rim is at most this length + twice the rim's depth.
   static constexpr double near_rim = 2;
@@ -115,7 +115,7 @@ struct CreaseParameters {
   static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
   // farther: distances of the fit from a surface point, along the surface. height: distance above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
-  static constexpr int away_steps = 5;  // along a narrow sheet, away from the others
+  static constexpr int away_steps = 5;  // steps along a narrow surface, away from the others
   static constexpr double away_step = 3;
   // smallest distance between a fit's samples and those of other smooth surfaces
   static constexpr double clear = 0.4;
@@ -134,7 +134,7 @@ struct CreaseParameters {
   // smallest depth at which each smooth surface lies below the other ones
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
-  // A crease agrees with the samples in the tissue at distances `around` along the axes, between these depths.
+  // A crease agrees with samples if it does so at distances `around` along the axes, at these depths in the tissue.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
@@ -149,7 +149,7 @@ struct CreaseParameters {
   static constexpr double none_within = 0.25, none_along = 0.9;
   // The line where two surfaces meet goes on if samples `below` it, `ahead` in both directions, agree with both.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
-  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances of these fits from the crease
+  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from the crease of fits that are repeated
   static constexpr double converged = 1e-9;
   // smooth surfaces are parallel if the determinant of their normals is smaller
   static constexpr double min_angle = 1e-4;
@@ -215,9 +215,9 @@ struct NonCuttingPartParameters {
   static constexpr double enough_room = 3;
   // voxels of the head's tissue patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
-  // Contacts at the same place are merged if the cosine between their normals is larger.
+  // Contacts at the same position are merged if the cosine between their normals is larger.
   static constexpr double same_direction = 0.985;
-  // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same place.
+  // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same position.
   static constexpr double same_place = 2;
   // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out gradually.
   static constexpr double led_out = 0.1;

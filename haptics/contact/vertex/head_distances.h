@@ -80,7 +80,7 @@ class HeadDistances {
   std::uint64_t known_list_ = 0;  // NearPoints::number() of the list
   std::size_t known_ = 0;         // number of points with a stored distance
   std::size_t computed_ = 0;      // number of distances computed since the last count_anew()
-  Pose known_at_;                 // pose of the head for these distances
+  Pose known_at_;                 // pose of the head for the stored distances
   // For each point in frame T: position p (m), distance d (m), gradient g.
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };

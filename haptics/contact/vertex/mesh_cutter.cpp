@@ -25,8 +25,8 @@ namespace {
 
 // m, rounding error of the faces' bounding balls (floats)
 constexpr double kRounding = 1e-6;
-// Largest number of rounds that move vertices back. After these, all vertices return to their positions before the
-// step.
+// Largest number of rounds that move vertices back. Then
+// all vertices return to their positions before the step.
 constexpr int kMaxRounds = 8;
 // A face faces the core (part of the axis) if the cosine between its outer normal and the vector from the core to each
 // corner is below this.
@@ -581,7 +581,7 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
   distances_.clear();
 }
 
-/// If the face intersects another face, moves the vertices of both back.
+/// If the face intersects another face, moves the vertices of both faces back to their positions before the step.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
   if (!held_ && tested_in_[f] == edge_search_number_) return;  // The face is listed twice and was tested already.
   const Index g = crossed_near(mesh, f);

@@ -180,8 +180,8 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Repeats the cuts since remember_writes(true) on the mesh of the snapshot. It has then the same bits as the carver's
-/// mesh.
+/// Repeats the cuts since remember_writes(true) on the mesh of the snapshot, which then has the same bits as the
+/// carver's mesh.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);

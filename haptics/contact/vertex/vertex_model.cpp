@@ -321,7 +321,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double clearance = listed;
-    // Examines the nearest points first, then those within larger and larger distances.
+    // Examines the nearest points first, then points within larger and larger distances.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
         clearance = std::min(clearance, head().distance(R_TW * (list_.points[i] - X_WG.p)));

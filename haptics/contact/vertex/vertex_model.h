@@ -28,8 +28,8 @@ struct FeelParameters {
   // Shortest advance per cut, in target edges. Energy is collected over several ticks until it is enough for this
   // advance.
   static constexpr double sweep = 0.04;
-  // Shortest advance per cut of a hand instrument's edge, in target edges. Very short, because such an edge can collect
-  // little energy.
+  // Shortest advance per cut of a hand instrument's edge, in target edge lengths. Very short, because a dragged edge
+  // can collect little energy.
   static constexpr double scrape = 2e-5;
   // Longest advance per cut, in target edge lengths.
   static constexpr double stride = 0.5;
@@ -40,8 +40,8 @@ struct FeelParameters {
   static constexpr double touches = 0.01;
   static constexpr double search_distance =
       0.5e-3;  // m, distance from the head within which clearance() searches tissue
-  // Motion / radius for which a short list of points is valid. It is used while the head cuts, because the head then
-  // moves little until the next list.
+  // Motion / radius for which a short list of points is valid. Short lists are used while the head cuts, because it
+  // then moves little until the next list.
   static constexpr double short_list = 0.05;
   // Fraction of a list's valid motion after which the model begins the next list.
   static constexpr double begin_next = 0.3;
@@ -176,7 +176,7 @@ class VertexModel final : public ContactModel {
   bool ahead_ = false;         // true: list_ahead() is making next_list_
   bool near_changed_ = false;  // true: near_ was found for next_list_, not for list_
   Listing listing_;
-  // effort in this tick: of all lists made in one piece, and of the last one of them
+  // effort in this tick for lists made in one piece: for all of them, and for the last one
   Effort listed_ = 0, last_list_ = 0;
   bool began_ = false;     // true in the first tick after begin_anew()
   bool found_ = false;     // true: list_ was made for the current mesh and tool

@@ -48,7 +48,7 @@ struct DicomPixels {
   std::uint8_t inverted = 0;  // 1 if the smallest value is white (MONOCHROME1)
   std::uint8_t lossy = 0;
   std::uint8_t has_padding = 0;                    // 1 if some voxels lie outside the measured region
-  double lowest_padding = 0, highest_padding = 0;  // stored values of these voxels
+  double lowest_padding = 0, highest_padding = 0;  // smallest and largest stored value outside it
   std::uint64_t bytes = 0;
 };
 
