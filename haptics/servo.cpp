@@ -243,7 +243,7 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
 }
 
-/// Sets kDeepPenetration if the tool is inside tissue. A tool that began there is led out before it cuts.
+/// Sets kDeepPenetration if the tool is inside tissue. A tool that began inside tissue is led out before it cuts.
 void Servo::State::watch_start(ContactTick& now) noexcept {
   Motion& m = motion;
   const Contact& contact = now.contact;

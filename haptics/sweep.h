@@ -93,8 +93,8 @@ class Sweep {
   /// 16 samples along z) that were added to the list.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Cuts without lists of groups: examines the blocks in the selected parts of the active front whose path length has
-  /// come. `parts`: one bit for each part.
+  /// Cuts without lists of groups: in the selected parts of the active front, examines the blocks that must be examined
+  /// now. `parts`: one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if the tissue patch contains all samples that another patch has listed around the head.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;

@@ -68,8 +68,8 @@ struct Tool {
   bool cuts = true;          // false: probe or gauge, which touches but never cuts
   // Fraction of the normal force that cuts, at the side of the head.
   double side_efficiency = 1;
-  // Fraction of the normal force that cuts, at the end. In between, interpolated by the squared cosine of the angle to
-  // the axis.
+  // Fraction of the normal force that cuts, at the end of the head. Between side and end, interpolated by the squared
+  // cosine of the angle to the axis.
   double end_efficiency = 1;
   // Fraction of the hand's push that scrapes, for an edge that is drawn along the path; 0: does not scrape.
   double scrapes = 0;

@@ -300,7 +300,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // The step drift only stores touches, which later sessions are compared with.
+      // The calibration step "drift" only stores touches; later sessions compare theirs with them.
       break;
   }
 }

@@ -132,7 +132,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   // Ball around all samples that can change: around B if the ball at B covers all that are ahead of A, else between.
   const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
-  // In a continued sweep, a ball of radius `inner` around A is empty already.
+  // If the sweep continues the last one, a ball of radius `inner` around A is empty already.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
   // z of A relative to a row's first sample
   const float first = c.az - static_cast<float>(block.lo_z);
@@ -409,7 +409,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance of approach until the depth exceeds the value; a sample at kInner never changes.
+            // Distance that the ball must approach until a sample changes; a sample at kInner never changes.
             F8 safe_travel = (raised ? now : least) - depth;
             safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Extends beyond the sweep, because groups are longer, and because lists are used up to one voxel later.
+  // The tables extend beyond the sweep, because groups are longer, and lists are used up to one voxel later.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -21,7 +21,7 @@ int widest_group() noexcept;
 /// Blocks: 4 × 4 × 8 voxels, z is the fastest index. Allocates at set-up only.
 class CutFront {
  public:
-  /// Allocates buffers for each of these tools. `voxel`: m. `lanes`: 8 or 16; the results do not depend on it.
+  /// Allocates buffers for all tools in `tools`. `voxel`: m. `lanes`: 8 or 16; the results do not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Number n of parts. Part i contains every n-th layer of blocks along x, from layer i on. Larger heads have more

@@ -25,7 +25,7 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels from the filling; air this near gets its label, for queries at the surface
+// voxels; air nearer than this to the filling gets its label, for queries at the surface
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, rounding error of a chord
 
@@ -74,7 +74,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  // volume that the reverse change would remove
+  // volume that the reverse change would remove, which is the added volume
   RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
@@ -111,7 +111,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        // volume that the reverse change would remove
+        // volume that the reverse change would remove, which is the added volume
         const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label), lanes.at);
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;

@@ -278,8 +278,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// Examines blocks at one pose, eight at a time.
 class HeadPass {
  public:
-  /// For the pose at the start or the end. `after`: the other pose has been cut already; `ahead`: path for which
-  /// results are valid.
+  /// Examines blocks at the start pose or at the end pose. `after`: the other pose has been cut already; `ahead`: path
+  /// for which results are valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -289,7 +289,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds the block with this first voxel. Returns true if there are eight; then call examine().
+  /// Adds the block whose first voxel is `block`. Returns true if there are eight; then call examine().
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -307,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Single piece that is nearest to all samples of the group from `first_voxel`; `kind` if there is none.
+  /// Single piece of the meridian that is nearest to all samples of the group from `first_voxel`; `kind` if none is.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;

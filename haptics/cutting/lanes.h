@@ -20,7 +20,7 @@ typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
 using typodont::bits_of;
 
-/// One bit per lane.
+/// Returns one bit per lane of the mask.
 TYPODONT_INLINE unsigned bits_of(const L8& mask) {
   return bits_of(__builtin_convertvector(mask, I8));
 }

@@ -444,7 +444,7 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   const PathBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
-  // All rows make one step before the next, so that no row waits for its own results.
+  // All rows make one step of the search before the next step, so that no row waits for its own results.
   constexpr int kAll = kRows * kRows;
   const bool whole = block.from[2] == 0 && block.to[2] == kRowLength;
   Search searches[kAll];
@@ -611,8 +611,8 @@ namespace {
 class PathPass {
  public:
   /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
-  /// sample and the centre; `rounding`: voxels along a normal; `known`: receives when blocks are due next; null if
-  /// another part follows.
+  /// sample and the centre; `rounding`: voxels along a normal; `known`: receives when blocks must be examined next;
+  /// null if another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
       : path_(part),

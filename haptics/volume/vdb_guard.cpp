@@ -157,7 +157,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
   if (seal == Seal::kNone) Walker(file).walk();
 
-  // Cached by the hash of the content, because every start reads the volume of a scene.
+  // The grids are cached by the hash of the file's content, because every start reads the volume of a scene.
   Sha256 key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));

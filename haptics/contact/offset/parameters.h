@@ -98,7 +98,7 @@ struct FallParameters {
   static constexpr double push_time = 0.05;
   // N/s; smallest (current - mean velocity) × stiffness of a fall
   static constexpr double gain = 5;
-  // A fall also needs a larger cosine between the mean push and the opposite of the gained velocity.
+  // A fall (tissue under the bur is gone) also needs a larger cosine between mean push and minus the gained velocity.
   static constexpr double along = 0.3;
   // N/s; a speed × stiffness of the falling bur up to this is always allowed
   static constexpr double landing_slew = 12;

@@ -16,7 +16,7 @@ constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMaxKept = 256u << 20;  // bytes, largest total size of the cache
 constexpr const char* kSuffix = ".packing";
 
-/// Calls use(address, bytes) for each part of a packing.
+/// Calls use(address, bytes) for each array of a packing.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };

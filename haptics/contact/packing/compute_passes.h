@@ -35,7 +35,7 @@ class ComputePasses {
   /// tick; spheres near it are searched only once.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: cuts from X_WA to X_WB, as packing::carve().
+  /// Pass 3: cuts from X_WA to X_WB, like packing::carve().
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 

@@ -46,8 +46,8 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Labels are dithered, so that volumes are exact (solid.cpp). Packing needs smooth borders: takes the most frequent
-// label of the neighbours.
+// Labels are dithered, so that volumes are exact (solid.cpp). Packing needs smooth borders, so each voxel gets the most
+// frequent label of its neighbours.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};

@@ -21,7 +21,7 @@ class DepthField {
 
   /// Tissue of the nearest of the eight samples around p_V that contains tissue; kAir: none.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Depth in p_V's tissue, voxels; -1: no tissue.
+  /// Depth of p_V below the border of the tissue at p_V, voxels; -1: no tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
   /// Depth in the given tissue, voxels (trilinear). Negative outside this tissue; -1 outside the field and for kAir.
   double in(Tissue tissue, const dvec3& p_V) const;

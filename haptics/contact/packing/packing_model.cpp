@@ -281,8 +281,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Friction (paper S2, eq. 13) of the last tick's tissue. Zero for a rotating bur: the servo computes the force of its
-/// edges.
+/// Sets the friction (paper S2, eq. 13) for the tissue of the last tick. Zero for a rotating bur: the servo computes
+/// the force of its edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {

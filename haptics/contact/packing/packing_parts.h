@@ -18,13 +18,13 @@ struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
   std::uint64_t seed = 1;       // random seed for packing tissue and a tool's mesh
   std::filesystem::path file;   // file with the packing; empty: it is computed
-  // first tool's head, from a closed mesh; empty: from its shape
+  // head of the first tool as spheres from a closed mesh; empty: spheres from the tool's shape
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, constant v_b of paper S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
-  // With base_speed: true: uses ρ of eq. 3, which grows with the contact (for reaming); false: the normalised ρ̂.
+  // Only with base_speed. true: uses ρ of S2, eq. 3, which grows with the contact (for reaming); false: normalised ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
   // density of each tissue relative to dentin; negative: computed from its specific energy

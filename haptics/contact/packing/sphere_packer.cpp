@@ -331,7 +331,7 @@ class Packer {
     });
   }
 
-  /// Searches the best centre near `node`: tests even directions, and halves the step.
+  /// Searches the best centre near `node`: tests evenly distributed directions, and halves the step.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double free_depth = std::min(field_.in(tissue, node), kFullDepths * limit_);

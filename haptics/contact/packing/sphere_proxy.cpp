@@ -222,8 +222,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes lists in advance, part by part. A list is replaced after half its margin. Faster tools get larger margins and
-/// parts.
+/// Makes the next near lists in advance, in parts. A list is replaced when half its margin is used. Faster tools get
+/// larger margins and parts.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (list_capacity_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -444,7 +444,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       continue;
     }
     const dvec3 turned = c.turn / (lever_ * lever_);
-    // The last multipliers are the first guess.
+    // The multipliers of the last projection are the first guess.
     if (c.multiplier > 0) {
       allowed_move += c.multiplier * c.n;
       allowed_turn += c.multiplier * turned;

@@ -69,11 +69,11 @@ class SphereProxy {
   /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, it finds the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Lists the spheres that one tool sphere can touch on its path to `to`, as SphereTree::near_segment().
+  /// Lists the spheres that one tool sphere can touch on its path to `to`, like SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<Place> found) const noexcept;
 
-  /// Lists the spheres near one tool sphere at the proxy, enlarged by `epsilon` (m), as SphereTree::near_segment().
+  /// Lists the spheres near one tool sphere at the proxy, enlarged by `epsilon` (m), like SphereTree::near_segment().
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<Place> found) noexcept;
 

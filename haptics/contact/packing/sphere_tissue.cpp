@@ -131,7 +131,7 @@ struct SphereTissue::Lanes {
     away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
     overlap[k] = s.overlap, tool[k] = s.tool;
   }
-  /// Copies sphere `k` after a cut by a ball of radius `r` to `s`.
+  /// Copies to `s` the state of sphere `k` after a cut by a ball of radius `r`.
   void take(std::size_t k, double r, CutSphere& s) const {
     s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
     s.base_radius = base_radius[k], s.base_volume = base_volume[k];
@@ -272,7 +272,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own none: it gets its own volume. Then scales all to the volume of the tissue.
+  // A sphere smaller than a voxel may own no voxel: it gets its own volume. Then all are scaled to the tissue's volume.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -77,7 +77,7 @@ class SphereTissue {
 
   // Public because the SIMD kernels use it.
   struct Lanes;
-  /// Ratio to the radius before the cut; smaller spheres are removed, because they could not be felt.
+  /// New radius / radius before the cut; below this, a sphere is removed, because it could not be felt.
   static constexpr double kMin = 1e-3;
 
   /// Size of spheres and tree, bytes.
@@ -116,7 +116,7 @@ class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
       : state_(spheres + SphereTree::kLeafSize),
-        tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
+        tried_in_(state_.size(), 0) {  // includes unused positions at the tree's end
     steps_.resize(kMaxSteps + 1);
   }
   /// Begins a cut by `balls` balls.

@@ -43,7 +43,7 @@ class SphereTree {
     return {leaf.x[s % kLeafSize], leaf.y[s % kLeafSize], leaf.z[s % kLeafSize]};
   }
   dvec3 center(int i) const noexcept { return center(place_of(i)); }
-  /// 0: the sphere has disappeared.
+  /// Radius of the sphere at a position in the tree; 0: the sphere has disappeared.
   double radius(Place place) const noexcept {
     const auto s = static_cast<std::size_t>(place);
     return leaves_[s / kLeafSize].r[s % kLeafSize];

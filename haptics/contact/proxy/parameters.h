@@ -24,7 +24,7 @@ struct WallSeatParameters {
   static constexpr double hand_depth = 4;
   static constexpr double min_height = 0.5;  // voxels, smallest distance of the hand from a crease's sheets
   // Voxels. A contact nearer than `near` to a ball on a crease is other tissue if it is farther than `off_crease` from
-  // the crease's sheets.
+  // the smooth surfaces of the crease.
   static constexpr double near = 0.05, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is less
   static constexpr double aligned = 1e-8;
@@ -61,15 +61,15 @@ struct RefineParameters {
   static constexpr double still_converges = 0.95;
   static constexpr double max_gain = 10;    // largest factor by which the secant method lengthens a step
   static constexpr double shortened = 0.2;  // factor for the step length after a step that increased the gap
-  // The surface is smooth if the gradient's length differs from 1 by less.
+  // The surface is smooth if the gradient's length differs from 1 by less than this.
   static constexpr double smooth = 1e-3;
 };
 
 /// A sharp rim of the head inside the tissue (ContactFinder::touch_with_rim). The head must leave along the tissue's
 /// normal, not along the normal of one side of the rim.
 struct RimParameters {
-  // If the cosine between the head's and the tissue's normal is larger, they count as equal, and the rim is not
-  // examined.
+  // If the cosine between the head's and the tissue's normal is larger than this, the normals count as equal, and the
+  // rim is not examined.
   static constexpr double askew = 0.99999;
   // Largest difference between 1 and the length of the field's gradient in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
@@ -193,7 +193,7 @@ struct GrooveParameters {
   static constexpr double concave = 0.02;    // largest depth of a wall below the others' planes
   static constexpr double agrees = 0.05;     // largest difference between field and distance from the walls
   static constexpr double farther = 1.5;     // distance of a second point that tests flatness
-  // Limits for this point: 1 - cosine between the normals, and the distance (allows for rounding to floats).
+  // Limits for the second point: 1 - cosine between the normals, and the distance (allows for rounding to floats).
   static constexpr double flat = 1e-10, flat_distance = 2e-5;
   static constexpr int misses = 6;  // after so many directions without a wall, the search fails
   // Interpolation fills a groove up to this depth × |n1 - n2|, where n1 and n2 are the normals of its walls.

@@ -21,7 +21,7 @@ struct Lanes {
   double *distance, *n_x, *n_y, *n_z;
 };
 
-/// Computes distances of points from a ball, as VertexHead::distance(p, n).
+/// Computes distances of points from a ball, like VertexHead::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -37,7 +37,7 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   }
 }
 
-/// Computes distances from a meridian, as HeadField::distance(p, n). `R`: rotation from T to W, column by column.
+/// Computes distances from a meridian, like HeadField::distance(p, n). `R`: rotation from T to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -128,7 +128,7 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // Removes entries of unused elements after the end.
+  // Removes entries that belong to unused elements after the end.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }

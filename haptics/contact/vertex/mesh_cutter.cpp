@@ -92,7 +92,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Removes entries of unused elements after the end.
+  // Removes entries that belong to unused elements after the end.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
@@ -108,7 +108,7 @@ bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j
   return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
 }
 
-/// With more faces near the head, edges are not split.
+/// Largest number of faces near the head with which long edges are still split.
 std::size_t max_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -843,7 +843,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, faces away from the head may cross faces that point to the head: tested too if they share a vertex.
+      // At a fold, faces away from the head may cross faces towards it; they are tested too if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_search_number_ || edge_seen_[v[1]] == edge_search_number_ ||

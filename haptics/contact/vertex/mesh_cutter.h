@@ -113,8 +113,8 @@ class MeshCutter {
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Makes a cut in parts: begin(), work() until it returns true, done(). Meanwhile nothing else may change the mesh.
-  /// work() uses up the effort `left`. `known`: faces found earlier, to save a search. The result does not depend on
-  /// either.
+  /// work() uses up the effort `left`. `known`: faces found earlier, to save a search. The result depends neither on
+  /// `left` nor on `known`.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   const CutDone& done() const noexcept { return done_; }

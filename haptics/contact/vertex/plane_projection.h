@@ -15,8 +15,8 @@ struct StepBounds {
   std::size_t count;
 };
 
-/// Allowed step nearest to `wanted` (Goldfarb & Idnani 1983). If there is none, points inside only prevent a deeper
-/// overlap; otherwise 0. `active`: the bounds that limit the step.
+/// Allowed step nearest to `wanted` (Goldfarb & Idnani 1983). If there is none, points inside the head only prevent a
+/// deeper overlap; if there is still none, 0. `active`: the bounds that limit the step.
 dvec3 nearest_step(const StepBounds& bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

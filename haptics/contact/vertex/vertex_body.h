@@ -30,7 +30,7 @@ struct KeyLess {
 /// Blocks of 8³ samples; a key is the index of a block along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// Carver thread only. Cuts change the mesh, rasterize() the distance field.
+/// Carver thread only. Cuts change only the mesh; rasterize() then updates the distance field.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);

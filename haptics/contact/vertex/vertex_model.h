@@ -25,8 +25,8 @@ struct FeelParameters {
   static constexpr double max_aside = 0.25;
   // N/s, largest change of a bur's force while the hand rests
   static constexpr double ease = 6.5;
-  // Shortest advance per cut, in target edges. Energy is collected over several ticks until it is enough for this
-  // advance.
+  // Shortest advance per cut, in target edge lengths. Energy is collected over several ticks until it is enough for
+  // this advance.
   static constexpr double sweep = 0.04;
   // Shortest advance per cut of a hand instrument's edge, in target edge lengths. Very short, because a dragged edge
   // can collect little energy.
