@@ -193,7 +193,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   return at_stake;
 }
 
-/// Fraction 0..1 of the force that `energy` (J) covers; other arguments as energy_at_stake().
+/// Fraction 0..1 of the force that `energy` (J) covers; other arguments like those of energy_at_stake().
 inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                                const dvec3& turned, double dt, double tick, double energy,
                                PassivityState& state) noexcept {

@@ -13,7 +13,7 @@ namespace typodont::haptics {
 /// Above `band`, aliasing would produce frequencies that the drill does not have. At 300 krpm (5 kHz), a 1 kHz device
 /// vibrates only while the spindle changes its speed.
 struct VibrationLaw {
-  // Hz, from DeviceInfo or the scene; 0: no vibration.
+  // Hz, highest frequency of the vibration, from DeviceInfo or the scene; 0: no vibration.
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: grade G 6.3, ISO 21940-11

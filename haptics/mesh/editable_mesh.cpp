@@ -457,7 +457,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // A full circle, because `gone` is not on a border.
+  // Visits all faces around `gone`, because it is not on a border.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;

@@ -152,7 +152,7 @@ void SurfacePieces::look_around(Index v) {
 SurfacePiece SurfacePieces::make(Piece& piece) {
   const auto number = static_cast<std::uint32_t>(&piece - pieces_.data());
   std::erase_if(piece.faces, [&](Index f) { return piece_of_[f] != number; });
-  // Sorted, so that the piece does not depend on the order in which faces were added.
+  // The faces are sorted, so that the piece does not depend on the order in which they were added.
   std::ranges::sort(piece.faces);
   piece.faces.erase(std::unique(piece.faces.begin(), piece.faces.end()), piece.faces.end());
   SurfacePiece made;

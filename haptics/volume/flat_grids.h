@@ -18,7 +18,7 @@ struct FlatGrids {
   double voxel = 0;                // voxel size of the first grid in the file's unit; 0: voxels are not cubes
   openvdb::Vec3d origin{0, 0, 0};  // position of the first grid's voxel (0,0,0), file's unit
   bool exact_outside = true;
-  // FilePlace: rotation rows, position in the file's unit, axes.
+  // Data of FilePlace: rows of the rotation, position in the file's unit, axes.
   std::array<openvdb::Vec3d, 3> rotation{openvdb::Vec3d(1, 0, 0), {0, 1, 0}, {0, 0, 1}};
   openvdb::Vec3d file_origin{0, 0, 0};
   std::string axes;

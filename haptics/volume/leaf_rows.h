@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Copies eight distances at a time.
+/// Copies the distances of a leaf (8³ samples), eight at a time.
 void copy_distances(const float* from, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
-/// Fills eight distances at a time.
+/// Sets all distances of a leaf (8³ samples) to `value`, eight at a time.
 void fill_distances(float value, float* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y);
 
 /// Copies a leaf's values of one byte (labels, hardness).

@@ -385,7 +385,7 @@ void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff
     for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
   }
 }
-/// Copies the lowest bytes, eight at a time.
+/// Copies the lowest byte of each value, eight at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
@@ -566,7 +566,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends to whole bricks, because copy_every() treats deep samples differently after a brick's first cut.
+  // Extends the box to whole bricks, because copy_every() treats deep samples differently after a brick's first cut.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {

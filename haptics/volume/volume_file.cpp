@@ -23,8 +23,8 @@ namespace {
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
 constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin
-// Limits of the box around the tissue, on which memory and time depend, in voxels: always allowed; per stored distance;
-// at most. Teeth and jaws have 5 to 50 per stored distance.
+// Largest box around the tissue, in voxels, because memory and time depend on it: kSmallBox is always allowed,
+// otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 per stored distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kMaxBox = 1e9;
 
 /// Converts between voxels and mm, limited to ± band.

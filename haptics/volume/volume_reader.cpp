@@ -38,7 +38,7 @@ int run(int argc, char** argv) {
   std::error_code code;
   const std::uint64_t bytes = std::filesystem::file_size(from, code);
   if (code) return 2;
-  // Opened before the right to write files is given up.
+  // The output is opened before the right to write files is given up.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   const std::uint64_t longest = std::max(kMinOutput, kOutputPerByte * bytes);
@@ -80,7 +80,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-/// No cleanup: a sanitizer would use forbidden system calls.
+/// Ends without cleanup: a sanitizer would use forbidden system calls.
 int main(int argc, char** argv) {
   _exit(run(argc, argv));
 }

@@ -181,7 +181,7 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   return any != 0;
 }
 
-/// Rounds as std::round(), but without a function call.
+/// Rounds like std::round(), but without a function call.
 TYPODONT_INLINE std::int32_t rounded(float v) {
   const float whole = static_cast<float>(static_cast<std::int32_t>(v)), rest = v - whole;
   const float up = rest >= 0.5f ? 1.0f : 0.0f, down = rest <= -0.5f ? 1.0f : 0.0f;

@@ -16,7 +16,7 @@ namespace typodont::haptics::implant {
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
-  /// Stores all these voxels in their order.
+  /// Stores all voxels of the tool's end in their order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
   /// Merges four voxels into one where the tool is flat, up to an edge of `coarsest` (m). The bone's field is linear in
   /// a voxel, so finer voxels give no better result.
@@ -38,7 +38,7 @@ struct EndVoxels {
 /// Parameters of the cutting law in this tick. SI.
 struct EndLaw {
   double voxel = 0;  // m, voxel size of the tissue patch
-  // m from the axis; within it, a voxel that cannot cut stops the tool
+  // m; within this distance from the axis, a voxel that cannot cut stops the tool
   double width = 0;
   bool cuts = false;    // false: the tool cannot cut, for example at rest
   double max_grey = 0;  // Hounsfield units, densest bone that can be cut

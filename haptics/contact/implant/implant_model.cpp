@@ -13,7 +13,7 @@ namespace {
 constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
 // m; if the tip is farther from the bed's axis, the tool does not cut
 constexpr double kAtPlace = 2e-6;
-// The tip touches if the cosine between force and axis is larger.
+// The tip touches if the cosine between force and axis is larger than this.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth at which a thread engages
 // m from the final depth or the bottom at which an implant is seated

@@ -10,7 +10,7 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger.
+// A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger than this.
 constexpr double kFacingEnd = 0.5;
 // voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
 constexpr int kNear = 4;
@@ -18,7 +18,7 @@ constexpr int kParts = 8;           // number of parts of a voxel's edge for thi
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.05;
-// a rim is sharp if the cosine between the two normals is smaller
+// a rim is sharp if the cosine between the two normals is smaller than this
 constexpr double kSmooth = 0.97;
 
 /// Mean of 1/r (r: distance from the axis) over the voxel's cross-section.

@@ -12,9 +12,9 @@ constexpr double kOverlap = 1e-9;
 // Tolerated overlap at rest, in radii. Without it, a sharp rim could not enter its own hole again, which has the same
 // width.
 constexpr double kAllowedDepth = 0.01;
-// fraction of HeadPoints::kept that the head moves before the next list is begun
+// fraction of HeadPoints::kept that the head moves before the next list of contact points is begun
 constexpr double kAhead = 0.4;
-// largest number of faces and points that are examined per tick for the next list
+// largest number of faces and points that are examined per tick for the next list of contact points
 constexpr int kMaxListed = 600;
 constexpr double kLiftReach = 2e-3;  // m, distance within which a head inside tissue searches the surface
 

@@ -169,7 +169,7 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
 }
 
 /// Moves the contact point to the mesh of another level; `hip_`: the hand's position in the last tick. `anew`: computes
-/// it from the hand's position alone; otherwise the change of the force is applied gradually.
+/// the point from the hand's position alone; otherwise the change of the force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {

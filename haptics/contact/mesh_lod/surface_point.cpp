@@ -37,7 +37,7 @@ constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wa
 // m, search distance for the surface of a new mesh
 constexpr double kMapReach = 2e-3;
 constexpr int kMaxLifts = 16;
-// round_edge() extends a step only if the cosine between the normal and the direction to the hand is larger
+// round_edge() extends a step only if the cosine between normal and direction to the hand is larger than this
 constexpr double kMinAlong = 0.3;
 // m; if the point is nearer to a face, the face's normal gives the direction
 constexpr double kNoDirection = 1e-13;

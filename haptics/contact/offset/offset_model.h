@@ -93,7 +93,7 @@ class OffsetModel : public PatchModel {
   /// head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // Defined in proxy.cpp.
+  // The following functions are defined in proxy.cpp.
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -126,7 +126,7 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // Defined in removal.cpp.
+  // The following functions are defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
   /// Cuts the sweep from in.X_WG to X_WB in the fine and the coarse tissue patch. If tissue changed, returns true and
   /// sets `cut`.
@@ -140,7 +140,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(TissuePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // Defined in filling.cpp.
+  // The following functions are defined in filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_ball(const Pose& X_WH, double reach) noexcept;
@@ -201,7 +201,7 @@ class OffsetModel : public PatchModel {
     double radius = -1;  // voxels, radius of the ball of filling; negative: there is no ball
     // fraction of the ball's surface that could grow in the last tick
     double free_fraction = 1;
-    // voxels: centre of the ball; the instrument's free end when it began
+    // voxels: centre of the ball; the instrument's free end when the ball began
     dvec3 center{0}, end{0};
     // voxels, centre of the first ball, where the search begins
     dvec3 root{0};

@@ -134,7 +134,7 @@ struct RecoveryParameters {
   static constexpr double longest_lag = 20e-3;
   // m that the head has moved since the tissue patch became late; beyond this, the plane's force decreases
   static constexpr double bridge_reach = 5e-3;
-  // N; the plane yields at last contact force + this
+  // N; the plane yields to a force above the last contact force + this
   static constexpr double bridge_yield = 0.5;
   // s, duration of the smooth return after a plane replaced the tissue
   static constexpr double rejoin_time = 0.3;
