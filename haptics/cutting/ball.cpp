@@ -123,8 +123,8 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. If the sweep
-/// continues the last one, examines only samples ahead of A that the ball at A left. Returns true if a sample changed.
+/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. A continued
+/// sweep examines only samples ahead of A outside the ball that is empty already. Returns true if a sample changed.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;

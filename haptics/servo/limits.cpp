@@ -99,8 +99,8 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
-/// √(2 k E - k² a²) for E > k a², otherwise E / a (a: largest expected retreat per tick). `at_stake`: energy that the
-/// full force may give to the hand in the next tick, J.
+/// √(2 k E - k² a²) for E > k a², otherwise E / a; a: largest expected retreat per tick. `at_stake`: energy of the full
+/// force in the next tick, J.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
