@@ -31,7 +31,7 @@ struct SurfaceOptions {
   double point_area = 1e-6;  // m², area that a point represents
   // Largest residual that is used in the first round, m; the limit decreases in later rounds.
   double start_reach = 1.5e-3;
-  double resolution = 0.3e-3;  // m, voxel size of the field; residuals of a good fit are smaller
+  double resolution = 0.3e-3;  // m, voxel size of the field; residuals of a good fit are smaller than this
   double correlation = 2e-3;   // m, errors closer to each other than this are correlated
   // Agreeing points of a trusted result represent at least this area, m².
   double min_area = 30e-6;

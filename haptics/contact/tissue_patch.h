@@ -88,7 +88,7 @@ struct TissuePatch : Snapshot {
   dvec3 nearest_held(const dvec3& p_V) const {
     return glm::clamp(p_V, dvec3(lo) + kStencil, dvec3(lo + n - 1) - kStencil);
   }
-  /// Fraction 0..1 of `motion` (voxels) from p_V along which holds(…, reach) remains true. It must be true at p_V.
+  /// Fraction 0..1 of `motion` (voxels) from p_V along which holds(…, reach) remains true. holds() must be true at p_V.
   double held_fraction(const dvec3& p_V, const dvec3& motion, double reach) const {
     const double margin = reach + kStencil;
     double fraction = 1;

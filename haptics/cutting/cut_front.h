@@ -67,7 +67,7 @@ class CutFront {
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// Call it if only labels have changed, because the lists contain labels.
   void renew_lists() noexcept { drop_listed(); }
-  /// Number of parts without a valid list. They are cut without a list, which takes longer.
+  /// Number of parts without a valid list. Such parts are cut without a list, which takes longer.
   int outdated() const noexcept;
 
  private:

@@ -25,8 +25,8 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// `capsule` false: the ball at B is accurate enough. `ahead`: all samples are ahead of A; `whole`: all may change.
-/// These need no test.
+/// `capsule` false: the ball at B is accurate enough. `ahead`: all samples are ahead of A; `whole`: all may change. If
+/// `ahead` or `whole` is true, its test is left out.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {

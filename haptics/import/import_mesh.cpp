@@ -234,7 +234,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of the side's triangles is better.
+    // Improves the normal: takes the mean normal of the triangles on this side.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);

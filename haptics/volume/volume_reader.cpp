@@ -23,10 +23,10 @@
 namespace {
 
 constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, including libraries
-// bytes of address space per byte of the file
+// bytes of address space allowed per byte of the file
 constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMaxMemory = 32ull << 30;
-// bytes of output per byte of file; tissue needs less
+// largest number of bytes of output per byte of file; tissue needs less
 constexpr std::uint64_t kOutputPerByte = 4096;
 constexpr std::uint64_t kMinOutput = 64ull << 20;
 

@@ -409,7 +409,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kMinAlong)) return;
   const double direction = (glm::dot(plane.n, c_ - at.p) - plane.gap) / along;
   const dvec3 other = at.p + direction / size * off - c_;
-  // The extended step ends on this line. If the extension is longer than `step`, at.p is on another part of the border.
+  // Ends on the line from c_ to the face's point. If the extension exceeds `step`, at.p is elsewhere on the border.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].gap - kStays) return;

@@ -231,8 +231,8 @@ void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
   });
 }
 
-/// Copies only the new leaves, if the servo will hold the last copied tissue patch `held`. Returns false after a
-/// foreign change, or if there are too many leaves.
+/// Copies only the new leaves, if the servo will hold the last copied tissue patch `held`. Returns false after a change
+/// that the servo did not make itself (foreign_changes), or if there are too many leaves.
 bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};

@@ -19,7 +19,7 @@ struct SearchParameters {
   static constexpr double reuse_distance = 0.3;
   // voxels; with one contact, a shorter step ends the search
   static constexpr double converged = 1e-6;
-  // voxels, one contact: the search ends if the sum of all further steps (geometric series) is smaller
+  // voxels, one contact: the search ends if the sum of all further steps (geometric series) is smaller than this
   static constexpr double foreseen = 1e-7;
   // voxels; with several contacts, a shorter step ends the search
   static constexpr double settled = 2e-5;

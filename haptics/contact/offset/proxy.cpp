@@ -338,7 +338,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // In a fall, an additional plane under the head limits the speed. It sinks at the allowed landing speed.
+  // In a fall, an additional plane under the head limits the speed. The plane sinks at the allowed landing speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);

@@ -23,7 +23,7 @@ struct Parameters {
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, constant v_b of paper S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
+  double free_speed = 0.02;  // m/s, upper limit of S2, eq. 4, at very low density
   // Only with base_speed. true: uses ρ of S2, eq. 3, which grows with the contact (for reaming); false: normalised ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate

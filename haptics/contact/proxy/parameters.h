@@ -26,7 +26,7 @@ struct WallSeatParameters {
   // Voxels. A contact nearer than `near` to a ball on a crease is other tissue if it is farther than `off_crease` from
   // the smooth surfaces of the crease.
   static constexpr double near = 0.05, off_crease = 0.7;
-  // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is less
+  // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is below this
   static constexpr double aligned = 1e-8;
   static constexpr int iterations = 6;  // largest number of steps along the wall to the contact point
   // Largest allowed difference between 1 and the length of the field's gradient at the contact point. The length is 1
@@ -139,19 +139,19 @@ struct CreaseParameters {
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  // a sample below the surface that differs by more shows that there is another surface
+  // a sample below the surface that differs by more than this shows that there is another surface
   static constexpr double missed_by = 0.3;
   // Distances from the point where a crease was fitted: up to `reused` it is used again; up to `followed` its sheets
   // are fitted again without a search.
   static constexpr double reused = 1, followed = 3;
-  // A search that found no crease is not repeated within this distance, if the cosine between both directions of
-  // search is larger.
+  // A search that found no crease is not repeated within `none_within`, if the cosine between both directions of search
+  // is above `none_along`.
   static constexpr double none_within = 0.25, none_along = 0.9;
   // The line where two surfaces meet goes on if samples `below` it, `ahead` in both directions, agree with both.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from the crease of fits that are repeated
   static constexpr double converged = 1e-9;
-  // smooth surfaces are parallel if the determinant of their normals is smaller
+  // smooth surfaces are parallel if the determinant of their normals is smaller than this
   static constexpr double min_angle = 1e-4;
   static constexpr int newton_steps = 8;
 };
@@ -215,7 +215,7 @@ struct NonCuttingPartParameters {
   static constexpr double enough_room = 3;
   // voxels of the head's tissue patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
-  // Contacts at the same position are merged if the cosine between their normals is larger.
+  // Contacts at the same position are merged if the cosine between their normals is larger than this.
   static constexpr double same_direction = 0.985;
   // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same position.
   static constexpr double same_place = 2;

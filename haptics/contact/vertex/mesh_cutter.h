@@ -56,7 +56,7 @@ struct CutParameters {
   // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
   // rotate farther.
   static constexpr double min_turn_in_mending = 0.5;
-  // In cubes of the target edge length; a merge of two vertices that changes the volume by more is refused.
+  // In cubes of the target edge length; a merge of two vertices that changes the volume by more than this is refused.
   static constexpr double max_given = 0.2;
   // Largest change of volume by a collapse or flip, in cubed target edge lengths.
   static constexpr double max_volume = 0.02;

@@ -36,7 +36,7 @@ class VoxelPenaltyModel final : public PatchModel {
     double depth;     // voxels, depth of the sample inside full voxels
     double area;      // m², area of the head that the sample represents
     Tissue tissue;    // tissue of the voxel that contains the sample
-    double hardness;  // 0..1, hardness of this voxel
+    double hardness;  // 0..1, hardness of the voxel that contains the sample
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }
