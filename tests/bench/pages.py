@@ -279,7 +279,7 @@ def performance(rows, origin, docs):
         if not all(series.values()):
             continue  # not measured in this run
         plot(docs / f"performance/{name}.svg", title, x_label, y_label, series, labels=True)
-        page += f"\n![{title}. The least {y_label} of each method, and its time: {best(series)}.](performance/{name}.svg)\n"
+        page += f"\n![{title}. Least {y_label} and its time: {best(series)}.](performance/{name}.svg)\n"
     return page
 
 
