@@ -146,7 +146,7 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   const auto touches = [&](const dvec3& x) {
     return crease && crease->above(target) > S::min_height && touch(patch, *crease, {target, {}}, x, plane);
   };
-  if (!touches(set.known_.place())) return false;
+  if (!touches(set.known_.touched)) return false;
   if (glm::length(plane.x - set.known_.place()) > CreaseParameters::reused) {
     const dvec3 x = plane.x;
     crease = set.known_.find(patch, x);
@@ -161,6 +161,7 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
     if (std::abs(crease->above(x)) > S::off_crease) return false;
   }
   seated = on;
+  set.known_.touched = plane.x;
   plane.gap = 0;
   set.clear();
   set.origin_ = on;
@@ -609,11 +610,12 @@ bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const 
   // The tissue inside the smooth surfaces is convex, so the first point that fulfils all conditions is the nearest one.
   const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
   bool touches = false;
+  for (int i = 0; i < crease.count && !touches; ++i) {
+    for (int j = 0; j < i && !touches; ++j)
+      touches = touch_line(crease, i, j, X_VT, x, found) && (crease.count == 2 || is_contact());
+  }
   for (int i = 0; i < crease.count && !touches; ++i)
     touches = touch_sheet(crease.sheet[i], X_VT, x, found) && is_contact();
-  for (int i = 0; i < crease.count && !touches; ++i) {
-    for (int j = 0; j < i && !touches; ++j) touches = touch_line(crease, i, j, X_VT, x, found) && is_contact();
-  }
   if (!touches && crease.count == Crease::kMost) {
     found.x = x;
     dvec3 n[Crease::kMost];

@@ -395,7 +395,7 @@ const Crease* KnownCreases::find(const TissuePatch& patch, const dvec3& x) noexc
     if (!follow(patch, x, near->crease)) return nullptr;
     near->x = x;
   }
-  if (near != known_) std::rotate(known_, near, near + 1);
+  if (near != known_) std::rotate(known_, near, near + 1), touched = x;
   return &known_[0].crease;
 }
 
@@ -403,6 +403,7 @@ void KnownCreases::add(const dvec3& x, const Crease& crease) noexcept {
   count_ = std::min(count_ + 1, kMost);
   std::move_backward(known_, known_ + count_ - 1, known_ + count_);
   known_[0] = {x, crease};
+  touched = x;
 }
 
 void KnownCreases::add_none(const dvec3& x, const dvec3& n) noexcept {

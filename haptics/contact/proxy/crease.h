@@ -45,6 +45,7 @@ class KnownCreases {
   /// Stores that no crease was found near x, seen along n, so that the search is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
+  dvec3 touched{0};  // voxels, contact point on last()
 
  private:
   static constexpr int kMost = 4;
