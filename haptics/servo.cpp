@@ -82,6 +82,7 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
   turns_matter = model->turns_matter();
   limits.law = law_for(settings);
   if (settings.soft) soft = std::make_unique<SoftTissue>(settings.soft, tools, settings.stiffness);
+  wear.resize(tools.size());
 }
 
 void Servo::State::rest(TickData& now, bool valid) noexcept {
@@ -165,6 +166,7 @@ void Servo::State::change_tool(TickData& now) noexcept {
     return;
   }
   in_hand = now.out.tool = wanted;
+  now.out.wear = sums.wear = wear[wanted];
   model->take_up(wanted);
   turns_matter = model->turns_matter();
   motion.free_travel = 0;
@@ -269,6 +271,7 @@ bool Servo::State::remove(ContactTick& now) noexcept {
     for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
   }
   if (energy > 0) spend(now, energy);
+  if (tool().grit > 0) wear_grains(now);
   return true;
 }
 

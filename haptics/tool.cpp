@@ -342,6 +342,21 @@ double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
   return d;
 }
 
+double Tool::area() const {
+  const Meridian m = meridian(*this);
+  double sum = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const auto& [a, b, center, radius] = m.pieces[static_cast<std::size_t>(i)];
+    if (radius == 0) {
+      sum += kPi * (a.x + b.x) * glm::length(b - a);
+    } else {  // ∫ 2π (c + r cos θ) r dθ
+      const double turn = std::atan2(b.y - center.y, b.x - center.x) - std::atan2(a.y - center.y, a.x - center.x);
+      sum += 2 * kPi * radius * (center.x * (turn < 0 ? turn + 2 * kPi : turn) + b.y - a.y);
+    }
+  }
+  return sum;
+}
+
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
   // Bisection along ρ: the head is convex, so the sign changes only once.

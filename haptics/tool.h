@@ -116,6 +116,10 @@ struct Tool {
     return implant->by_hand ? 0 : implant->top_speed > 0 ? implant->top_speed : motor;
   }
   double radius() const { return diameter / 2; }
+  /// Surface of the head, m².
+  double area() const;
+  /// Volume of a new diamond's grains, m³: one layer on the head.
+  double grain_volume() const { return grit * area(); }
   /// Distance from the head's centre to its ends along the axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
   /// Distance from the origin of T to the head's farthest point, m.

@@ -73,6 +73,13 @@ void describe_edges(Keys& keys, EdgeLaw& law) {
   keys("force_ratio", law.force_ratio, {0, 2}, "ratio of tangential to pressing force; 0: `cutting_coefficient`");
 }
 
+void describe_grit(Keys& keys, EdgeLaw& law) {
+  describe_edges(keys, law);
+  keys("grinding_ratio", law.grinding_ratio, {0, 1e6},
+       "removed volume / volume of a diamond's grains at which it cuts half as fast ([Wear](cutting.md#wear)); 0: no "
+       "wear");
+}
+
 void describe_material(Keys& keys, Material& m) {
   keys("stiffness_N_per_mm", m.stiffness, {0, 1000, kNewtonPerMillimetre}, "stiffness ([Coupling](#coupling))");
   keys("specific_energy_J_per_mm3", m.specific_energy, {1e-6, 1e6, kJoulePerCubicMillimetre}, "energy per cut volume");
@@ -81,7 +88,7 @@ void describe_material(Keys& keys, Material& m) {
   keys("density_g_per_cm3", m.density, {0, 30, kGramPerCubicCentimetre}, "density");
   keys("color", m.color, read_color, "colour");
   keys("blade", m.blade, describe_edges, "how burs with the key `blades` cut this tissue");
-  keys("grit", m.grit, describe_edges, "how diamonds with the key `grit_um` cut this tissue");
+  keys("grit", m.grit, describe_grit, "how diamonds with the key `grit_um` cut this tissue");
   keys.ignore("source");
   keys("looks_like", kName, "the natural view draws this tissue like the tissue of this name ([Picture](#picture))");
   if (keys.json() && m.dynamic_friction > m.static_friction) {

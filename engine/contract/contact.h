@@ -68,6 +68,7 @@ struct ServoTick {
   // J, energy that the spindle has given to the hand so far by the tangential cutting force. The member `energy` does
   // not include this energy.
   double spindle_energy = 0;
+  double wear = 0;          // at equal power, the current tool removes 1 + wear times less than a new one
   std::uint32_t tool = 0;   // index of the current tool in the session's list
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
   // N, force of the contact model before the servo's slew limit, force limit and passivity control (energy ledger).

@@ -36,6 +36,8 @@ struct EdgeLaw {
   double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
   double exponent = 0;
   double force_ratio = 0;  // tangential force / normal force; 0: use the tool's cutting_coefficient
+  // G, removed volume / volume of a diamond's grains at which it cuts half as fast as a new one; 0: no wear
+  double grinding_ratio = 0;
 };
 
 /// Properties of a tissue in SI units, from assets/materials/, which cites a source for each value.

@@ -34,7 +34,9 @@ Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
 Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
   EdgeMeans mean{0, 1, tool().cutting_coefficient};
   const bool grinds = tool().grit > 0, known = tool().edges_known();
-  const double chip = known ? chip_thickness(tool(), cutting.feed) : 0.0;
+  // A worn diamond cuts like a new one at 1 + wear times its feed, with 1 + wear times the energy per volume.
+  const double times = 1 + sums.wear, feed = cutting.feed * times;
+  const double chip = known ? chip_thickness(tool(), feed) : 0.0;
   double sum = 0, by_chips = 0, force_ratio = 0, total = 0;
   for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
     const double fraction = coupling.tissue[i];
@@ -51,7 +53,7 @@ Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
   if (!(total > 0)) return mean;
   mean.specific_energy = sum / total;
   if (known) mean.force_ratio = force_ratio / total;
-  if (known && sum > 0) mean.energy_ratio = by_chips / sum * rubbing(tool(), cutting.feed);
+  if (known && sum > 0) mean.energy_ratio = by_chips / sum * rubbing(tool(), feed) * times;
   return mean;
 }
 

@@ -69,4 +69,13 @@ void Servo::State::spend(ContactTick& now, double energy) noexcept {
   cutting.spindle_work += now.out.cutting_power * now.dt;
 }
 
+void Servo::State::wear_grains(ContactTick& now) noexcept {
+  double worn = 0;  // m³
+  for (std::size_t i = 1; i < now.cut.removed.size(); ++i) {
+    const double ratio = settings.materials[i].grit.grinding_ratio;
+    if (ratio > 0) worn += now.cut.removed[i] / ratio;
+  }
+  if (worn > 0) now.out.wear = sums.wear = wear[in_hand] += worn / tool().grain_volume();
+}
+
 }  // namespace typodont::haptics

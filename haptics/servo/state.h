@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "haptics/contact/contact_model.h"
 #include "haptics/coupling/friction.h"
@@ -152,6 +153,7 @@ struct Servo::State {
 
   ServoSettings settings;
   std::span<const Tool> tools;  // tools in the settings
+  std::vector<double> wear;     // ServoTick::wear of each tool
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the tissue that the model uses
@@ -164,7 +166,7 @@ struct Servo::State {
   Limits limits;
   std::unique_ptr<SoftTissue> soft;  // null: the scene has no soft tissue
   SoftContact soft_contact;
-  ServoTick sums;  // running totals: index, removed, energy, spindle_energy, cuts
+  ServoTick sums;  // running totals: index, removed, energy, spindle_energy, cuts, wear
 
   explicit State(const ServoSettings& s);
   State(const State&) = delete;
@@ -224,6 +226,8 @@ struct Servo::State {
   /// Computes the energy for removal in this tick from the last force, J.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
+  /// Wears the grains of the diamond in the hand by the tick's cut.
+  void wear_grains(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.
   /// Computes coupling, damper, friction and edges. The force of a penalty method replaces coupling and damper.

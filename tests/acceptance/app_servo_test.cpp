@@ -210,6 +210,53 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[1100].tool, 2u);
 }
 
+/// Two equal diamonds; dentin wears them.
+std::string grinding_scene(const std::string& ratio) {
+  return R"({"name": "block", "tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [8, 6, 4]}}}]},
+    "tools": ["round_end_cylinder_012", "round_end_cylinder_012"], "spindle": "air_turbine",
+    "materials": {"dentin": {"grit": {"grinding_ratio": )" +
+         ratio + "}}}}";
+}
+
+TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string at = folder.path().string();
+  // Each bur lies on its side and is pressed into the block for a second.
+  std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n";
+  for (const auto& [t, x, tool] : {std::tuple{0.0, -2.0, 0}, {4.0, 2.0, 1}})
+    for (const auto& [after, z, pedal] :
+         {std::tuple{0.0, 6.0, 0}, {1.0, 6.0, 0}, {1.01, 6.0, 1}, {2.0, 2.6, 1}, {3.0, 1.6, 1}, {3.1, 6.0, 0}})
+      csv += fmt::format("{},{},0,{},0.7071067811865476,0.7071067811865476,0,0,{},{}\n", t + after, x, z, pedal, tool);
+  folder.write("hand.csv", csv);
+  folder.write("scene.json", grinding_scene("0.2"));
+  folder.write("hard.json", grinding_scene("0"));
+  for (const char* name : {"scene", "hard"}) {
+    const Ran ran = folder.run(fmt::format("servo {0}/{1}.json --hand {0}/hand.csv --out {0}/{1}.csv", at, name));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+  const auto worn = session::read_ticks_csv(folder / "scene.csv"), sharp = session::read_ticks_csv(folder / "hard.csv");
+  ASSERT_EQ(worn[5000].tool, 1u);
+  EXPECT_GT(worn[3000].wear, 0.2);
+  EXPECT_EQ(worn[5500].wear, 0);
+  EXPECT_GT(worn[7000].wear, 0.2) << "the second bur";
+  EXPECT_LT(total(worn[3000].removed), 0.95 * total(sharp[3000].removed));
+  EXPECT_EQ(sharp[7000].wear, 0);
+
+  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
+  EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
+  EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
+  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[7000].wear, worn[7000].wear);
+  folder.write("bad.json", grinding_scene("-1"));
+  ran = folder.run(fmt::format("servo {0}/bad.json --hand {0}/hand.csv --out {0}/v.csv", at));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, testing::AllOf(HasSubstr("grinding_ratio"), HasSubstr("0 to 1")));
+}
+
 TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", tray_scene());

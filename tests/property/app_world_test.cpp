@@ -26,7 +26,8 @@ const char* const kScene = R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue":
     {"box": {"center_mm": [0, 0, -2], "size_mm": [8, 6, 2]}},
     {"cylinder": {"center_mm": [0, 0, 0], "radius_mm": 0.2, "height_mm": 3}},
     {"box": {"center_mm": [0, 0, 1.6], "size_mm": [2, 2, 1]}}]}}]},
-  "tool": {"shape": "sphere", "diameter_mm": 1.0}, "spindle": "air_turbine", "spray": {"flow_ml_per_min": 20},
+  "tool": {"shape": "sphere", "diameter_mm": 1.0, "grit_um": 107}, "materials": {"dentin": {"grit": {"grinding_ratio": 5}}},
+  "spindle": "air_turbine", "spray": {"flow_ml_per_min": 20},
   "mouth_mirror": {"translation_mm": [4, 3, 2], "normal": [-0.5, -0.6, 0.6], "diameter_mm": 6},
   "suction": {"position_mm": [-6, 3, 2]},
   "parts": ["haptics", "render", "debris"]})";
@@ -104,7 +105,7 @@ TEST_F(WorldOf, AMomentLooksTheSameAfterPlayingBackwardsAndAfterAJump) {
   EXPECT_EQ(compare(once, recorded({2.1, 1.9}, /*backwards=*/true), kRounding).pixels, 0);
 }
 
-TEST_F(WorldOf, ThePictureOfARecordingHasTheLoosePieceAndTheFogOfTheMirror) {
+TEST_F(WorldOf, ThePictureOfARecordingHasTheLoosePieceTheFogOfTheMirrorAndTheWearOfTheBur) {
   SessionPlayer player(file);
   int pieces = 0;
   for (const session::SessionEvent& event : player.session().events())
@@ -114,7 +115,9 @@ TEST_F(WorldOf, ThePictureOfARecordingHasTheLoosePieceAndTheFogOfTheMirror) {
   EXPECT_GT(player.world().mirror().fog, 0.2);
   const display::Hud shown = hud(player.world(), session::Language::kEnglish);
   EXPECT_EQ(shown.speed_krpm, player.world().readout().spindle / kKrpm);
-  EXPECT_NE(shown.tool.find("1"), std::string::npos);
+  const double slower = 100 * (1 - 1 / (1 + player.world().readout().wear));
+  ASSERT_GT(slower, 0.5);
+  EXPECT_EQ(shown.tool, fmt::format("Sphere 1 mm, worn: {:.0f} % slower", slower));
 }
 
 }  // namespace

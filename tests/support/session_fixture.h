@@ -46,6 +46,7 @@ inline ServoTick random_tick(std::uint64_t index, Random& random) {
   t.spindle = random.number(4e4);
   t.cutting_power = std::abs(random.number(2));
   t.energy = random.number(1e-2);
+  t.wear = std::abs(random.number(1));
   t.cpu_time = static_cast<Nanos>(random.engine() % 100'000);
   t.faults = static_cast<std::uint32_t>(random.engine() & 0x1ff);
   t.patch = static_cast<std::uint32_t>(random.engine());
@@ -139,8 +140,8 @@ inline bool same_bits(const Pose& a, const Pose& b) {
 inline bool same_for_replay(const ServoTick& a, const ServoTick& b) {
   return a.index == b.index && a.t == b.t && same_bits(a.X_WT, b.X_WT) && same_bits(a.X_WG.R, b.X_WG.R) &&
          same_bits(a.f_T_W, b.f_T_W) && same_bits(a.n_C_W, b.n_C_W) && same_bits(a.pedal, b.pedal) &&
-         same_bits(a.cutting_power, b.cutting_power) && a.tissue == b.tissue && a.faults == b.faults &&
-         a.patch == b.patch && a.cuts == b.cuts && a.cpu_time == b.cpu_time;
+         same_bits(a.cutting_power, b.cutting_power) && same_bits(a.wear, b.wear) && a.tissue == b.tissue &&
+         a.faults == b.faults && a.patch == b.patch && a.cuts == b.cuts && a.cpu_time == b.cpu_time;
 }
 
 inline bool same(const Cut& a, const Cut& b) {

@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(Rows, Reality,
                                          "femur_torque_1250", "femur_feed_1000", "artificial_thrust_1000",
                                          "artificial_torque_1000", "artificial_thrust_1500", "artificial_torque_1500",
                                          "bone_small_chips", "bovine_thrust_exponent", "electric_power",
-                                         "pulp_water_23", "pulp_water_35", "implant_undersized"),
+                                         "pulp_water_23", "pulp_water_35", "implant_undersized", "wear_coarse"),
                          [](const auto& param) { return std::string(param.param); });
 
 }  // namespace

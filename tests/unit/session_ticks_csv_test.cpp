@@ -29,7 +29,7 @@ TEST(TicksCsv, HasTheDocumentedColumnsInOrderThenPedalAndTool) {
       "torque_y_Nmm,torque_z_Nmm,depth_mm,normal_x,normal_y,normal_z,contact_area_mm2,removed_mm3,removed_enamel_mm3,"
       "removed_dentin_mm3,removed_caries_mm3,removed_pulp_mm3,removed_cortical_bone_mm3,removed_cancellous_bone_mm3,"
       "removed_gingiva_mm3,removed_amalgam_mm3,removed_composite_mm3,tissue,spindle_krpm,energy_mJ,tick_us,faults,"
-      "pedal,tool,model_force_x_N,model_force_y_N,model_force_z_N,level\n");
+      "pedal,tool,model_force_x_N,model_force_y_N,model_force_z_N,level,wear\n");
 }
 
 TEST(TicksCsv, NumbersAreTheShortestTextInPeoplesUnits) {
@@ -45,12 +45,13 @@ TEST(TicksCsv, NumbersAreTheShortestTextInPeoplesUnits) {
   t.tool = 2;
   t.pedal = 0.5;
   t.f_model_W = {0.25, 0, -1};
+  t.wear = 0.5;
   write_csv(folder / "t.csv", {&t, 1});
   const std::string text = read_text(folder / "t.csv");
   EXPECT_EQ(
       text.substr(text.find('\n') + 1),
       "1.001,1,-0.25,0,0,0,0,0.1,0.3333333333333333,-2,0,0,0,0,0,0,0,0,1,1,0,0,0,0,0,0,0,0,cortical_bone,0,0,1.5,256,"
-      "0.5,2,0.25,0,-1,0\n");
+      "0.5,2,0.25,0,-1,0,0.5\n");
 }
 
 TEST(TicksCsv, ReadsBackWhatItWrote) {

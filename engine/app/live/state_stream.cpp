@@ -158,6 +158,7 @@ std::string state_text(const ServoTick& tick, const StreamedSession& session, st
                   {"spindle_krpm", tick.spindle / kKrpm},
                   {"pedal", tick.pedal},
                   {"tool", tick.tool < session.tools.size() ? session.tools[tick.tool] : ""},
+                  {"wear", tick.wear},
                   {"faults", tick.faults},
                   {"lost", lost}};
   return text.dump();

@@ -1,6 +1,7 @@
 #include "engine/app/picture/hud.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -9,7 +10,7 @@ namespace typodont {
 
 display::Hud hud(const World& world, session::Language language) {
   return {.visible = true,
-          .tool = tool_title(world.tool(), language),
+          .tool = tool_line(world, language),
           .speed_krpm = world.readout().spindle / kKrpm,
           .force = glm::length(world.readout().f_T_W),
           .hint = world.notice(),
@@ -32,6 +33,12 @@ std::string tool_title(const haptics::Tool& tool, session::Language language) {
   const std::string size = short_number(tool.diameter / kMillimetre, 2, language);
   const std::string_view shape = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
   return fmt::format("{} {} mm", session::tool_text(tool.name.empty() ? shape : tool.name, language), size);
+}
+
+std::string tool_line(const World& world, session::Language language) {
+  const std::string title = tool_title(world.tool(), language);
+  const double slower = std::round(100 * (1 - 1 / (1 + world.readout().wear)));  // %
+  return slower > 0 ? hud_text(language, "worn", title, slower) : title;
 }
 
 session::Language hud_language(session::Language language) {

@@ -37,6 +37,9 @@ std::string short_number(double value, int digits, session::Language language);
 /// used.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 
+/// Returns the title of the tool in the hand, and by how many percent its wear slows the removal at equal power.
+std::string tool_line(const World& world, session::Language language);
+
 /// Returns `language`. If the program was built without a font for it, logs a warning and returns English.
 session::Language hud_language(session::Language language);
 

@@ -112,7 +112,7 @@ class Side {
     parts.push_back(fmt::format("x{}", short_number(clock.speed, 3, language_)));
     if (clock.loop) parts.push_back(hud_text(language_, "loop"));
     if (clock.paused) parts.push_back(hud_text(language_, "paused"));
-    parts.push_back(tool_title(world().tool(), language_));
+    parts.push_back(tool_line(world(), language_));
     return fmt::format("{}", fmt::join(parts, kHudGap));
   }
 

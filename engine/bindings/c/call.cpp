@@ -73,6 +73,7 @@ void put(const ServoTick& __restrict from, typodont_tick& __restrict out) noexce
   out.tool = from.tool;
   out.level = from.level;
   out.patch = from.patch;
+  out.wear = from.wear;
 }
 
 void put(const Cut& from, typodont_cut& out) noexcept {

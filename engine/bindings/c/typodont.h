@@ -121,6 +121,7 @@ typedef struct typodont_tick {
   uint32_t tool;         /* index of the tool in the hand, in the scene's tool list */
   uint32_t level;        /* level of detail of the contact model; 0: the finest */
   uint32_t patch;        /* number of the tissue copy (patch) with which this tick was computed */
+  double wear;           /* at equal power, the tool in the hand removes 1 + wear times less than a new one */
 } typodont_tick;
 
 /* One cut: the head's motion from pose A to pose B removed tissue (fill_radius 0) or added filling. */

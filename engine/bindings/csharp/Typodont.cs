@@ -50,6 +50,7 @@ public struct Tick {
   public ulong Cuts;
   public long CpuNs;
   public uint Tissue, TakenTool, Level, Patch;
+  public double Wear;
 }
 
 /// A vertex of the surface in metres, in the layout of a vertex buffer.

@@ -81,6 +81,7 @@ void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std:
     row.within("spindle_krpm", std::abs(tick.spindle), 0, kLimits.fastest_spindle);
     row.within("cutting_power_W", tick.cutting_power, -1e6, 1e6);
     row.within("energy_mJ", tick.energy, -1e6, 1e6);
+    row.within("wear", tick.wear, 0, 1e6);
     row.tool(tick.tool, tools);
   }
 }

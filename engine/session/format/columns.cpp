@@ -225,6 +225,10 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
+  c.push_back(
+      added_later(exact<T>("wear", "", "of the tool: at equal power, it removes 1 + wear times less than a new one",
+                           [](T& t) -> double& { return t.wear; })));
+
   // A replay needs the following columns with their exact bits.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));

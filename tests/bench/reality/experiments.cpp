@@ -50,7 +50,7 @@ double measure(const Experiment& e, const Conditions& conditions, bool brief) {
   }
   if (e.rig == "screw") return insert(conditions, brief ? 0.2 : 30) / kMillimetre;
   const auto longest = [&] { return e.rig == "face" ? 10.0 : e.rig == "tooth" ? 60.0 : e.rig == "slot" ? 90.0 : 30.0; };
-  const Measured m = run_rig(e.rig, conditions, brief ? 0.2 : longest());
+  const Measured m = run_rig(e.rig, conditions, brief ? 0.2 : longest() * (conditions.contains("cuts") ? 40 : 1));
   if (e.quantity == "rate") return m.rate / kCubicMillimetre;
   if (e.quantity == "feed") return m.feed / kMillimetre;
   if (e.quantity == "force") return m.force;
@@ -61,6 +61,7 @@ double measure(const Experiment& e, const Conditions& conditions, bool brief) {
   if (e.quantity == "speed_drop") return 100 * (1 - m.speed / m.free_speed);
   if (e.quantity == "pulp") return m.pulp;
   if (e.quantity == "force_ratio") return m.force_ratio;
+  if (e.quantity == "fall") return 100 * m.fall;
   if (e.quantity == "pressure") return m.force / (kPi * m.radius * m.radius) * 1e-6;
   if (e.quantity == "time_9.5mm") return m.feed > 0 ? 9.5 * kMillimetre / m.feed : 0;
   throw Error("experiments.csv", e.id, e.quantity, "a known quantity");

@@ -25,6 +25,8 @@ REASONS = {
     "artificial_energy_exponent": "the exponent is that of bone; the artificial femur has one fitted speed",
     "electric_holds": "the load is not stated; a diamond at 10 N needs 3.0 N mm, the motor holds its speed up to 2.8",
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
+    "wear_super_coarse": "the law makes the wear proportional to 1 / grain size; measured, it falls faster with the size",
+    "wear_20_cuts": "the two studies of Macor disagree: -50 % over 39 mm, -20 % over 220 mm; the grinding ratio is fitted to the first",
     "polymer_jaw": "the jaw's density is not stated; the simulation takes that of the artificial femur",
 }
 # Constants that are estimates: name, words in their source, and the experiment that would settle them.

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
@@ -53,6 +54,7 @@ haptics::Tool tool_of(const Conditions& c) {
   haptics::Tool tool = load_tool(c.at("tool"));
   if (c.contains("diameter_mm")) tool.diameter = value(c, "diameter_mm") * kMillimetre;
   if (c.contains("length_mm")) tool.length = value(c, "length_mm") * kMillimetre;
+  if (c.contains("grit_um")) tool.grit = value(c, "grit_um") * kMicrometre;
   tool.shank_length = tool.safe_length = 0;
   return tool;
 }
@@ -113,14 +115,15 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   settings.friction = settings.passivity = false;
   settings.force_limit = 1e6;
   const bool plunges = rig == "plunge", slides = rig == "face" || rig == "tooth";
-  settings.stiffness = plunges ? kBoneRig : kToothRig;
+  settings.stiffness = plunges ? kBoneRig : value_or(c, "rig_N_per_mm", kToothRig / 1e3) * 1e3;
   const double r = settings.tool.radius(), head_mm = settings.tool.length / kMillimetre;
 
   // The tool lies along y, except in "plunge".
   const dquat R = plunges ? dquat(1, 0, 0, 0) : glm::angleAxis(-kPi / 2, dvec3(1, 0, 0));
   const dvec3 push = plunges || slides ? dvec3(0, 0, -1) : dvec3(1, 0, 0);
   const double wide = plunges ? 8 : value_or(c, "engaged_mm", head_mm + 1), deep = kSlabDepth / kMillimetre;
-  const double along = plunges ? 8 : slides ? kStroke / kMillimetre + 4 : kSlotLength / kMillimetre;
+  const double cut = value_or(c, "cut_mm", 0), cuts = value_or(c, "cuts", 0);
+  const double along = plunges ? 8 : slides ? kStroke / kMillimetre + 4 : kSlotLength / kMillimetre + cut * cuts;
   test::HapticBench bench = slab(c, settings, {along, wide, deep}, {plunges || slides ? 0 : along / 2, 0, -deep / 2});
 
   const double depth = rig == "mill" ? value(c, "depth_um") * kMicrometre : r;
@@ -136,7 +139,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
 
   // Steady: the drill's full diameter, the slot's middle, the strokes after the first.
   const double first = plunges ? r + 0.5_mm : slides ? -gap : r + 0.5_mm;
-  const double last = plunges ? kSlabDepth - 0.8_mm : slides ? kSlabDepth : first + 3.0_mm;
+  const double last = plunges ? kSlabDepth - 0.8_mm : slides ? kSlabDepth : first + 3.0_mm + cut * cuts * kMillimetre;
   std::optional<HeatMeter> heat;
   if (rig == "tooth") {
     const bool cooled = c.contains("coolant_C");
@@ -146,6 +149,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   }
   const double way_back = rig == "tooth" ? kToothStroke : kStroke;
   Sums sums;
+  std::vector<double> ends{0};  // s, of the cuts, one after the other
   dvec3 at = start;
   for (double t = 0; t < seconds; t += settings.tick) {
     dvec3 hand = loaded ? at + deflection * push : start + feed * t * push;
@@ -163,6 +167,7 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
     if (heat) heat->add({&tick, 1}, c.contains("coolant_C"));
     const double way = glm::dot(at - start, push) - gap;
     if (way > last) break;
+    if (cut > 0 && way > cut * kMillimetre * static_cast<double>(ends.size())) ends.push_back(t);
     const bool measured = way >= first && (plunges || !slides || t > kSettling * seconds);
     if (!measured) continue;
     if (sums.ticks++ == 0) {
@@ -178,6 +183,13 @@ Measured run_rig(const std::string& rig, const Conditions& c, double seconds) {
   }
 
   Measured result;
+  if (cut > 0 && static_cast<double>(ends.size()) > cuts) {
+    const auto time = [&](double number) {
+      const auto i = static_cast<std::size_t>(number);
+      return ends[i] - ends[i - 1];
+    };
+    result.fall = 1 - time(value(c, "from_cut")) / time(cuts);
+  }
   if (heat) result.pulp = heat->pulp();
   result.radius = r;
   result.free_speed = settings.spindle.free_speed;

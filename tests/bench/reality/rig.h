@@ -8,8 +8,10 @@ namespace typodont::bench {
 
 /// Of one run, as text by name: "tissue" (of the program, or of materials.json), "tool" (file; "diameter_mm" and
 /// "length_mm" replace its own), "motor" (file; "free_krpm" replaces its speed) or "krpm" (ideal), "load_N" or
-/// "feed_mm_s", "stroke_mm_s", "engaged_mm" (width of the slab), "depth_um"; of a tooth "dentin_mm" above its pulp and
-/// "coolant_C" (without it: dry); of an implant "density" (g/cm³) of the bone and "bed_mm", its diameter.
+/// "feed_mm_s", "stroke_mm_s", "engaged_mm" (width of the slab), "depth_um", "rig_N_per_mm" (stiffness); of a tooth
+/// "dentin_mm" above its pulp and "coolant_C" (without it: dry); of a worn tool "grit_um", "cuts" of "cut_mm", and the
+/// cut "from_cut" with which the last is compared; of an implant "density" (g/cm³) of the bone and "bed_mm", its
+/// diameter.
 using Conditions = std::map<std::string, std::string, std::less<>>;
 
 /// Over the steady part of a run.
@@ -18,6 +20,7 @@ struct Measured {
   double feed = 0;         // m/s, along the push
   double force = 0;        // N, of the contact, normal
   double force_ratio = 0;  // tangential / normal
+  double fall = 0;         // of the rate, from one cut to the last, by wear
   double torque = 0;       // N·m, on the spindle
   double energy = 0;       // J/m³
   double speed = 0;        // rad/s, of the spindle

@@ -43,6 +43,7 @@ def _columns() -> dict[str, tuple[tuple[Any, ...], float]]:
     columns["tool"] = (("tool",), 1)
     vector("model_force", "_N", ("model_force",), 1)
     columns["level"] = (("level",), 1)
+    columns["wear"] = (("wear",), 1)
     return columns
 
 
