@@ -1,4 +1,5 @@
 // Contact and cutting of the default model, with the methods of other programs on the same tissue and hand.
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -131,15 +132,21 @@ void add_slides(double voxel_mm) {
 
 /// Presses a ball where a trainee works: on edges, rims, corners, cusps and thin walls.
 void add_presses(double voxel_mm) {
-  test::Random random(1);
-  for (const test::PressCase& c : test::all_press_cases(random)) {
-    add(fmt::format("press/{}/voxel {:g} mm", c.name, voxel_mm), [=](benchmark::State& state) {
-      const test::PressErrors errors = test::press_ball(c, voxel_mm * kMillimetre);
+  const auto add_press = [voxel_mm](const std::string& name, std::function<test::PressErrors(double)> press) {
+    add(fmt::format("press/{}/voxel {:g} mm", name, voxel_mm), [=](benchmark::State& state) {
+      const test::PressErrors errors = press(voxel_mm * kMillimetre);
       report(state, errors);
       require(errors.median_direction() < 0.2 && test::PressErrors::quantile(errors.direction, 1) < 2,
-              "at rims, edges, corners and cusps, the direction is right to 0.2 degrees, and to 2 at worst: " + c.name);
+              "at rims, edges, corners and cusps, the direction is right to 0.2 degrees, and to 2 at worst: " + name);
     });
-  }
+  };
+  test::Random random(1);
+  for (const test::PressCase& c : test::all_press_cases(random))
+    add_press(c.name, [c](double voxel) { return test::press_ball(c, voxel); });
+  add_press("rim of a bore that a bur drilled", [](double voxel) {
+    test::Random places(1);
+    return test::press_drilled_rim(places, voxel);
+  });
 }
 
 /// A tool slides on a scanned tooth, 0.1 mm below where it rests. The force changes at most by twice the stiffness

@@ -17,12 +17,7 @@ namespace {
 using namespace literals;
 using haptics::HeadShape;
 using haptics::ServoSettings;
-using haptics::Tool;
 using test::HapticBench;
-using test::kBoreInBall;
-using test::kPresses;
-using test::on_corner;
-using test::on_rim;
 using test::Press;
 using test::press_all;
 using test::PressCase;
@@ -94,27 +89,9 @@ TEST(Creases, HalvingTheVoxelAtLeastHalvesTheErrorAtARim) {
 }
 
 TEST(Creases, ARimThatABurHasDrilledIsFeltAsTheGivenOne) {
-  ServoSettings s = test::drill_settings("offset");
-  s.tool.shape = HeadShape::kCylinder;
-  s.tool.diameter = 2.0_mm, s.tool.length = 4.0_mm;
-  s.passivity = s.boundary_walls = false;
-  Tool ball;
-  ball.diameter = ball.length = 1.0_mm;
-  ball.cuts = false;
-  s.tools = {s.tool, ball};
-  MaterialTable materials = test::plain_materials();
-  materials[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy = 0.05e9;
   for (const double voxel : {0.1_mm, 0.05_mm}) {
-    HapticBench bench(haptics::TissueVolume(haptics::read_solids(
-                          Json::parse(test::press_tissue(R"({"sphere": {"radius_mm": 4}})", voxel), "tissue"))),
-                      s, materials);
-    for (double z = 7.0_mm; z > 3.3_mm; z -= 1e-6) bench.tick({{0, 0, z}}, 1);
-    for (double z = 3.3_mm; z < 9.0_mm; z += 5e-6) bench.tick({{0, 0, z}}, z < 8.0_mm ? 1 : 0, z < 8.0_mm ? 0 : 1);
-    for (int i = 0; i < 2000; ++i) bench.tick({{0, 0, 9.0_mm}}, 0, 1);
-    ASSERT_EQ(bench.last.tool, 1u);
     Random random(4);
-    const PressErrors errors =
-        press_all(bench, voxel, 0.5_mm, on_rim(random, {0, 0, std::sqrt(15.0) * 1.0_mm}, 1.0_mm, -1.2, kBoreInBall), 1);
+    const PressErrors errors = test::press_drilled_rim(random, voxel);
     errors.print(fmt::format("drilled rim, {} mm", voxel / 1.0_mm));
     expect_exact(errors, "drilled rim");
   }

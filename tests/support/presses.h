@@ -110,9 +110,10 @@ inline const std::string kBore =
     R"({"difference": [{"sphere": {"radius_mm": 4}},
                        {"cylinder": {"center_mm": [0, 0, 4], "radius_mm": 1, "height_mm": 6}}]})";
 
+inline const double kBoreTop = std::sqrt(15.0) * 1.0_mm;  // height of the bore's rim
+
 /// Cases of a ball.
 inline std::vector<PressCase> press_cases(Random& random) {
-  const double top = std::sqrt(15.0) * 1.0_mm;  // height of the bore's rim
   std::vector<PressCase> cases;
   std::vector<Press> edge;
   for (int i = 0; i < kPresses; ++i) {
@@ -125,9 +126,11 @@ inline std::vector<PressCase> press_cases(Random& random) {
   cases.push_back({"corner of a box between voxels", R"({"box": {"size_mm": [2.8, 1.9, 2.06]}})", 2.3_mm,
                    on_corner(random, dvec3(1.4, 0.95, 1.03) * 1.0_mm)});
   cases.push_back(
-      {"rim of a bore, ball of 1 mm", kBore, 1.0_mm, on_rim(random, {0, 0, top}, 1.0_mm, -1.2, kBoreInBall)});
+      {"rim of a bore, ball of 1 mm", kBore, 1.0_mm, on_rim(random, {0, 0, kBoreTop}, 1.0_mm, -1.2, kBoreInBall)});
   cases.push_back(
-      {"rim of a bore, ball of 2 mm", kBore, 2.0_mm, on_rim(random, {0, 0, top}, 1.0_mm, -1.2, kBoreInBall)});
+      {"rim of a bore, ball of 0.5 mm", kBore, 0.5_mm, on_rim(random, {0, 0, kBoreTop}, 1.0_mm, -1.2, kBoreInBall)});
+  cases.push_back(
+      {"rim of a bore, ball of 2 mm", kBore, 2.0_mm, on_rim(random, {0, 0, kBoreTop}, 1.0_mm, -1.2, kBoreInBall)});
   cases.push_back({"end of a cylinder", R"({"cylinder": {"radius_mm": 1.5, "height_mm": 4}})", 1.0_mm,
                    on_rim(random, {0, 0, 2.0_mm}, 1.5_mm, 0.05, kPi / 2 - 0.05)});
   // Between two bores, 0.4 mm apart.
@@ -184,6 +187,26 @@ inline std::vector<PressCase> all_press_cases(Random& random) {
 inline PressErrors press_ball(const PressCase& c, double voxel, const haptics::SharedContactMethod& method = nullptr) {
   HapticBench bench(press_tissue(c.solid, voxel), press_probe(c.diameter, method));
   return press_all(bench, voxel, c.diameter / 2, c.presses, 0);
+}
+
+/// Drills the bore with a cylinder, and presses a ball of 1 mm on its rim.
+inline PressErrors press_drilled_rim(Random& random, double voxel) {
+  haptics::ServoSettings s = drill_settings("offset");
+  s.tool.shape = haptics::HeadShape::kCylinder;
+  s.tool.diameter = 2.0_mm, s.tool.length = 4.0_mm;
+  s.passivity = s.boundary_walls = false;
+  haptics::Tool ball;
+  ball.diameter = ball.length = 1.0_mm;
+  ball.cuts = false;
+  s.tools = {s.tool, ball};
+  MaterialTable materials = plain_materials();
+  materials[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy = 0.05e9;
+  const Json tissue = Json::parse(press_tissue(R"({"sphere": {"radius_mm": 4}})", voxel), "tissue");
+  HapticBench bench(haptics::TissueVolume(haptics::read_solids(tissue)), s, materials);
+  for (double z = 7.0_mm; z > 3.3_mm; z -= 1e-6) bench.tick({{0, 0, z}}, 1);
+  for (double z = 3.3_mm; z < 9.0_mm; z += 5e-6) bench.tick({{0, 0, z}}, z < 8.0_mm ? 1 : 0, z < 8.0_mm ? 0 : 1);
+  for (int i = 0; i < 2000; ++i) bench.tick({{0, 0, 9.0_mm}}, 0, 1);
+  return press_all(bench, voxel, 0.5_mm, on_rim(random, {0, 0, kBoreTop}, 1.0_mm, -1.2, kBoreInBall), 1);
 }
 
 }  // namespace typodont::test
