@@ -174,7 +174,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     bool comes_free = false;
     dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
     p.touching = contacts_.count() > 0;
-    if (only_touches(in)) keep_best(s);
+    if (probes(in)) keep_best(s);
     if (seated) {
       const bool stays = contacts_.count() > 1 ? within_overlap_tolerance(in)
                                                : glm::length(next - p.c) < WallPlacementParameters::alone;
@@ -248,7 +248,7 @@ void OffsetModel::take_best(const Search& s) noexcept {
 /// head's position before its last step. Returns true if the limit is reached.
 bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept {
   Step& p = step_;
-  if (!only_touches(in) || !(in.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
+  if (!probes(in) || !(in.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
   const double most = farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
   const dvec3 rest = from - p.start - p.shift;
   if (glm::length(p.c - p.start - p.shift) <= most) return false;
@@ -367,7 +367,7 @@ bool OffsetModel::refine_nearest(const ContactInput& in, const dvec3& next) noex
 /// planes may change which contacts block.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
-  if (only_touches(in) && p.active.count == 0 && refine_nearest(in, next))
+  if (probes(in) && p.active.count == 0 && refine_nearest(in, next))
     next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
   const int least = only_touches(in) ? 0 : 1;  // a cutting or filling head's single contact is not refined
