@@ -377,8 +377,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Σ residual², m². Pairs outside count with the limit (Torr & Zisserman 2000), because pairs just outside could
-  /// otherwise shift the motion.
+  /// Σ residual², m². A pair beyond the limit counts as limit² (Torr & Zisserman 2000); with 0, the fit would gain by
+  /// moving pairs just beyond the limit.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {

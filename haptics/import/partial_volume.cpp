@@ -16,7 +16,7 @@ constexpr int kBall = 6;  // voxels, radius of a ball that reaches beyond the fa
 
 struct BallSample {
   double label;  // weight of a label: 1 in the middle, 0 at the edge
-  // Weight of a fraction, sharpened so that blur does not change the weighted sum.
+  // Weight of a voxel's tissue fraction, sharpened so that blur does not change the weighted sum of fractions.
   double fraction;
 };
 // Row of a ball along z at one (x, y).

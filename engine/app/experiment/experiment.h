@@ -58,7 +58,7 @@ struct ExperimentPlan {
   double reference = 0;               // reference stimulus; stiffness: N/mm; force: % of servo force; delay: ms
   std::array<std::string, 2> models;  // only for kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
-  int trials = 150;                   // largest number of trials; for models: exact number
+  int trials = 150;                   // largest number of trials; for Question::kModel: exact number
   // Number of staircase reversals after which the experiment ends.
   int turns = 24;
   std::uint64_t seed = 1;  // random seed for the order of the stimuli

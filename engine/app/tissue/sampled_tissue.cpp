@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Results of faster sampling are not stored in a file, ns.
+// ns; if the sampling took less than this, its result is not stored in a file.
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMaxKept = 1u << 30;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";

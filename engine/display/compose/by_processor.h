@@ -20,8 +20,8 @@ struct EyePixels {
 /// Does the same as shaders/compose.frag. If the picture is stretched, the bytes differ by at most two of 255.
 class ProcessorComposer {
  public:
-  /// Composes `part` of an eye's region `place`. `eye`: the eye whose rows are used; for alternating rows, that of the
-  /// first row. `out`: BGRA, rows `pitch` bytes apart.
+  /// Writes the piece `part` of the output's region `place`. `eye`: the eye shown there; with alternating rows: the eye
+  /// shown in the first row. `out`: BGRA, rows `pitch` bytes apart.
   void compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part, std::uint8_t* out,
                std::size_t pitch);
 

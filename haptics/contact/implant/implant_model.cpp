@@ -83,8 +83,8 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// Returns false in a bed, because a drill must be withdrawn first. A placed implant stays in bone, so another tool can
-/// be taken.
+/// Returns false while a drill is in an implant bed: it must be withdrawn first. A placed implant stays in the bone, so
+/// another tool can be taken.
 bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
