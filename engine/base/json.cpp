@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 #include <utility>
 #include <variant>
@@ -285,11 +286,36 @@ std::vector<std::string> Json::keys() const {
   return result;
 }
 
+namespace {
+
+/// Smallest number of letters to insert, delete, replace or exchange with the next one (optimal string alignment).
+std::size_t edits_between(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before, last, row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    before = std::exchange(last, row);
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
 void Json::allow_only(std::span<const std::string_view> allowed) const {
   if (!is_object()) fail("an object");
   for (const std::string& key : keys()) {
-    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
-      find(key)->fail("an unknown key", fmt::format("one of {}", fmt::join(allowed, ", ")));
+    if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
+    std::string found = "an unknown key";
+    constexpr std::size_t kLongest = 64;
+    const auto edits = [&](std::string_view known) { return edits_between(key.substr(0, kLongest), known); };
+    const auto nearest = std::ranges::min_element(allowed, {}, edits);
+    if (nearest != allowed.end() && 3 * edits(*nearest) <= nearest->size())
+      found += fmt::format(" (is \"{}\" meant?)", *nearest);
+    find(key)->fail(found, fmt::format("one of {}", fmt::join(allowed, ", ")));
   }
 }
 

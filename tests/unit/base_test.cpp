@@ -119,8 +119,11 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   EXPECT_EQ(refused("{}"), R"(f.json: line 1, "diameter_mm": found nothing, expected this key)");
   EXPECT_EQ(refused(R"({"diameter_mm": 99})"), R"(f.json: line 1, "diameter_mm": found 99, expected 0.05 to 60)");
   EXPECT_THAT(refused(R"({"diameter_mm": 2, "edge": "saw"})"), HasSubstr("expected blade or grit"));
-  EXPECT_THAT(refused(R"({"diameter_mm": 2, "blade": 6})"),
-              HasSubstr("found an unknown key, expected one of diameter_mm, blades, edge, marks"));
+  EXPECT_THAT(
+      refused(R"({"diameter_mm": 2, "blade": 6})"),
+      HasSubstr("found an unknown key (is \"blades\" meant?), expected one of diameter_mm, blades, edge, marks"));
+  EXPECT_THAT(refused(R"({"diameter_mm": 2, "egde": "grit"})"), HasSubstr("(is \"edge\" meant?)"));
+  EXPECT_THAT(refused(R"({"diameter_mm": 2, "colour": "red"})"), HasSubstr("found an unknown key, expected one of"));
   EXPECT_THAT(refused(R"({"diameter_mm": 2, "marks": [{"at_mm": [0, 0]}]})"), HasSubstr("\"marks[0].at_mm\""));
 
   std::vector<KeyRow> rows;
