@@ -4,6 +4,6 @@ typodont_test(unit_haptics KIND unit SOURCES unit/haptics_contact_test.cpp unit/
               unit/haptics_fill_test.cpp unit/haptics_shank_test.cpp unit/haptics_vibration_test.cpp unit/haptics_vdb_guard_test.cpp unit/haptics_patch_test.cpp
               unit/haptics_model_test.cpp unit/haptics_soft_test.cpp unit/haptics_hardness_test.cpp unit/haptics_retreat_test.cpp unit/haptics_teeth_test.cpp unit/reference_contact_test.cpp support/ball_model.cpp
               LIBS typodont_test_tissues)
-typodont_test(property_haptics KIND property SOURCES property/haptics_passivity_test.cpp property/haptics_laws_test.cpp property/haptics_soft_test.cpp property/haptics_undo_test.cpp property/haptics_sampling_test.cpp property/haptics_sweeps_test.cpp property/haptics_pieces_test.cpp property/haptics_creases_test.cpp property/haptics_smooth_test.cpp property/contact_cases_test.cpp
+typodont_test(property_haptics KIND property SOURCES property/haptics_passivity_test.cpp property/haptics_laws_test.cpp property/haptics_soft_test.cpp property/haptics_undo_test.cpp property/haptics_sampling_test.cpp property/haptics_sweeps_test.cpp property/haptics_pieces_test.cpp property/haptics_creases_test.cpp property/haptics_smooth_test.cpp property/haptics_intermediate_test.cpp property/contact_cases_test.cpp
               LIBS typodont_haptics)
 typodont_test(stress_haptics KIND stress SOURCES stress/haptics_hostile_test.cpp stress/haptics_soft_test.cpp stress/haptics_campaign_test.cpp stress/model_hostile_test.cpp LIBS typodont_haptics)

@@ -43,6 +43,9 @@ struct TissuePatch : Snapshot {
   // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since that copy, inclusive.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
+  // Has one element with an intermediate surface (offset/intermediate_surface.h), in a complete tissue patch: a copy of
+  // the samples, for the servo.
+  std::vector<TissuePatch> intermediate;
   // The new samples if Snapshot::from is not 0; in this case, the arrays above are not valid.
   PatchStep step;
 

@@ -39,10 +39,11 @@ std::string slide() {
   return csv;
 }
 
-std::string drill_scene() {
+std::string drill_scene(const std::string& more = "") {
   return R"({"name": "block", "tissue": {"voxel_mm": 0.1, "solids": [
     {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
-    "tool": {"shape": "sphere", "diameter_mm": 1.2}, "spindle_krpm": 300})";
+    "tool": {"shape": "sphere", "diameter_mm": 1.2}, "spindle_krpm": 300)" +
+         more + "}";
 }
 
 std::string press(const ProgramFolder& folder, double newton, double seconds = 1) {
@@ -270,9 +271,11 @@ TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   }
 }
 
-TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
+class LiveSessionWith : public testing::TestWithParam<const char*> {};
+
+TEST_P(LiveSessionWith, AScriptedHandIsRecordedAndReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", drill_scene());
+  folder.write("scene.json", drill_scene(fmt::format(R"(, "model": {})", GetParam())));
   std::int64_t cuts = 0;
   for (int seconds = 1; seconds <= 64 && cuts <= 50; seconds *= 4) {
     // On a busy machine, the carver thread gets little processor time and makes few cuts in a second. The test then
@@ -288,6 +291,8 @@ TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   }
   EXPECT_GT(cuts, 50);
 }
+INSTANTIATE_TEST_SUITE_P(Models, LiveSessionWith,
+                         testing::Values(R"("offset")", R"({"offset": {"intermediate_surface": {}}})"));
 
 TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
   ProgramFolder folder(TYPODONT_PROGRAM);

@@ -18,10 +18,6 @@ namespace {
 using haptics::TissueMesh;
 using haptics::TissueVolume;
 
-haptics::SharedContactMethod method_of(const std::string& json) {
-  return haptics::read_contact_method(Json::parse(json, "bench"));
-}
-
 TissueMesh read_mesh(const char* file) {
   return haptics::read_tissue_mesh(assets_folder() / file, kMillimetre, Tissue::kDentin).mesh;
 }
@@ -43,6 +39,10 @@ std::function<TissueVolume(double)> volumes_of(const TissueMesh& mesh) {
 }
 
 }  // namespace
+
+haptics::SharedContactMethod method_of(const std::string& json) {
+  return haptics::read_contact_method(Json::parse(json, "bench"));
+}
 
 Setting default_setting(const std::string& model) {
   if (model == "packing") return {model, "10000 spheres", method_of(R"({"packing": {"spheres": 10000}})")};

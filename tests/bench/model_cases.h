@@ -17,6 +17,8 @@ struct Setting {
   haptics::SharedContactMethod method;
   double voxel_mm = kDefaultVoxel;
 };
+/// `json`: as a scene's `model`.
+haptics::SharedContactMethod method_of(const std::string& json);
 Setting default_setting(const std::string& model);
 /// An anatomical tissue and the voxel sizes with which it is measured. The molar has those of its file.
 struct Anatomy {

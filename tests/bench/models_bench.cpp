@@ -192,6 +192,40 @@ void drill(benchmark::State& state, const ModelTissue& tissue, const Setting& se
   state.counters["carver_slow_ns"] = quantile(carver, 0.999);
 }
 
+/// The hand of drill() with a setting of the intermediate surface. Lag: distance by which the felt surface holds the
+/// ball above the tissue.
+void follow_surface(benchmark::State& state, const ModelTissue& tissue, const std::string& json) {
+  const haptics::ServoSettings settings = settings_for({"offset", "", method_of(json)});
+  std::vector<double> lags;  // m
+  double step = 0, sent_step = 0, removed = 0;
+  const std::vector<double> times = least_of([&] {
+    HapticBench scene = scene_of(tissue.make(kDefaultVoxel), settings);
+    test::PressingHand hand(tissue);
+    std::vector<double> run;
+    lags.clear();
+    step = sent_step = 0;
+    for (int i = 0; i < (smoke() ? 200 : 600); ++i) {
+      const ServoTick last = scene.last;
+      scene.tick({hand.next(last.f_T_W, settings.tick)}, 1);
+      run.push_back(static_cast<double>(scene.last.cpu_time));
+      if (i < kSettled) continue;
+      step = std::max(step, glm::length(scene.last.f_model_W - last.f_model_W));
+      sent_step = std::max(sent_step, glm::length(scene.last.f_T_W - last.f_T_W));
+      const dvec3 lowest = scene.last.X_WG.p - kProbeRadius * scene.last.n_C_W;
+      lags.push_back(scene.settings.frame.voxel *
+                     haptics::sample_linear(scene.patch(), scene.settings.frame.to_voxels(lowest)));
+    }
+    removed = total(scene.last.removed);
+    return run;
+  });
+  set_times(state, times);
+  state.counters["model_step_N"] = step;
+  state.counters["step_N"] = sent_step;
+  state.counters["lag_median_mm"] = quantile(lags, 0.5) / kMillimetre;
+  state.counters["lag_max_mm"] = quantile(lags, 1) / kMillimetre;
+  state.counters["removed_mm3"] = removed / kCubicMillimetre;
+}
+
 /// The hand of drill() on the thin sheet: does the bur come through, and which force remains beyond?
 void break_through(benchmark::State& state, const ModelTissue& sheet, const Setting& setting) {
   const haptics::ServoSettings settings = settings_for(setting);
@@ -267,6 +301,12 @@ void add_cases() {
     if (smoke() && tissue.name != "ball") continue;
     add_subject(tissue.name, std::make_shared<Subject>(Subject{[tissue] { return tissue; }}), nullptr, tissue.solid);
   }
+  const auto ball = std::make_shared<Subject>(Subject{[] { return test::analytic_tissues().front(); }});
+  for (const auto& [knob, json] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"every tick", R"("offset")"},
+           {"30 Hz blended", R"({"offset": {"intermediate_surface": {}}})"},
+           {"30 Hz at once", R"({"offset": {"intermediate_surface": {"mm3_per_N_s": 1e6, "max_mm_per_s": 1e4}}})"}})
+    add(fmt::format("surface/ball/offset/{}", knob), [=](auto& state) { follow_surface(state, ball->tissue(), json); });
   if (smoke()) return;
   test::Random random(1);
   for (const test::PressCase& c : test::all_press_cases(random)) {

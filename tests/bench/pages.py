@@ -419,6 +419,15 @@ def models(rows, origin, docs):
         the hands that escape, so that no force pulls them back.""") + "\n\n"
     page += table(["model", "time, s", "force behind, N", *(f"{s.split()[2]} mm, by {k} mm" for s in SHEETS for k in (1, 20))],
                   walls)
+    surfaces = {case.split("/")[-1]: row for case, row in rows.items() if case.startswith("surface/ball/offset/")}
+    if surfaces:
+        page += "\n## Intermediate surface\n\n" + paragraph(
+            """The hand that drills the ball feels the tissue of each tick, or the [intermediate
+            surface](contact.md#intermediate-surface), blended or not: largest change of the model's force in a tick, N;
+            lag of the felt surface, mm, median and largest; removal, mm³; time of a tick.""") + "\n\n"
+        page += table(["felt", "step", "lag", "at most", "removal", "time"], [[name, *(
+            number(row[k]) for k in ("model_step_N", "lag_median_mm", "lag_max_mm", "removed_mm3")), times(row)]
+            for name, row in surfaces.items()])
     costs = [[f"`{m}`", *(cell("slide", t, m, k) for t in ("ball", "molar") for k in ("memory_MiB", "setup_s"))]
              for m in MODELS]
     page += "\n## Memory and set-up\n\nMemory in MiB, and processor time in s to prepare the model.\n\n" + table(

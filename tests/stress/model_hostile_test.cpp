@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
@@ -28,14 +29,17 @@ constexpr Body kBodies[] = {
     {"a block", R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5, 5, 3]}}}]})",
      1.5_mm}};
 
+constexpr const char* kIntermediate = "offset_with_intermediate_surface";
+
 /// Returns settings with this model. Models that need long to start get smaller parameters than their defaults.
 ServoSettings settings_of(const std::string& model) {
   haptics::Tool bur;
   bur.diameter = bur.length = 1.2_mm;
   ServoSettings settings = hostile_settings(bur);
-  const std::string json = model == "packing"    ? R"({"packing": {"spheres": 2000}})"
-                           : model == "mesh_lod" ? R"({"mesh_lod": {"vertices": 2000, "levels": [2000, 800]}})"
-                                                 : "\"" + model + "\"";
+  const std::string json = model == "packing"       ? R"({"packing": {"spheres": 2000}})"
+                           : model == "mesh_lod"    ? R"({"mesh_lod": {"vertices": 2000, "levels": [2000, 800]}})"
+                           : model == kIntermediate ? R"({"offset": {"intermediate_surface": {}}})"
+                                                    : "\"" + model + "\"";
   settings.method = haptics::read_contact_method(Json::parse(json, "model"));
   return settings;
 }
@@ -74,7 +78,13 @@ TEST_P(HostileHandOnEveryModel, GetsFiniteBoundedForcesAndZeroForInvalidInput) {
   EXPECT_GT(felt, 0.05);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, HostileHandOnEveryModel, testing::ValuesIn(haptics::contact_method_names()),
+std::vector<std::string> all_models() {
+  std::vector<std::string> names = haptics::contact_method_names();
+  names.push_back(kIntermediate);
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, HostileHandOnEveryModel, testing::ValuesIn(all_models()),
                          [](const auto& model) { return model.param; });
 
 }  // namespace

@@ -134,6 +134,44 @@ Drilled drilled(const std::string& tissue, double top, double bottom, double sec
   return run;
 }
 
+/// Felt stiffness, N/m, of a ball of 1.2 mm whose hand presses it 0.3 mm deep into the top (z = 0) of these solids at
+/// x.
+std::vector<double> felt_stiffness(const char* model, const std::string& solids, const std::vector<double>& at) {
+  std::vector<double> stiffness;
+  for (const double x : at) {
+    HapticBench bench(R"({"voxel_mm": 0.05, "solids": )" + solids + "}", test::probe_settings(model));
+    for (int i = 0; i < 300; ++i) bench.tick({{x, 0, 0.6e-3 - 2e-6 * std::min(i, 150)}});
+    stiffness.push_back(glm::length(bench.last.f_T_W) / glm::distance(bench.last.X_WG.p, bench.last.X_WT.p));
+  }
+  return stiffness;
+}
+
+constexpr const char* kMean = R"({"offset": {"mean_stiffness": true}})";
+
+TEST(MeanStiffness, ChangesOverTheWidthOfTheContactAtABorderWhereTheContactPointsJumps) {
+  const std::string border =
+      R"([{"tissue": "enamel", "solid": {"box": {"center_mm": [-1.5, 0, -1], "size_mm": [3, 4, 2]}}},
+    {"tissue": "dentin", "solid": {"box": {"center_mm": [1.5, 0, -1], "size_mm": [3, 4, 2]}}}])";
+  const std::vector<double> at{-0.8_mm, -0.25_mm, -0.06_mm, 0.06_mm, 0.25_mm, 0.8_mm};
+  const std::vector<double> mean = felt_stiffness(kMean, border, at), point = felt_stiffness("offset", border, at);
+  EXPECT_NEAR(point[2] - point[3], 500, 5) << "within 0.12 mm";
+  EXPECT_NEAR(mean.front(), 1000, 1);
+  EXPECT_NEAR(mean.back(), 500, 1);
+  EXPECT_LT(mean[2] - mean[3], 130);
+  EXPECT_NEAR(mean[2] + mean[3], 1500, 50);
+  EXPECT_GT(mean[1], mean[2]);
+  EXPECT_GT(mean[3], mean[4]);
+}
+
+TEST(MeanStiffness, OfAThinSheetOfEnamelIsThatOfTheLayersInTheHead) {
+  const std::string sheet = R"([{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [4, 4, 2]}}},
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.05], "size_mm": [4, 4, 0.1]}}}])";
+  const auto cap = [](double depth) { return depth * depth * (3 * 0.6 - depth); };  // mm³ · 3 / π
+  const double enamel = 1 - cap(0.2) / cap(0.3);
+  EXPECT_NEAR(felt_stiffness("offset", sheet, {0}).front(), 1000, 1);
+  EXPECT_NEAR(felt_stiffness(kMean, sheet, {0}).front(), 500 + 500 * enamel, 70) << "the points are 0.1 mm apart";
+}
+
 TEST(Hardness, HalfTheHardnessGivesTwiceTheVolumePerJouleAndPerSecond) {
   const Drilled whole = drilled(block(), 1, -1), half = drilled(block("0.5"), 1, -1);
   const double fraction = hardness_fraction(hardness_byte(0.5));

@@ -14,8 +14,11 @@
 
 namespace typodont::haptics::offset {
 
-FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
-    : volume_(std::move(tissue)), tools_(tools.begin(), tools.end()), loose_pieces_(volume_) {
+FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools, bool intermediate)
+    : volume_(std::move(tissue)),
+      tools_(tools.begin(), tools.end()),
+      loose_pieces_(volume_),
+      intermediate_(intermediate) {
   const double voxel = volume_.frame().voxel;
   travel_ = patch_travel_for(tools_, voxel) * voxel;
   coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
@@ -118,8 +121,15 @@ constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace
 
+/// Empty tissue patch with its full memory.
+TissuePatch FieldBody::sized_patch() const {
+  TissuePatch patch = empty_patch_for(tools_, volume_.frame().voxel, edge_);
+  if (intermediate_) patch.intermediate.emplace_back().resize(edge_);
+  return patch;
+}
+
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  auto patch = std::make_unique<TissuePatch>(empty_patch_for(tools_, volume_.frame().voxel, edge_));
+  auto patch = std::make_unique<TissuePatch>(sized_patch());
   const auto edge = static_cast<std::size_t>(patch->n / PatchStep::kSide);
   if (edge * edge <= kMaxInStep) patch->step.reserve(std::min(PatchStep::most_for(static_cast<int>(edge)), kMaxInStep));
   return patch;
@@ -181,7 +191,7 @@ void FieldBody::renew(TissuePatch& patch, const glm::ivec3& lo, CopyPart copy_pa
 void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
   auto& patch = static_cast<TissuePatch&>(snapshot);
   if (patch.n == 0) {  // the servo's first tissue patch, which has no memory yet
-    TissuePatch sized = empty_patch_for(tools_, volume_.frame().voxel, edge_);
+    TissuePatch sized = sized_patch();
     static_cast<Snapshot&>(sized) = patch;
     std::swap(sized.step, patch.step);
     patch = std::move(sized);
@@ -211,6 +221,12 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
           });
   }
   mark_cut_boxes(patch);
+  for (TissuePatch& copy : patch.intermediate) {
+    if (patch.from != 0) break;
+    copy.lo = patch.lo, copy.n = patch.n;
+    copy.whole = patch.whole, copy.band = patch.band, copy.exact_outside = patch.exact_outside;
+    copy.distance = patch.distance, copy.tissue = patch.tissue, copy.hardness = patch.hardness;
+  }
 }
 
 /// Copies a complete tissue patch that starts at `lo`.

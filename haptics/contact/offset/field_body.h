@@ -16,7 +16,8 @@ namespace typodont::haptics::offset {
 /// Keeps the tissue in an OpenVDB volume. A cut removes exactly the sweep of the head.
 class FieldBody : public TissueBody {
  public:
-  FieldBody(TissueVolume tissue, std::span<const Tool> tools);
+  /// `intermediate`: true if the servo's model has an intermediate surface.
+  FieldBody(TissueVolume tissue, std::span<const Tool> tools, bool intermediate = false);
 
   void carve(const Cut& cut, bool continues) override;
   void fill(const Cut& cut) override;
@@ -51,6 +52,7 @@ class FieldBody : public TissueBody {
   glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
   void choose_grid();
   void mark_cut_boxes(TissuePatch& patch) const;
+  TissuePatch sized_patch() const;
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
@@ -62,6 +64,7 @@ class FieldBody : public TissueBody {
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
+  bool intermediate_;  // true: complete tissue patches contain a copy for an intermediate surface
   double travel_ = 0;  // m that a head may move before it needs a new tissue patch
   int edge_ = 0;       // samples of a tissue patch along each axis
   // First voxel of a tissue patch that contains all tissue. nullopt: patches follow the tool.

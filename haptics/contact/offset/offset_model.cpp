@@ -19,9 +19,25 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
   return all;
 }
 
+/// Points in the head, frame T, voxels: a lattice at multiples of a voxel, as fine as kMaxInside permits.
+std::vector<dvec3> lattice_in(const Tool& tool, double voxel) {
+  constexpr std::size_t kMaxInside = 2048;
+  const HeadField head(tool, voxel);
+  const int reach = static_cast<int>(tool.reach() / voxel);
+  std::vector<dvec3> points;
+  for (int step = 1; points.empty() || points.size() > kMaxInside; ++step) {
+    points.clear();
+    for (int x = -reach / step * step; x <= reach; x += step)
+      for (int y = -reach / step * step; y <= reach; y += step)
+        for (int z = -reach / step * step; z <= reach; z += step)
+          if (head.distance(dvec3(x, y, z)) <= 0) points.emplace_back(x, y, z);
+  }
+  return points;
+}
+
 }  // namespace
 
-OffsetModel::OffsetModel(const ServoSettings& settings)
+OffsetModel::OffsetModel(const ServoSettings& settings, bool mean_stiffness)
     : PatchModel(settings),
       front_(tool_set(settings), settings.frame.voxel),
       coarse_front_(
@@ -29,7 +45,8 @@ OffsetModel::OffsetModel(const ServoSettings& settings)
           settings.frame.voxel * std::max(1, coarse_grid_for(tool_set(settings), settings.frame.voxel, 0).every)) {
   const double h = settings.frame.voxel;
   for (const Tool& each : tool_set(settings)) {
-    heads_.push_back({each, ContactFinder(each, h), NonCuttingContacts(each, h), near_reach(each) / h});
+    heads_.push_back({each, ContactFinder(each, h), NonCuttingContacts(each, h), near_reach(each) / h,
+                      mean_stiffness ? lattice_in(each, h) : std::vector<dvec3>{}});
     if (each.fill != Tissue::kAir && flow_directions_.empty()) {
       flow_directions_ = evenly_around(FillingParameters::directions);
     }
@@ -87,7 +104,7 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
 }
 
 /// Computes the tissue below each contact, weighted by the contact's force.
-void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
+void OffsetModel::feel(const ContactInput& in, Contact& out) noexcept {
   // voxels below the surface where a contact's tissue is read
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
@@ -96,7 +113,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
   out.unit = h;
   out.count = contacts_.count();
   out.own = contacts_.own();
-  const bool graded = !patch_.hardness.empty();
+  const bool graded = !patch_.hardness.empty(), mean = !heads_[tool_].inside.empty() && feel_mean(in, out);
   double total = 0;
   for (int i = 0; i < p.active.count; ++i) {
     const int which = p.active.index[i];
@@ -108,6 +125,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
       out.turn += weight * glm::cross(plane.x - p.c, plane.n);
     }
     (which < contacts_.own() ? out.on_head : out.on_shank) += weight * plane.n;
+    if (mean) continue;
     dvec3 below = plane.x - kFeltBelow * plane.n;
     const TissuePatch* felt_in = &patch_;
     if (!patch_.holds(below, 0)) {
@@ -142,6 +160,32 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     out.known_tissue = true;
   }
   if (total > 0) out.lever /= total;
+}
+
+/// Mean over the points of the head that lie in tissue. Returns false if there is none.
+bool OffsetModel::feel_mean(const ContactInput& in, Contact& out) const noexcept {
+  const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
+  const bool graded = !patch_.hardness.empty();
+  double count = 0;
+  for (const dvec3& p : heads_[tool_].inside) {
+    const dvec3 at = X_VT * p;
+    if (!patch_.holds(at, 0)) continue;
+    const glm::ivec3 q(at - dvec3(patch_.lo) + 0.5);
+    const std::size_t i = patch_.at(q.x, q.y, q.z);
+    const auto tissue = static_cast<std::size_t>(shown(patch_.tissue[i]));
+    if (patch_.distance[i] > 0 || tissue == 0) continue;
+    ++count;
+    ++out.tissue[tissue];
+    if (graded) out.hardness[tissue] += hardness_fraction(felt_hardness(patch_, i));
+  }
+  if (count == 0) return false;
+  out.known_tissue = true;
+  out.graded = graded;
+  for (std::size_t t = 1; t < out.tissue.size(); ++t) {
+    if (graded) out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
+    out.tissue[t] /= count;
+  }
+  return true;
 }
 
 }  // namespace typodont::haptics::offset

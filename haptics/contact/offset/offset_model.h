@@ -17,7 +17,9 @@ namespace typodont::haptics::offset {
 /// Lengths are in voxels unless another unit is given. Frame V: voxel grid.
 class OffsetModel : public PatchModel {
  public:
-  explicit OffsetModel(const ServoSettings& settings);
+  /// `mean_stiffness`: the head feels the mean of the tissue inside it at the hand's pose (Kim & Park 2006, sec. 4.2),
+  /// not the tissue below each contact.
+  explicit OffsetModel(const ServoSettings& settings, bool mean_stiffness = false);
 
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return heads_[tool_].smooth.any(); }
@@ -37,6 +39,7 @@ class OffsetModel : public PatchModel {
     NonCuttingContacts smooth;  // contacts of shank and safe end
     // voxels, distance from the head's centre to the farthest point of head and safe end
     double reach;
+    std::vector<dvec3> inside;  // voxels, frame T, lattice of points in the head; empty unless mean_stiffness
   };
 
   /// Intermediate results of the current tick.
@@ -50,6 +53,8 @@ class OffsetModel : public PatchModel {
     double overlap_before = 0;
     // Voxels by which the proxy's lag behind the hand changes per tick if the force changes by 1 N/s.
     double step_per_slew = 0;
+    // voxels, longest steps of the proxy relative to the hand, in contact and while it breaks through
+    double cut_step = 0, free_step = 0;
     bool limits_step = false;  // true: the proxy's speed is limited in this tick
     // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.
     dvec3 fall_normal{0};
@@ -127,6 +132,7 @@ class OffsetModel : public PatchModel {
   bool hand_has_left() const noexcept;
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
+  bool feel_mean(const ContactInput& in, Contact& out) const noexcept;
 
   // The following functions are defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
@@ -148,6 +154,8 @@ class OffsetModel : public PatchModel {
   bool begin_ball(const Pose& X_WH, double reach) noexcept;
   bool search_open_place(const Fill& instrument, double reach) noexcept;
 
+  // m/s, largest speed of a surface that moves (intermediate_surface.h). 0: the tissue, whose surface only cuts move.
+  double surface_speed_ = 0;
   double hardest_ = 0;  // J/m³, largest specific energy of all tissues
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;

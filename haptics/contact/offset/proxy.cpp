@@ -74,6 +74,12 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   if (overlap_ < R::min_overlap) overlap_ = 0;
   deep_penetration_ = deep_penetration_ && overlap_ > 0;
   s.limits_step = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
+  if (!s.limits_step) return;
+  s.cut_step = P::cut_slew * s.step_per_slew, s.free_step = P::free_slew * s.step_per_slew;
+  if (surface_speed_ > 0) {
+    s.cut_step = surface_speed_ * in.dt / voxel();
+    s.free_step = std::max(s.free_step, s.cut_step);
+  }
 }
 
 /// Limits the speed of a bur in a fall: the tissue under it is gone, so the hand accelerates until the next contact. A
@@ -314,7 +320,7 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
       contacts_.deepest() > (deep_penetration_ ? Q::led_out : ContactFinder::kDeepPenetration) || center_inside;
   if (deep_penetration_) {
     finder().find_way_out(patch_, X_VT, contacts_);
-  } else if (in.cuts && emptied_ && !in.must_earn) {
+  } else if (in.cuts && (emptied_ || surface_speed_ > 0) && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
   // In harder tissue than that being cut, reduces the depth of the cut by the ratio of the specific energies.
@@ -342,7 +348,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
-  const double max_step = (comes_free ? P::free_slew : P::cut_slew) * p.step_per_slew;
+  const double max_step = comes_free ? p.free_step : p.cut_step;
   const double allowed = p.limits_step ? farthest(next - p.start, p.shift, max_step) : 0;
   s.at_max_step = falls || (p.limits_step && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
   const bool eases = in.cuts || tool().fill != Tissue::kAir;
@@ -498,7 +504,7 @@ void OffsetModel::follow_hand() noexcept {
   breaking_through_ = at_max_step && !p.touching;
   if (!at_max_step) return;
   const dvec3 step = p.c - p.start;
-  const double max_step = (breaking_through_ ? P::free_slew : P::cut_slew) * p.step_per_slew;
+  const double max_step = breaking_through_ ? p.free_step : p.cut_step;
   p.c = p.start + max_fraction(step, -p.shift, farthest(step, p.shift, max_step)) * step;
   p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
 }
