@@ -144,9 +144,9 @@ dvec3 read_color(const Json& json) {
 
 std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
   constexpr std::size_t kFew = 5;  // an object with so few keys is listed in the table of the outer object
-  std::string text = fmt::format("{}:\n| key | value | meaning |\n|---|---|---|\n", name), nested;
+  std::string text = fmt::format("{}:\n|key|value|meaning|\n|---|---|---|\n", name), nested;
   const auto add = [&](const KeyRow& row, std::string_view outer) {
-    if (!row.meaning.empty()) text += fmt::format("| `{}{}` | {} | {} |\n", outer, row.key, row.value, row.meaning);
+    if (!row.meaning.empty()) text += fmt::format("|`{}{}`|{}|{}|\n", outer, row.key, row.value, row.meaning);
   };
   for (const KeyRow& row : rows) {
     add(row, "");

@@ -130,13 +130,13 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   Keys keys(rows);
   describe_bur(keys, *std::make_unique<Bur>());
   EXPECT_EQ(key_tables("bur", rows), R"(bur:
-| key | value | meaning |
+|key|value|meaning|
 |---|---|---|
-| `diameter_mm` | 0.05–60; required | [largest](#head) diameter |
-| `blades` | 1–64 | number of blades |
-| `edge` | `"blade"`, `"grit"`; default `"grit"` | kind of edge |
-| `marks` | list of objects | marks |
-| `marks.at_mm` | [x, y, z]; required | its place |
+|`diameter_mm`|0.05–60; required|[largest](#head) diameter|
+|`blades`|1–64|number of blades|
+|`edge`|`"blade"`, `"grit"`; default `"grit"`|kind of edge|
+|`marks`|list of objects|marks|
+|`marks.at_mm`|[x, y, z]; required|its place|
 )");
   const Json schema = Json::parse(key_schema(rows), "schema");
   EXPECT_EQ(schema["required"].text(), R"(["diameter_mm"])");
