@@ -117,7 +117,7 @@ class Servo {
 };
 
 /// Returns the best centre of a new snapshot, m, W: on the line from proxy p_WG to hand p_WT, at most travel / 2 from
-/// the proxy. `lead`: expected motion of the tool, m, which moves it up to 0.8 travel away.
+/// the proxy. `lead`: m, expected motion of the tool; it moves the centre to at most 0.8 travel from the proxy.
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead = dvec3(0)) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by a snapshot centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {

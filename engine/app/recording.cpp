@@ -50,8 +50,8 @@ std::optional<std::pair<std::filesystem::path, std::string>> named_file(const st
   return std::pair(file, in_assets.string());
 }
 
-/// Adds all files that the scene's text names to the list, and replaces their paths by names. True if the text changed.
-/// Throws Error.
+/// Adds to the list all files that the scene's text names, and replaces their paths by file names. True if the text
+/// changed. Throws Error.
 bool list_files(nlohmann::ordered_json& json, const ScenePlace& place, std::vector<session::SourceFile>& files) {
   bool changed = false;
   if (json.is_structured()) {

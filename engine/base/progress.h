@@ -24,7 +24,7 @@ class Progress {
   Progress() = default;
   /// Progress on the terminal, with the time left, shown after one second: one line that is redrawn, or a line per 10 %
   /// if the output is no terminal. The first SIGINT, SIGTERM or SIGHUP cancels the work, the second ends the program.
-  /// One at a time.
+  /// Only one such object may exist at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;

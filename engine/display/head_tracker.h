@@ -42,7 +42,7 @@ class MotionFilter {
   /// Extrapolated value: up to kHorizon after the last sample, then constant. Zero before the first sample.
   dvec3 at(Nanos t) const noexcept;
 
-  // Longest extrapolation, ns; beyond, a constant is more accurate.
+  // Longest extrapolation, ns; after this time, a constant value is more accurate.
   static constexpr Nanos kHorizon = 80'000'000;
   // Time without samples after which the filter restarts, ns.
   static constexpr Nanos kLost = 500'000'000;

@@ -126,7 +126,7 @@ class Output {
   virtual void set_title(const std::string&) {}
   /// Moves the window to the next monitor if another window covers this one; limits its size to that monitor.
   virtual void leave_monitor(int) {}
-  /// Time between two screen refreshes, s; 0 in memory.
+  /// Time between two screen refreshes, s; 0 if pictures are drawn only into memory.
   virtual double refresh_period() const { return 0; }
   /// Pixels of the last picture, RGBA; only in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }

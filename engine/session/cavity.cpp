@@ -87,8 +87,8 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// Least-squares plane w = c0 + c1 u + c2 v through facets, weighted by area, in voxels along `axes`. False: the facets
-/// do not determine a plane.
+/// Least-squares plane w = c0 + c1 u + c2 v through facets, weighted by area, in voxels along `axes`. fit_plane()
+/// returns false if the facets do not determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -115,8 +115,8 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// Sphere fitted to facets by weighted least squares of |p - c|² - r², in voxels. Empty: the facets do not determine a
-/// sphere.
+/// Sphere fitted to facets by weighted least squares of |p - c|² - r², in voxels. fit_ball() returns nothing if the
+/// facets do not determine a sphere.
 struct Ball {
   dvec3 center;
   double radius;

@@ -25,7 +25,7 @@ struct Preparation {
 
 struct Place {
   double depth = 0;  // m, distance from the target shape; 0: no deviation
-  dvec3 p_W{0};      // m, frame W, the point with this distance; valid if depth > 0
+  dvec3 p_W{0};      // m, frame W, the point at which `depth` was measured; valid if depth > 0
 };
 
 /// Measures of a cavity in SI units. A measure is empty if it does not apply, for example without a floor.

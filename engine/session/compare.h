@@ -8,7 +8,7 @@
 namespace typodont::session {
 
 /// Name of the first column in which two messages differ by a bit; empty: none. Values are rounded as in the file.
-/// Columns that the servo does not compute are skipped: hand pose, pedal, CPU time, other fault bits.
+/// Skips columns that a replay cannot compute: hand pose, pedal, CPU time, fault bits set by the device or the loop.
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded);
 std::string_view differing_column(const Cut& replayed, const Cut& recorded);
 

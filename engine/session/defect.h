@@ -9,7 +9,7 @@
 
 namespace typodont::session {
 
-/// The head during a stroke, for pictures.
+/// The tool's head at one moment of a stroke, for pictures.
 struct HeadMoment {
   double t = 0;  // s, time in the recording
   Pose X_WG;

@@ -69,7 +69,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
-  // Compares the size with stored data before allocating memory.
+  // Compares the size that the file states with the size of its stored data before allocating memory.
   if (H5Dget_storage_size(dataset.get()) < extent[0] * columns * H5Tget_size(stored.get())) refuse("fewer numbers");
   void* to = resize(static_cast<std::size_t>(extent[0]));
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());

@@ -19,8 +19,8 @@ constexpr double kSquare = 0.05;
 constexpr double kLevel = 0.7;
 // Fraction of Work::half_width within which the place is "central".
 constexpr double kCentral = 0.25;
-
-constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;  // m, limits of a place at the margin
+// m; a place this near to the old surface (kMarginDepth) and to the planned cut (kMarginWidth) is at the margin.
+constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;
 
 /// Extent of all tissue that the user changed or should have changed.
 struct Work {

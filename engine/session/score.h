@@ -75,7 +75,7 @@ struct DamageMeasures {
     bool gum = false;
     std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: the tick that adds the most volume
     std::uint32_t tool = 0;
-    double volume = 0;  // m³
+    double volume = 0;  // m³, volume that the bur passed through
     dvec3 p_W{0};       // m, frame W, point in the head at the worst tick
   };
   std::vector<Touch> touches;

@@ -51,7 +51,7 @@ class PatchStep {
   /// Number of leaves that fit in the allocated memory.
   std::size_t most() const noexcept { return distances_.size() / kSamples; }
   void clear() noexcept { leaves_.clear(); }
-  /// Adds a leaf; the caller then writes samples(size() − 1). There must be free memory (most()).
+  /// Adds a leaf; the caller then writes samples(size() − 1). The allocated memory must have room: size() < most().
   void add(const Leaf& leaf) { leaves_.push_back(leaf); }
   std::size_t size() const noexcept { return leaves_.size(); }
   const Leaf& leaf(std::size_t i) const noexcept { return leaves_[i]; }

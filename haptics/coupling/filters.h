@@ -8,20 +8,20 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,  // Wang 2009: changes by at most δ per tick, any direction
+  kSlew,  // Wang 2009: the force changes by at most δ per tick, in any direction
   // Vertex deformation: constant until the wanted force differs by `renewal`.
   kStroke,
 };
 
 struct ForceFilterLaw {
   double step = 0.02;    // N, δ: limit of the change per tick
-  double still = 0.001;  // N, ξ: a smaller force is zero
-  // N, difference from the last force above which it changes
+  double still = 0.001;  // N, ξ: a smaller computed force counts as zero
+  // N; the force changes only if the computed force differs from it by more than this
   double renewal = 0.10;
   double cap = 3.0;  // N, λ: limit of the magnitude of the force
 };
 
-/// Filtered force, N. `wanted`: computed force; `last`: previous result.
+/// Filtered force, N. `wanted`: computed force; `last`: filtered force of the last tick.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

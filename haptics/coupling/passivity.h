@@ -8,46 +8,46 @@
 
 namespace typodont::haptics {
 
-/// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. Here, the energy ledger must cover
-/// the retreat in the next tick, predicted from recent motion and the largest acceleration of a hand.
+/// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. So here, the energy ledger must
+/// cover the hand's motion out of the tissue (retreat) in the next tick, predicted from its recent motion.
 struct PassivityLaw {
-  // factor on the fastest recent retreat, because a tick may be missed and a retreat may become faster
+  // Factor on the fastest recent retreat, for the predicted one: a tick may be missed, or the hand may become faster.
   double margin = 2.5;
-  double memory = 0.05;  // s, time constant for forgetting retreats
-  // m/s², largest expected acceleration of any hand. A hand that moves inward faster than turning × tick still moves
-  // inward in the next tick.
+  double memory = 0.05;  // s, time constant with which the fastest recent retreat decays
+  // m/s², largest acceleration expected of any hand. A hand that moves inward faster than turning × tick (m/s) cannot
+  // reverse its motion within the next tick.
   double turning = 2;
-  // s, longest tick for which `turning` is valid; with longer ticks, the hand may retreat as fast as it advanced
+  // s; a tick longer than 2.2 times this may be long enough for the hand to reverse and retreat as fast as it advanced
   double human_tick = 1e-3;
-  // m per tick; larger motions are jumps, which may reverse at once
+  // m per tick; a larger motion of the hand counts as a jump, whose direction may reverse in the next tick
   double jump_distance = 0.3e-3;
   double twisting = 20;  // rad/s², largest expected angular acceleration of any hand
-  // true: the position is in encoder counts, whose differences do not show changes of the velocity
+  // true: positions are multiples of an encoder step, too coarse to show changes of the velocity
   bool in_counts = false;
-  // factor on the largest recent speed, for the expected retreat
+  // upper limit of the predicted speed of retreat / largest recent speed of the hand
   double faster = 1.2;
-  // Factor on the largest recent change of velocity, for a hand that reverses.
+  // If the hand may reverse: predicted change of its velocity in the next tick / largest recent change.
   double again = 3;
-  // Factor on the mean change of velocity, added to the largest, for a hand that does not reverse. start_fraction
-  // reduces the mean first.
+  // If the hand does not reverse, the predicted change of its velocity is: largest recent change + change_margin ×
+  // (mean change − start_fraction × largest recent change).
   double change_margin = 0.6;
-  /// Fraction of the largest change that is subtracted from the mean, so that the start or end of a single stroke gives
-  /// 0.
+  /// See the formula above; its bracket counts as at least 0. It is 0 if the velocity has changed only at the start or
+  /// the end of a single stroke.
   double start_fraction = 0.1;
-  double mean_weight = 0.01;  // weight of one tick in the mean
-  // s of motion for which the largest speed and change do not decay
+  double mean_weight = 0.01;  // weight of one tick in the running mean of the changes
+  // s; the largest recent speed and change of velocity begin to decay after this time of motion
   double hold = 1;
-  // s without contact for which the largest speed does not decay; shorter than `hold`, because a fast approach is often
-  // followed by a slow touch
+  // s, like `hold`, for the largest speed while the hand feels no force. Shorter, because a fast approach is often
+  // followed by a slow touch.
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after `hold`
-  double uneven = 1.5;  // next tick / longest recent tick, for an irregular clock
-  double still = 1e-4;  // m/s; a slower motion is rounding or rest
-  double leap = 2;      // m/s; a faster motion is a jump
+  double uneven = 1.5;  // predicted next tick / longest recent tick, for an irregular clock
+  double still = 1e-4;  // m/s; a slower motion counts as rounding error or rest
+  double leap = 2;      // m/s; a faster motion counts as a jump
   // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again
   double clock_memory = 10;
-  double longest_gap = 5;  // ticks; a longer gap is a pause
-  // J, allowed energy deficit. The guarantee is 1 nJ; the rest is reserved for rounding and sudden reversals.
+  double longest_gap = 5;  // ticks; a longer gap counts as a pause
+  // J, allowed energy deficit. The promised limit is 1 nJ; the other half covers rounding and sudden reversals.
   double credit = 0.5e-9;
 };
 
@@ -70,13 +70,13 @@ struct PassivityState {
   double advance = 0;   // m per tick, fastest recent motion against the force
   dvec3 moved{0};       // m, displacement in the previous tick
   double distance = 0;  // m, length of `moved`
-  // decay_for: s, tick of the other values. per_second: 1/s. decay: of retreats per tick. clock_decay: of `longest`.
+  // For ticks of decay_for s: per_second = 1 / decay_for. decay, clock_decay: factors per tick on retreats, `longest`.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
-  // m/s: largest speed, and largest change of velocity per tick; also without contact.
+  // m/s: largest recent speed, and largest recent change of velocity in one tick; also without contact
   RecentMaximum speed, change;
-  double mean_change = 0;       // m/s, mean change of velocity over about 100 moving ticks
+  double mean_change = 0;       // m/s, mean change of velocity per tick over about 100 moving ticks
   dvec3 heading{0};             // m, displacement in the last tick with motion
-  double fade = 1;              // decay of `speed` and `change` per tick
+  double fade = 1;              // factor per tick by which `speed` and `change` decay
   double since_reversal = 1e9;  // s of motion since the hand's last large reversal
   double longest = 0;           // s, longest recent tick
   // rad per tick: fastest retreat, fastest advance, previous rotation.
@@ -122,7 +122,7 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Expected motion out of the tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
+/// Predicted motion out of tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
 /// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m, motion that any hand can make.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
@@ -193,7 +193,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   return at_stake;
 }
 
-/// Fraction 0..1 of the force that `energy` (J) covers; other arguments like those of energy_at_stake().
+/// Largest fraction 0..1 of the force that `energy` (J) and the credit cover. Other arguments: see energy_at_stake().
 inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                                const dvec3& turned, double dt, double tick, double energy,
                                PassivityState& state) noexcept {

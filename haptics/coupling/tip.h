@@ -11,7 +11,7 @@ struct TipLaw {
   double yield = 0;             // N, push above which the tip sinks; 0: it never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
   double grip = 0.6;            // pull-out / push-in force at the same depth
-  double depth_limit = 0.5e-3;  // m, largest depth
+  double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
 };
 
 struct TipState {
@@ -27,7 +27,7 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > resistance && soft && state.penetration < law.depth_limit) {
-    // Sinks by x, where k (push - x) = resistance + hardening x; push: distance from the tip inward to the hand.
+    // Sinks by x, where `stiffness` (push - x) = resistance + hardening x. push: inward distance from tip to hand.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.penetration);
     state.penetration += x;

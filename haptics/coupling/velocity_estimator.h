@@ -20,7 +20,7 @@ struct VelocityEstimate {
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half peak to peak; one step of an encoder. `axes`: number of axes that move, in order.
+  /// `noise`: m, half the peak-to-peak noise; for an encoder, one step. `axes`: number of axes that move, in order.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
   /// Adds a position and returns the velocity. Servo thread only; never allocates. A time that does not increase
@@ -59,7 +59,7 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    // Range of slopes (m/s) through the newest sample for which no sample so far deviates by more than the noise.
+    // Slopes (m/s) of lines through the newest sample from which no examined sample deviates by more than the noise.
     double low = -1e300, high = 1e300;
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {

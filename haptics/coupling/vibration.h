@@ -16,14 +16,14 @@ struct VibrationLaw {
   // Hz, highest frequency of the vibration, from DeviceInfo or the scene; 0: no vibration.
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
-  double balance = 6.3e-3;   // m/s, eccentricity × speed: grade G 6.3, ISO 21940-11
-  double run_out = 0.25;     // part of the tangential force, once per revolution
-  // part of the tangential force, once per edge; not measured, as in milling with few edges
+  double balance = 6.3e-3;   // m/s, eccentricity × angular speed: grade G 6.3, ISO 21940-11
+  double run_out = 0.25;     // amplitude once per revolution / tangential cutting force
+  // amplitude once per edge / tangential cutting force; not measured, chosen as in milling with few edges
   double teeth = 0.12;
   int tooth_count = 6;  // ISO 6360: 6 to 8 blades
 };
 
-/// Weight of a frequency: 1 well below `band`, 0 at `band`, so that nothing starts abruptly in the run-up.
+/// Weight of a frequency: 1 well below `band`, 0 at `band`, so that the vibration starts gradually in the run-up.
 inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);

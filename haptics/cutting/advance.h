@@ -27,8 +27,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Largest n·w (n: normal). The normals rotate from the first piece's first normal (straight down at a tip) to the
-  // last piece's last. If one is parallel to w, the result is |w|; otherwise it belongs to the first or last.
+  // Largest n·w. The normal n rotates from the first piece's first normal (straight down at a tip) to the last piece's
+  // last. If it passes the direction of w, the largest n·w is |w|; otherwise the first or the last normal gives it.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -33,7 +33,7 @@ struct Block {
 
 /// Groups of eight samples along z, and the terms that the groups of a row share.
 struct Work {
-  // Capacities: groups, batches of eight rows, and samples of one row.
+  // Largest numbers: of groups, of batches of eight rows (kRowBatches), and of samples in one row (kLongest).
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
   // Terms that are equal along rows; one row per lane.
   F8 u[kRowBatches], v[kRowBatches];

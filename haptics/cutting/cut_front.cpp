@@ -13,7 +13,7 @@ namespace {
 
 // additional blocks around the front's box, so that the box moves seldom
 constexpr int kBorder = 2;
-// largest number of groups; fronts of dental burs have fewer
+// largest number of groups in all lists; fronts of dental burs have fewer
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {

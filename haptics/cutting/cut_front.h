@@ -109,7 +109,7 @@ class CutFront {
     /// Makes the list from the first `listed` groups in `found`. It is valid for `valid_for` voxels from the path
     /// length `path_length`. If `found` was too small, the part gets no list.
     void renew(int listed, double path_length, double valid_for) noexcept;
-    /// Stage at the path length `path_length` (voxels); each stage is an eighth of the lifetime.
+    /// Stage at the path length `path_length` (voxels); each stage is an eighth of the list's lifetime.
     int stage(double path_length) const noexcept {
       return static_cast<int>((path_length - (until - lasts)) / lasts * kStages);
     }
@@ -163,8 +163,8 @@ class CutFront {
     const CutFront& front_;
     int first_part_, layers_;  // part of the first layer that the head reaches, and number of reached layers
     int most_;                 // largest number of reached parts that get lists
-    // Voxels. The lists of one cut get the lifetimes 1, 2, … × this, so that they expire one after another. For reached
-    // parts, and for others.
+    // Voxels. The lists of one cut get the lifetimes 1, 2, … × this, so that they expire one after another. ahead_: for
+    // reached parts; ahead_of_empty_: for others.
     double ahead_, ahead_of_empty_;
     int early_;  // part renewed although its list is valid; -1: none
     int made_ = 0, empty_ = 0;

@@ -25,7 +25,7 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels; air nearer than this to the filling gets its label, for queries at the surface
+// voxels; air nearer than this to the filling gets the filling's label, for queries at the surface
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, rounding error of a chord
 
@@ -50,8 +50,8 @@ struct Lanes {
   }
 };
 
-/// Limits the samples in `meant` to the limiting solid where that is nearer than the ball. Groups are aligned to the
-/// volume's blocks, so the result does not depend on the block.
+/// Limits the samples in `meant` to the limiting solid where this solid is nearer than the ball. Groups are aligned to
+/// the volume's blocks, so the result does not depend on the block.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));

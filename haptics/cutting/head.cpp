@@ -245,8 +245,8 @@ TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Returns a bit mask of the pieces that alone are nearest to all `count` samples along z while the head moves by
-/// `ahead`. `first`, `last`: examined pieces. `v`: first sample relative to the head, frame V.
+/// Returns a bit mask. A piece's bit is set if this piece alone is nearest to all `count` samples along z while the
+/// head moves by `ahead`. `first`, `last`: examined pieces. `v`: first sample relative to the head, frame V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -278,8 +278,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// Examines blocks at one pose, eight at a time.
 class HeadPass {
  public:
-  /// Examines blocks at the start pose or at the end pose. `after`: the other pose has been cut already; `ahead`: path
-  /// for which results are valid.
+  /// Examines blocks at the start pose or at the end pose. `after`: the other pose has been cut already; `ahead`:
+  /// voxels of path for which the results are valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -458,7 +458,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch, and sets the path length at which each block must be examined next; `again`: in the next cut.
+  /// Cuts the batch, and sets the path length at which each block must be examined next. `again`: in the next cut.
   bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {

@@ -34,11 +34,11 @@ struct BallFront {
   struct {          // tables, indexed by z
     // for a capsule: height above A, voxels; for a ball at B: squared height from B, voxels²
     float* apart;
-    // voxels², height above A × z of the motion
+    // voxels², height above A × z component of the motion
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // Ranges of groups ahead of, beside and behind the ball.
+  // Ranges of sample groups, as indices in `groups`: those ahead of, beside and behind the ball.
   struct Ranges {
     int count;
     struct {

@@ -112,8 +112,8 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(): motion × rho, away from the axis and along it; smallest depth that changes a sample. The
-/// following structs compute the depth below one kind of piece each.
+/// Input of may_be_deeper(): a sample's motion away from the axis and along it, both multiplied by its distance rho
+/// from the axis; smallest depth that changes it. Each of the next structs computes depths below one kind of piece.
 struct Passed {
   Floats motion_rho, motion_z, least;
 };
@@ -127,7 +127,7 @@ struct BelowLine {
     return below;
   }
 };
-/// A line perpendicular to the axis, the end of many heads: rho does not matter.
+/// A line perpendicular to the axis, the end of many heads: the distance rho from the axis does not matter.
 struct BelowEnd : BelowLine {
   TYPODONT_INLINE Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -197,7 +197,7 @@ struct HeadRows {
   alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
 };
 
-/// Bounds at the middle of each group.
+/// Bounds for the groups, of whose samples only the middle one is computed.
 struct HeadSides {
   // voxels: half the length of a group along z; component of this half perpendicular to the axis
   float half, off;
@@ -244,7 +244,7 @@ struct HeadSides {
   }
 };
 
-/// `beside`: the groups may have been deeper during the motion.
+/// `beside`: samples may have been deeper during the motion than at its end.
 template <bool beside, class Below>
 TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-/// A piece of HeadField, with outward normals at both ends and the length of a line.
+/// A piece (line or arc) of HeadField, with outward normals at both ends and the length of a line.
 struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
@@ -19,8 +19,8 @@ struct MeridianPiece {
   // At the corners a and b: tan(φ/2), where φ is the angle between the neighbouring normals.
   float corner_a, corner_b;
 };
-// A kind below this: the one smooth piece that is nearest. From this on: kManyPieces plus a bit mask of the pieces that
-// can be nearest.
+// A kind below this value is the index of the one smooth piece that is nearest. Other kinds are kManyPieces plus a bit
+// mask of the pieces that can be nearest.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
 /// Pose of a head in voxels, relative to `base`, which is near enough for floats.
@@ -38,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels; motion of the head until a sample changes, if it can never change
+// voxels of motion until a sample changes; this value: it can never change
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -31,7 +31,7 @@ namespace {
 // tan of half the angle at a corner; at a sharper corner, one line alone does not give the depth
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps; almost always less than ten
-// voxels, difference between the paths of a block's samples and that of its centre
+// voxels, largest difference between the paths of a block's samples and that of its centre
 constexpr float kBesideSlip = 0.5f;
 
 /// Finds the z range of a column of blocks within `far` (voxels) of the axis. `off`: column centres relative to a point
@@ -85,8 +85,8 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depth of eight samples within kTop; ends early below `needed` or above `most`. Steps alternate
-/// between the intersection of two tangents (an upper bound, exact at a corner) and the maximum of a parabola.
+/// Searches the largest depth of eight samples, accurate to kTop; ends early if it is below `needed` or above `most`.
+/// Steps alternate: intersection of two tangents (an upper bound, exact at a corner), maximum of a parabola.
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
   // in frame T: start points, motions, second-order terms
@@ -178,8 +178,8 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
            B = from.x * path.x + from.y * path.y;
   F8 s = -B / A;
   if (line.naz != 0.0f) {
-    // Depth: -nax rho - naz z + constant, with the normal (nax, naz); rho² = A t² + C, where t is measured from the
-    // smallest rho.
+    // Depth: -nax rho - naz z + constant, with the normal (nax, naz) and the distance rho from the axis; rho² = A t² +
+    // C, where t is measured from the smallest rho.
     const F8 rises = -line.naz * path.z, steepest = line.nax * line.nax * A - rises * rises;
     const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
     const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
@@ -611,8 +611,8 @@ namespace {
 class PathPass {
  public:
   /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
-  /// sample and the centre; `rounding`: voxels along a normal; `known`: receives when blocks must be examined next;
-  /// null if another part follows.
+  /// sample and the centre; `rounding`: voxels, rounding error along a normal; `known`: receives when blocks must be
+  /// examined next; null if another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
       : path_(part),

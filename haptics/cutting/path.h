@@ -17,15 +17,15 @@ struct Straight {
   float shift[3], turn[9];  // turn: column by column; shift: voxels
   const MeridianPiece* pieces;
   int count;
-  float turned;   // voxels, difference of the motions of two samples that are one voxel apart
-  float longest;  // voxels, longest motion of samples that a cut may change
+  float turned;   // voxels, largest difference of the motions of two samples that are one voxel apart
+  float longest;  // voxels, longest motion, relative to the head, of a sample that is near enough to be cut
   float slip;     // voxels, error of a tangent to the depth
   // For a motion along a cylinder's axis: a sample does not change if z > still_above and rho + z > still_beyond (frame
-  // T): it stays above the rim and nearer to the flank. Otherwise kNoEnd.
+  // T; rho: distance from the axis), because it stays above the rim and nearest to the flank. Otherwise kNoEnd.
   float still_above = kNoEnd, still_beyond = kNoEnd;
   // Second-order term by rotation: at the fraction s, a sample is off the line by s (s - 1) (bend_shift + bend_turn p).
   float bend_shift[3] = {}, bend_turn[9] = {};
-  // voxels, distance from the line; 0 without second-order term
+  // voxels, largest distance of a sample from its line; 0 without second-order term
   float bent = 0;
 };
 Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
@@ -47,10 +47,10 @@ struct DueBlocks {
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
-inline constexpr float kTop = 5e-4f;  // voxels, error of the largest depth on a path
+inline constexpr float kTop = 5e-4f;  // voxels, allowed error of the largest depth on a path
 // voxels; for shorter motions only the final pose is used, which takes a seventh less time
 inline constexpr float kSlow = 0.05f;
-// voxels from a corner where rounding dominates the direction
+// voxels; nearer than this to a corner, rounding errors dominate the direction
 inline constexpr float kNear = 0.01f;
 
 /// Distance r from the axis beyond which no search is needed: over a motion of length L below one piece, a sample is at

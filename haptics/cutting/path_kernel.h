@@ -60,17 +60,17 @@ TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns true for samples that may have been deeper earlier, and then above `least`. Going back from the end, depth
-/// is concave, so it grows at most by `growth` / `scale` in total.
+/// Returns true for samples that may have been deeper than at the end of the motion, and deeper than `least`. Depth is
+/// concave along the path, so going back from the end it grows by at most `growth` / `scale`.
 TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// Distance from the nearest piece, and the component of a motion away from it, × rho, which saves a square root.
+/// Distance from the nearest piece; component of a motion away from it, times rho (distance from axis) to save a root.
 struct NearestOnPath {
   NearestPiece nearest;
-  /// component × distance × rho
+  /// component away from the piece × distance from the piece × rho
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -110,12 +110,12 @@ TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsig
   return found;
 }
 
-/// Upper bound of n·w over the pieces that can be nearest. `away`, `along`: components of the motion w perpendicular to
-/// the axis and along it; `tip`: the sample may be nearest to a tip.
+/// Upper bound of n·w over the outward normals n of the pieces that can be nearest. `away`, `along`: components of the
+/// motion w perpendicular to the axis and along it; `tip`: the sample may be nearest to a tip.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // The normals rotate from that of the first piece (straight down at a tip) to that of the last piece. If one is
-  // parallel to w, the result is |w|; otherwise it belongs to the first or last normal.
+  // The normal n rotates from that of the first piece (straight down at a tip) to that of the last piece. If it passes
+  // the direction of w, |away| + |along| is the bound; otherwise the first or the last normal gives the largest n·w.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

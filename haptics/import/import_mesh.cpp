@@ -661,7 +661,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const double shell = options.shell.value_or(kUsualEnamel);
   const double deepest = std::max({options.band, shell + 2 * voxel, kGumDepth + 2 * voxel});
   const std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, [](std::size_t) { return true; })};
-  // Memory of both distance fields and marks, bytes per voxel.
+  // Memory of both distance fields and of the marks of teeth and gum, bytes per voxel.
   constexpr double kTeethAndGum = 10;
   require_memory_for(out, parts, deepest / voxel, kTeethAndGum, options, report);
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);

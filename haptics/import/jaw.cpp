@@ -155,7 +155,7 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 
 // Returns Segmentation::grey, but in dark valleys (gaps between roots and sockets) with the grey value of the scan.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
-  constexpr double kSmooth = 0.8;  // voxels
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
   // Smallest curvature of a valley, per voxel², as a fraction of the contrast between hard and soft. A ligament of one
   // voxel has three times this.
   constexpr double kValley = 0.1;
@@ -195,7 +195,7 @@ class CanalBound {
   /// `blur`, `radius`: voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur), which corrects
   /// curvature only where they vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
-    constexpr double kStep = 0.1, kThickest = 6;  // voxels
+    constexpr double kStep = 0.1, kThickest = 6;  // voxels, step and largest value of the tabulated thicknesses
     // Smallest rise from bone (0) to wall (1); a smaller rise is normal variation of bone.
     constexpr double kWall = 0.2;
     least_ = glm::mix(beyond, 1.0, kWall);
@@ -589,7 +589,7 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Smoothing reduces noise, and restores thin layers after blur.
+  // Standard deviation of the smoothing, which reduces noise, and restores thin layers after blur.
   constexpr double kSmooth = 0.8;  // voxels
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // samples per mm³
@@ -717,7 +717,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
       if (!beside.v[i] || glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, set->size)))
         return;
-      constexpr double kLongest = 2.5, kStep = 0.5, kInto = 2;  // voxels
+      constexpr double kLongest = 2.5, kStep = 0.5, kInto = 2;  // voxels: range, step; test depth in the canal
       const glm::dvec3 slope(exact(p.x + 1, p.y, p.z) - exact(p.x - 1, p.y, p.z),
                              exact(p.x, p.y + 1, p.z) - exact(p.x, p.y - 1, p.z),
                              exact(p.x, p.y, p.z + 1) - exact(p.x, p.y, p.z - 1));

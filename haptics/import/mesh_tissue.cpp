@@ -29,7 +29,7 @@ constexpr double kUsualVoxels = 12e6;  // number of voxels, if their edge is cho
 // Automatically chosen edges are multiples of this, m.
 constexpr double kVoxelStep = 0.01e-3;
 constexpr double kBand = 1.5e-3;                         // m, largest distance from the surface that the volume stores
-constexpr double kMinArea = 1e-9;                        // smallest area, as a fraction of the squared extent
+constexpr double kMinArea = 1e-9;                        // smallest area of a mesh, as a fraction of its squared extent
 constexpr double kMinLength = 0.5e-3, kMaxLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
 /// Six times the enclosed volume, relative to the first vertex.

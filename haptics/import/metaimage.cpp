@@ -199,7 +199,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
   scan.format = "MetaImage";
   scan.space = "LPS";
   scan.has_unit = true;  // mm, unless the file states another unit
-  double unit = 1;       // mm
+  double unit = 1;       // mm, length of the unit
   if (const Entry* e = header.find("DistanceUnits"); e && e->value == "?") {
     scan.has_unit = false;
   } else if (e) {

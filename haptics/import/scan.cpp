@@ -351,7 +351,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   return angle;
 }
 
-// Replaces NaN voxels. Throws Error if `nan_grey` is empty.
+// Replaces NaN voxels by `nan_grey`. If it is empty, throws Error for a scan with NaN voxels.
 static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = raw.grey.size(); i-- > 0;) {

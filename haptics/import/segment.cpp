@@ -519,7 +519,7 @@ class Segmenter {
 
   const Grid<float>& grey_;
   const Levels& levels_;
-  double voxel_;  // m
+  double voxel_;  // m, edge of a voxel
   ImportPreset preset_;
   bool tooth_;
   std::optional<double> band_;

@@ -61,7 +61,7 @@ TYPODONT_INLINE void edges_between_sides(const Eight& from, const Eight& t, L8& 
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
 }
 
-/// Keeps the triangles in `at` with an edge through the plane of t, or the reverse. Returns their number.
+/// Keeps the triangles in `at` that cross t's plane with an edge, or whose plane t crosses. Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
   std::size_t kept = 0;
@@ -121,7 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // Each volume is used for both edges at its corner.
+  // Each signed volume of a tetrahedron is used for both edges at its corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

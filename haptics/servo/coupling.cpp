@@ -171,8 +171,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Change in N that new stiffness and damper may still cause in this tick. P::waiting_slew (N/s) limits the total
-/// change of the normal force; the change by `depth` (m) comes first.
+/// Change of the normal force (N) that stiffness and damper may still cause in this tick: the limit P::waiting_slew
+/// (N/s) minus the change by `depth` (m).
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -197,14 +197,14 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
 /// damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // used for a quantised position
+  VelocityEstimate sinking;  // estimated rate of the depth, for a quantised position
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
   // Surfaces of cuts and fillings are rough: the proxy moves in steps of voxels.
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
-  const bool led = now.contact.leading_out || motion.leap > 0;  // true: this is not the hand's own speed
+  const bool led = now.contact.leading_out || motion.leap > 0;  // true: the proxy moves by itself, not by the hand
   double change = ((led ? 0 : measured) - c.rate) * (1 - smooth);
   if (rough && c.normal_force > 0) {
     const double most = std::min(spare_change(now, depth), P::damper_slew * now.dt) / settings.damping;
@@ -298,7 +298,7 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Vibration by the contact that also makes the sound. The ledger counts its energy as the spindle's. A period has at
+/// Vibration, caused by the same contact as the sound. The ledger counts its energy as the spindle's. A period has at
 /// least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;

@@ -16,8 +16,8 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Part of `change` (N, above the slew limit) that waits for later ticks. Of the change by the hand's own displacement,
-/// nothing waits in retreat, and at most lag_limit in advance, because a late force costs energy.
+/// Part of the force's change (`change`, N, above the slew limit) that is delayed to later ticks. Of the change by the
+/// hand's own displacement: nothing in retreat, at most lag_limit in advance, because a late force costs energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -27,8 +27,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     // Retreat: delays only the change that exceeds both drilling_slew and the change by the hand's displacement.
     return std::min(over, beyond);
   }
-  // Advance: when a drill perforates the end of an implant bed, the force falls. Only lag_limit waits, so that the
-  // breakthrough is felt at once.
+  // Advance: when a drill perforates the end of an implant bed, the force falls. At most lag_limit is delayed, so that
+  // the breakthrough is felt at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -48,7 +48,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
   }
   const bool stopped = now.hand.faults & bits(Fault::kHeld);
-  if (!now.touching() && !l.ending) l.ramp = 1;  // no force that a ramp could change
+  if (!now.touching() && !l.ending) l.ramp = 1;  // there is no force that the ramp could change
   if (l.ending || l.ramp < 1) {
     l.ramp = std::clamp(l.ramp + (l.ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   }
@@ -99,8 +99,8 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
-/// √(2 k E - k² a²) for E > k a², otherwise E / a; a: largest expected retreat per tick. `at_stake`: energy of the full
-/// force in the next tick, J.
+/// √(2 k E - k² a²) for E > k a², otherwise E / a, where k is the stiffness, and a the largest expected retreat per
+/// tick. `at_stake`: J, energy of the full force in the next tick.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -113,8 +113,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand may retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.speed.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // The coupling stores more energy than the ledger has: an increase during retreat would overdraw it, so it is
-    // limited.
+    // If the coupling stores more energy than the ledger has, an increase of the force during retreat would overdraw
+    // the ledger, so the increase is limited.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }
@@ -127,8 +127,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// The force that the hand feels presses the edges (teeth_fraction). If it has been small for rest_time, as after a
-/// jump into tissue, teeth_fraction increases to 1; otherwise a hand at rest would not cut.
+/// Sets teeth_fraction, so that the felt force presses the cutting edges. If this force has been small for rest_time,
+/// as after a jump into tissue, teeth_fraction increases to 1; otherwise a hand at rest would not cut.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;

@@ -12,9 +12,9 @@ struct MotionParameters {
   // m/s; a faster motion counts as a jump
   static constexpr double hand_speed_limit = 2.0;
   static constexpr double leap_time = 0.05;  // s, time in which the proxy follows a jump
-  // m between proxy and hand after an interruption; farther away, the proxy starts again at the hand
+  // m; if proxy and hand are farther apart after an interruption, the proxy starts again at the hand
   static constexpr double lost_distance = 0.02;
-  // m from W's origin; farther away, a pose is illegal
+  // m; a pose farther from the origin of frame W is refused
   static constexpr double workspace = 100;
   // s; a longer tick is a jump of the clock, and the nominal tick is used instead
   static constexpr double longest_tick = 0.1;
@@ -24,54 +24,54 @@ struct MotionParameters {
 
 /// Energy that a bur receives and spends (cutting.cpp).
 struct CuttingParameters {
-  // s; a bur that presses saves energy for the next voxel, up to its current power × this time
+  // s; a bur in contact saves energy until it suffices for the next voxel, at most its current power × this time
   static constexpr double budget_time = 0.5;
   // s; used instead of budget_time at a border to harder tissue, and for an edge that the hand draws
   static constexpr double held_time = 0.05;
   // m³ that a bur entering tissue may remove before the motor has supplied the energy
   static constexpr double owed_volume = 8e-12;
-  // smallest owed_volume in voxels: with voxels above 0.1 mm, 8e-12 m³ would be less than eight
+  // Smallest owed_volume in voxels: with voxels above 0.1 mm, 8e-12 m³ would be less than eight voxels.
   static constexpr double owed_voxels = 8;
 };
 
-/// Parameters of the contact's force and torque (coupling.cpp).
+/// Parameters of the contact's force and torque (coupling.cpp). Edges: the cutting edges of the tool.
 struct CouplingParameters {
   // s, time constant of the felt stiffness and torque
   static constexpr double stiffness_time = 4e-3;
-  // s, filter of the damper's velocity when cutting or filling
+  // s, time constant of the filter for the damper's velocity when cutting or filling
   static constexpr double cut_damping_time = 4e-3;
-  static constexpr double tissue_slew = 4;  // N/s, rate of the force when the tissue changes
-  static constexpr double damper_slew = 4;  // N/s, rate of the damper's force when cutting or filling
-  static constexpr double teeth_slew = 4;   // N/s, rate of the tangential force of the edges
-  // N/s, rate of the total normal force: changes of depth come first, then stiffness and damper
+  static constexpr double tissue_slew = 4;  // N/s, largest rate of the force by a change of the tissue
+  static constexpr double damper_slew = 4;  // N/s, largest rate of the damper's force when cutting or filling
+  static constexpr double teeth_slew = 4;   // N/s, largest rate of the tangential force of the edges
+  // N/s, largest rate of the normal force. Changes of depth use it first; stiffness and damper get the rest.
   static constexpr double waiting_slew = 16;
-  // N/s, rate of the total force: the other parts come first, then the force of the edges
+  // N/s, largest rate of the total force. Its other parts use it first; the force of the edges gets the rest.
   static constexpr double total_slew = 18;
-  // J that the coupling may store when tissue becomes stiffer
+  // J that the coupling may store without work of the hand when the tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
-  // The unused work of the spindle must cover the edges' force for this number of ticks; otherwise the force is
+  // The unused work of the spindle must cover the force of the edges for this number of ticks; otherwise this force is
   // reduced.
   static constexpr double teeth_ahead = 50;
 };
 
-/// Parameters that limit the force (limits.cpp).
+/// Parameters that limit the force (limits.cpp). Edges: the cutting edges of the tool.
 struct LimitParameters {
-  // N/s, rate of the force of a cutting bur, including the change by the hand's motion
+  // N/s, largest rate of the force of a cutting bur, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  // N; of the change by the hand's own motion, drilling_slew may delay at most this (held_back in limits.cpp)
+  // N; drilling_slew may delay at most this part of the force's change by the hand's own motion (held_back())
   static constexpr double lag_limit = 0.05;
   // J; a smaller energy deficit counts as rounding error
   static constexpr double deficit = 2e-9;
-  // N, force that is always allowed
+  // N, force that the energy ledger allows even if it contains no energy
   static constexpr double unpaid_force = 0.1;
-  // N/N, force of the coupling / force that the ledger can pay; above this ratio, the ledger limits the force
+  // N/N, computed force / force that the energy ledger allows; above this ratio, the ledger limits the force
   static constexpr double unpaid_ratio = 2;
-  // Felt force / full force of the coupling. If it is lower for rest_time, the edges' force increases from the felt to
-  // the full force.
+  // Force that the hand feels / computed force. If this ratio stays lower for rest_time, the force that presses the
+  // edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
-  // s; if the felt fraction of the force is below little_felt for so long, the edges' force begins to increase
+  // s; see little_felt. The increase begins after this time, and takes the same time again.
   static constexpr double rest_time = 0.1;
-  // Factor on k x (stiffness × retreat) that is subtracted from the allowed increase, because the proxy moves too.
+  // Factor on stiffness × retreat, a term that reduces the allowed increase of the force, because the proxy moves too.
   static constexpr double retreat_weight = 3;
   // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Documents
   // and tests use 1.1 (docs/passivity.md).

@@ -104,8 +104,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force on the head, not the shank
     dvec3 normal{0};
-    // Unit vector in which the contacts push the head. The limit for a bur with an energy deficit (energy used before
-    // the motor supplied it) counts as a contact.
+    // Unit vector, direction in which the contacts push the head. The limit for a bur with an energy deficit (energy
+    // used before the motor supplied it) counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed` × `teeth_fraction`
     // 0..1, fraction of the coupling's force that presses the cutting edges. Below 1 for drills whose contact is
@@ -250,7 +250,7 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true for a rotating bur: further limits soften its contact when it touches tissue.
+  /// Returns true for a rotating bur, whose contact is softened by further limits when it touches tissue.
   static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

@@ -29,7 +29,7 @@ class LeafFront {
     float* samples = nullptr;  // stored here, because reading the leaf would wait for memory
     Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
     bool cut = false;          // true: the leaf was cut since it was first examined
-    std::uint64_t logged = 0;  // mark after which the leaf was last logged
+    std::uint64_t logged = 0;  // mark (TissueVolume::mark()) after which the leaf was last logged
     // path lengths (voxels) at which each block must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };

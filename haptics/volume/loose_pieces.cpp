@@ -14,7 +14,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Number of blocks that may be visited: added per cut, and at most. A visit takes about 1 µs.
+// Number of blocks that searches may visit: increase per cut, and upper limit. A visit takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMaxCredit = 100'000;
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
@@ -35,7 +35,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Samples and all samples of the block that share a face with one of them.
+/// The given samples, and all samples of the block that share a face with one of them.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {

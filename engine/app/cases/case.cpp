@@ -69,7 +69,7 @@ struct Lesion {
     if (down > depth) return 0;
     if (down < border) return beside < glm::mix(opening, width, std::max(down, 0.0) / border) ? 0.3 : 0;
     const double s = (down - border) / (depth - border);
-    // Softest at the enamel-dentin border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
+    // Caries: softest at the enamel-dentin border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
     return beside < width * std::sqrt(1 - s * s) ? 0.15 + 0.45 * s : 0;
   }
 };

@@ -20,7 +20,7 @@ constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m per notch of the wh
 // Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
 constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen's plane, and of the wheel's motion
-// Free distance along the shank above tissue that hides the tool, m. It keeps a tilted head free of an oblique surface.
+// m, clearance along the shank from tissue that hides the tool. It keeps a tilted head free of oblique surfaces.
 constexpr double kClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;

@@ -512,7 +512,7 @@ class Operator {
         });
   }
 
-  // The emergency keys work on every page. Each session begins without an emergency stop.
+  // The emergency keys work on every page. Starting a session ends an earlier emergency stop.
   InterfaceWindow window_{InterfaceWindow::Options{
       .urgent = {{' ', display::keys::kEscape, 'H'}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;

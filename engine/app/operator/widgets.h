@@ -52,11 +52,11 @@ void row(const char* name, const std::string& value, const ImVec4* color = nullp
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
                     std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
 
-/// Button for the main action of a page. True: pressed.
+/// Button for the main action of a page. Returns true if the user presses it.
 bool main_button(const char* text, ImVec2 size);
-/// Button for the emergency stop. True: pressed.
+/// Button for the emergency stop. Returns true if the user presses it.
 bool stop_button(const char* text, ImVec2 size);
-/// Button that looks pressed while `on` is true. True: pressed.
+/// Button that looks pressed while `on` is true. Returns true if the user presses it.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
 /// Colour of a score: red below the pass mark. `fraction`: fraction of the full score.

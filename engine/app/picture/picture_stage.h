@@ -48,7 +48,7 @@ void surround(render::Renderer& renderer, const Surroundings& around, bool coars
 /// Adds tool, mouth mirror and suction tip to a frame.
 void add_held(const World& world, const Look& look, render::Frame& frame);
 
-/// The state of a World that a renderer has received: tool, soft gum and film.
+/// The state of a World that a renderer has received: tool, soft gum and film of water.
 class ShownWorld {
  public:
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}

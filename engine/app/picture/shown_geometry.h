@@ -21,7 +21,7 @@ class ShownGeometry {
   explicit ShownGeometry(const MaterialTable& materials) : looks_(render::appearances_of(materials)) {}
   /// Adds a body. `origin`: origin of its frame, m, frame W. `body`: less than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the tool. `blur`: 0 at rest; 1 the hull of a fast rotation.
+  /// Adds the tool. `blur`: 0 shows the tool at rest, 1 the hull of its fast rotation.
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);
   /// Writes a binary PLY file in mm, frame W (docs/interface.md), completely or not at all.
   void write(const std::filesystem::path& file) const;

@@ -21,9 +21,9 @@ struct MouthFiles {
 
 /// Registration of the bite scan to one of the scans.
 struct BiteFit {
-  double median = 0, most_of = 0;  // m, distances between the surfaces: median and 95 % quantile
+  double median = 0, most_of = 0;  // m, distance of the bite scan from this scan: median and 95 % quantile
   double predicted_error = 0;      // m, root mean square error predicted by the covariance
-  double area = 0;                 // m², the bite scan's area that agrees with the scan
+  double area = 0;                 // m², area of the bite scan that fits this scan within the tolerance
 };
 
 struct MouthScan {

@@ -15,7 +15,7 @@ class Jaw {
     double along, beside;
     double depth;       // m, depth below the gum's edge, without papillae
     double half_width;  // m, half the width of the teeth at the gum
-    double x, z;        // m, frame of the row: x to the front, z out of the crown
+    double x, z;        // m, frame of the row of teeth: x to the front, z from root to crown
   };
   /// Lengths in m. `middle`: middle of the working tooth, frame W. `half_width`: half its width at the gum. `occlusal`:
   /// height of its highest point. `roots`: depth of its roots below the gum's edge.

@@ -66,7 +66,7 @@ struct EvaluatedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
-  std::optional<session::Preparation> preparation;  // the compared tissues; empty for an exploration task
+  std::optional<session::Preparation> preparation;  // tissue before and after, ideal shape; empty for an exploration
   session::ScoreInput input;
   session::Score score;
   // The session's cuts in order, without undone strokes. Valid while the session's reader exists.

@@ -101,7 +101,7 @@ void ToothField::extend() {
                                                                {dx + dy + dz, 1.732f}}};
   const auto n = static_cast<std::ptrdiff_t>(distance_.size());
   float* const d = distance_.data();
-  // Number of voxels that are processed together; within such a piece, distances depend on each other only along z.
+  // Number of voxels processed together; within such a group, distances depend on each other only along z.
   const std::ptrdiff_t length = std::max<std::ptrdiff_t>(dy - dz, 1);
   std::vector<float> least(static_cast<std::size_t>(length));
   const auto pull = [&](std::ptrdiff_t first, std::ptrdiff_t count, std::ptrdiff_t sign) {

@@ -20,8 +20,8 @@ struct GridEdge {
   std::uint8_t x, y, z;  // coordinates of this sample
 };
 
-/// Computes the crossings of edges along `axis`. `stride`: strides of `field`; samples -1..2 along an edge and its
-/// neighbours are read. At creases only samples of one side are used, so planes are exact.
+/// Computes the crossings of edges along `axis`. `stride`: strides of `field`; reads samples -1..2 along each edge and
+/// along the lines beside it. At creases only samples of one side are used, so that flat faces are exact.
 void cross_edges(const float* field, const int stride[3], int axis, std::span<const GridEdge> edges, Crossing* out);
 
 }  // namespace typodont::surface

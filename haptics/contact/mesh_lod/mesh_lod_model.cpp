@@ -31,7 +31,7 @@ constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
 constexpr double kNoOffset = 1e-12;
 // smallest allowed ratio of a tissue's stiffness to ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
-constexpr double kClear = 0.3e-3;  // m from the mesh; beyond, a bur has left its cut
+constexpr double kClear = 0.3e-3;  // m; a bur farther than this from the mesh has left its cut
 constexpr double kEase = 15;       // N/s, largest change of a bur's force while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {

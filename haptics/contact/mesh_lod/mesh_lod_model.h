@@ -97,8 +97,8 @@ class MeshLodModel final : public ContactModel {
   // true: the servo moved the tool without contact since the last tick; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick (HIP)
-  // m, vector that is added to the contact point after a change of level or wall, so that the force does not jump. It
-  // shrinks to zero.
+  // m, vector that is added to the contact point after a change of the level, or of the wall between tissues that stops
+  // the tool, so that the force does not jump. It shrinks to zero.
   dvec3 offset_{0};
   // true: the bur has cut since it last lost contact; ease() limits the change of its force
   bool eases_ = false;

@@ -15,11 +15,11 @@ struct Parameters {
   LevelOptions levels;
   // m/s, increasing speeds of the hand. Above the first, the second-finest level is used, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
-  double hysteresis = 0.1;  // hysteresis of each switching speed, as a ratio
+  double hysteresis = 0.1;  // width of the hysteresis / switching speed
   // true: at a change of level, the contact is mapped to the new mesh; false: it is computed again from the hand's
   // position
   bool maps = true;
-  double ramp = 5;          // N/s, rate of the force after a change of level; 0: a single step
+  double ramp = 5;          // N/s, largest rate of the force after a change of level; 0: the force may jump
   double wall_limit = 0.5;  // N, force at which a wall between tissues yields
 };
 

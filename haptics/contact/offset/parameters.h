@@ -41,9 +41,9 @@ struct SearchParameters {
   static constexpr int refining_rounds = 6;
   // The secant method lengthens a step only if step / previous step is below this.
   static constexpr double still_converges = 0.95;
-  // largest factor that lengthens a step, with one contact
+  // largest factor that lengthens a step of the refinement, for a head with one contact
   static constexpr double max_gain = 10;
-  // largest factor that lengthens a step, with several contacts
+  // largest factor that lengthens a step of the refinement, for a head with several contacts
   static constexpr double max_gain_of_many = 2;
   // voxels, largest sinking depth per tick; the contact planes are not valid deeper
   static constexpr double max_allowed_depth = 1;

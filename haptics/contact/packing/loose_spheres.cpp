@@ -13,7 +13,7 @@ namespace {
 constexpr double kLink = 1.5;
 // m; a link breaks if its gap has grown by this and reaches the sum of radii. Less than any tool's diameter.
 constexpr double kWidened = 0.1e-3;
-// number of spheres that a flood fill visits per turn
+// number of spheres that a flood fill visits before the next one continues
 constexpr int kPace = 16;
 
 /// Returns true if two spheres are linked. `gap_at_start`: their gap before any cut.

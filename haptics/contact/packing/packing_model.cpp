@@ -32,7 +32,7 @@ constexpr double kFastest = 5;
 
 // With a large contact, a tick advances about ten nanometres but changes thousands of spheres, so cuts are postponed.
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kMinStep = 1e-6;         // m; shorter steps are postponed
+constexpr double kMinStep = 1e-6;         // m; cuts with shorter steps are postponed
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
 constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the tissue estimate is reused
 
@@ -188,7 +188,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   if (!retreat_.leading) return false;
   Pose X = proxy().pose();
   const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
-  // m, motion per tick
+  // m, largest motion of the proxy in this tick
   const double max_step = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = max_step; !near && left > 0 && retreat_.path.size() > retreat_.to;) {

@@ -16,8 +16,8 @@
 
 namespace typodont::haptics::packing {
 
-/// constrain() makes passes 1 and 2, cut() pass 3. Cutting speed: v_b / ρ (paper S2, eq. 4), with v_b = motor power /
-/// (contact area · u_dentin). Instead of estimating the area, cut() finds the step that uses the tick's energy.
+/// Passes 1 and 2: constrain(); pass 3: cut(). Cutting speed (S2, eq. 4): motor power / (contact area × dentin's
+/// specific energy × relative density). Instead of estimating this area, cut() finds the step that uses the energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument: spheres only become smaller.
@@ -57,7 +57,7 @@ class PackingModel final : public ContactModel {
 
   const ServoSettings& settings_;
   Parameters parameters_;
-  PerTissue density_{};  // density of each tissue relative to dentin
+  PerTissue density_{};  // density of each tissue / density of dentin
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool

@@ -1,4 +1,4 @@
-// Parameters, snapshot and cut of "packing", used by both threads.
+// Parameters, snapshot and cut of "packing", used by both threads. S2: Kaluschke et al. 2020 (docs/papers.md).
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@ struct Parameters {
   // head of the first tool as spheres from a closed mesh; empty: spheres from the tool's shape
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, constant v_b of paper S2, eq. 4, at density 1; 0: computed from the motor's power (PackingModel).
+  /// m/s, speed of cutting dentin (v_b in eq. 4 of Kaluschke 2020); 0: computed from the motor's power (PackingModel)
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, upper limit of S2, eq. 4, at very low density
-  // Only with base_speed. true: uses ρ of S2, eq. 3, which grows with the contact (for reaming); false: normalised ρ̂.
+  double free_speed = 0.02;  // m/s, largest speed of cutting, reached at very low density
+  // Only with base_speed. true: density summed over the contact (ρ of S2, eq. 3; for reaming); false: its mean (ρ̂).
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
-  // density of each tissue relative to dentin; negative: computed from its specific energy
+  // density of each tissue / density of dentin; negative: computed from the tissue's specific energy
   PerTissue density = given();
-  std::filesystem::path material;              // file of a material fit (S2, eq. 14)
-  std::optional<std::uint64_t> material_hash;  // hash of the tissue that was fitted
+  std::filesystem::path material;              // file of fitted densities (S2, eq. 14)
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which they were fitted
   std::vector<float> fitted;                   // fitted hardness of each sphere; empty: none
   Removal removal = Removal::kMended;
 

@@ -42,7 +42,7 @@ constexpr std::size_t kListed = 64;        // smallest capacity of a near list, 
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
 // m; up to this gap, the spheres of a long list count as near without a test (listed_near)
 constexpr double kFewOthers = 100e-6;
-// number of spheres from which a list is long
+// number of spheres from which a near list counts as long
 constexpr std::size_t kLongList = 1024;
 constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
 // m, rounding error of a gap in single precision
@@ -52,13 +52,13 @@ constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of a too long list
 // m, largest mean margin (motion for which a list is valid) of lists made in advance
 constexpr double kMaxPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;  // margin / motion per tick, for lists made in advance
+constexpr double kTicksAhead = 10;  // margin of a near list / motion per tick, for lists made in advance
 // smallest number of tree leaves that are searched per tick for the lists made in advance
 constexpr std::size_t kLeavesATick = 320;
 // after a near list was too long, number of searches until one is made again
 constexpr int kNotAgain = 64;
 
-/// Mean margin (motion for which a list is valid) of long lists, m. `travel`: motion (m/tick).
+/// Mean margin (motion for which a near list is valid) of lists made in advance, m. `travel`: m, motion in one tick.
 double prepared_margin(double travel) {
   return std::clamp(kTicksAhead * travel, kMargin, kMaxPrepared);
 }
@@ -139,8 +139,8 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Margin of the list of tool sphere `i` (motion for which the list is valid), m. `margin`: mean. Margins differ
-/// slightly, so that lists do not all expire in the same tick.
+/// Margin of the near list of tool sphere `i` (motion for which this list is valid), m. `margin`: mean of all lists.
+/// Margins differ slightly, so that lists do not all expire in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
@@ -339,8 +339,8 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Lists the spheres of list `i` nearer than `reach` to a–b, in the tree's order. Skips those whose stored gap is above
-/// `gap`. In a long list the others are not tested, because nearly all are near.
+/// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips those whose stored
+/// gap is above `gap`. In a long list the others are not tested, because nearly all are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -391,7 +391,7 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, approach of the spheres per whole motion
+  // m by which the whole motion would bring both spheres together
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -425,8 +425,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// Projects `move` and `turn` onto the constraints of the spheres from `first_sphere`: minimises |δ - move|² + lever_²
-/// |φ - turn|², where lever_ converts rotations to lengths.
+/// Projects `move` and `turn` onto the constraints of the tool spheres from index `first_sphere` on: minimises |δ -
+/// move|² + lever_² |φ - turn|², where lever_ converts rotations to lengths.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;

@@ -39,9 +39,9 @@ class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the pose without a test. Spheres that overlap the tool at this pose can be left, but not entered deeper.
+  /// Sets the pose without a collision test. Spheres that overlap the tool there can be left, but not entered deeper.
   void place(const Pose& X_W) noexcept;
-  /// Sets the pose after a cut, without a test.
+  /// Sets the pose after a cut, without a collision test.
   void move_to(const Pose& X_W) noexcept;
   /// Sets the friction coefficients of the tissue (paper S2, eq. 13).
   void set_friction(double static_friction, double dynamic_friction) noexcept {
@@ -119,7 +119,7 @@ class SphereProxy {
     double margin = 0;
     // m, motion of the tool sphere since its list was made, plus the protrusions of cut spheres
     double moved = 0;
-    // m, largest distance by which this cut moved a sphere beyond its old surface
+    // m, largest distance by which this cut moved a part of a tissue sphere outside the sphere's old surface
     double protrudes = 0;
     // m, distance of the nearest sphere when the list was made; negative: overlap
     double free = 0;

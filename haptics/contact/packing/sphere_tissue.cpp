@@ -116,7 +116,7 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
   set(i, after);
 }
 
-/// Eight spheres, and their cut by one ball.
+/// Data of eight tissue spheres for SIMD: their states before and after a cut by one ball.
 struct SphereTissue::Lanes {
   static constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
   double base[3][kLeafSize], base_radius[kLeafSize], base_volume[kLeafSize], away[3][kLeafSize], overlap[kLeafSize],

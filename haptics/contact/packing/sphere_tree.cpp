@@ -43,7 +43,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes the distance of p from each surface, minus `offset`. Returns a bit mask of the results below `most`.
+/// Computes p's distance from each sphere's surface, minus `offset`. Returns a bit mask of the results below `most`.
 TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -92,7 +92,7 @@ TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Bit mask of the children within `reach`.
+/// Bit mask of the children whose boxes are within `reach` of `from`.
 TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
@@ -244,7 +244,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m per axis; slower motion counts as zero, far below the margin of the boxes
+    // m; a smaller motion along an axis counts as zero, far below the margin of the boxes
     const double slow = 1e-6 * rounding_margin_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);

@@ -12,9 +12,9 @@ namespace typodont::haptics::packing {
 struct SurfaceEstimate {
   dvec3 n_W{0};       // normal out of tissue (paper S2, eq. 2); zero: no overlap
   double volume = 0;  // m³, sum of all overlaps
-  // ρ of paper S2, eq. 3, computed in mm³. It grows with the contact, so a larger contact is cut more slowly.
+  // Density summed over the contact (ρ of paper S2, eq. 3, in mm³). So a larger contact is cut more slowly.
   double density = 0;
-  double normalised = 0;  // ρ̂ of paper S2, eq. 3; independent of the contact's size
+  double normalised = 0;  // mean density of the contact (ρ̂ of paper S2, eq. 3)
   PerTissue fraction{};   // fraction of each tissue in `volume`; the sum is 1
   PerTissue hardness{};   // hardness of the spheres in contact (SphereTissue::hardness)
 };
@@ -37,8 +37,8 @@ class OverlapSum {
   double weighted_ = 0;  // m³, sum of overlap × density
 };
 
-/// S2, eq. 2 and 3, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue, multiplied by each
-/// sphere's hardness; 0: no resistance. `scratch`: buffer for near spheres.
+/// Computes eq. 2 and 3 of paper S2, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue,
+/// multiplied by each sphere's hardness; 0: no resistance. `scratch`: buffer for near spheres.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;

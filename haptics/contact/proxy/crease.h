@@ -12,7 +12,7 @@ struct Sheet {
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
-  /// Signed distance of p, and its gradient.
+  /// Signed distance of p from the sheet, and its gradient.
   double distance(const dvec3& p, dvec3& gradient) const noexcept;
 };
 
@@ -62,7 +62,7 @@ class KnownCreases {
   unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; the last kMaxNone are kept
 };
 
-/// Returns true if the samples near x bend as at a convex edge: far more than beside it. Cheap, for a first test.
+/// Returns true if the samples near x bend far more than those beside it, as at a convex edge. A cheap first test.
 bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept;
 
 /// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x

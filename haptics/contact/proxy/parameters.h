@@ -84,7 +84,7 @@ struct RimParameters {
   static constexpr double spacing = 1;
   static constexpr int max_points = 128;
   static constexpr int steps = 6;            // largest number of steps along the rim
-  static constexpr double converged = 1e-3;  // voxels
+  static constexpr double converged = 1e-3;  // voxels; a shorter step along the rim ends the search
 };
 
 /// Parameters of the samples on the head's surface (HeadSamples).
@@ -115,26 +115,26 @@ struct CreaseParameters {
   static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
   // farther: distances of the fit from a surface point, along the surface. height: distance above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
-  static constexpr int away_steps = 5;  // steps along a narrow surface, away from the others
+  static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the others
   static constexpr double away_step = 3;
   // smallest distance between a fit's samples and those of other smooth surfaces
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
-  static constexpr double max_curvature = 0.4;        // 1/voxel
-  // Largest third or fourth difference of the samples. curved_roughness × curvature² is added for curved sheets.
+  static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a sheet
+  // Largest third or fourth difference of a sheet's samples. curved_roughness × curvature² is added for curved sheets.
   static constexpr double rough = 0.03, curved_roughness = 4;
   // Above this curvature (1/voxel), a fit must agree with samples two voxels from its centre within `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
-      0.7;  // cosine between the normals of a sheet and of the place where it is fitted
-  // Two fits are the same smooth surface within this distance, and above this cosine between their normals.
+      0.7;  // smallest cosine between the normals of a sheet and of the place where it is fitted
+  // Two fits belong to one smooth surface within this distance, and above this cosine between their normals.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
   // At least two smooth surfaces must be nearer than this to the examined point; otherwise it is not beside a crease.
   static constexpr double near_sheet = 3;
-  // smallest depth at which each smooth surface lies below the other ones
+  // smallest depth at which each smooth surface must lie below the others, so that the crease is convex
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
-  // A crease agrees with samples if it does so at distances `around` along the axes, at these depths in the tissue.
+  // A crease may differ by around_agrees from samples at the distances `around`, shallowest..deepest in the tissue.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
@@ -147,7 +147,7 @@ struct CreaseParameters {
   // A search that found no crease is not repeated within `none_within`, if the cosine between both directions of search
   // is above `none_along`.
   static constexpr double none_within = 0.25, none_along = 0.9;
-  // The line where two surfaces meet goes on if samples `below` it, `ahead` in both directions, agree with both.
+  // The line where two surfaces meet goes on if samples `ahead` and `below` it agree with both within line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from the crease of fits that are repeated
   static constexpr double converged = 1e-9;
@@ -190,8 +190,8 @@ struct GrooveParameters {
   // The field must show tissue of this depth below a wall, with this allowed error.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;
   static constexpr double same_face = 1e-5;  // largest 1 - cosine between normals of one wall
-  static constexpr double concave = 0.02;    // largest depth of a wall below the others' planes
-  static constexpr double agrees = 0.05;     // largest difference between field and distance from the walls
+  static constexpr double concave = 0.02;    // largest depth of a point of one wall below the plane of another
+  static constexpr double agrees = 0.05;     // largest difference between the field and the distance from the walls
   static constexpr double farther = 1.5;     // distance of a second point that tests flatness
   // Limits for the second point: 1 - cosine between the normals, and the distance (allows for rounding to floats).
   static constexpr double flat = 1e-10, flat_distance = 2e-5;

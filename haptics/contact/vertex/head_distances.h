@@ -10,8 +10,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Evaluates eight points at a time, with the same bits on every processor; without extrapolation, those of
-/// VertexHead::distance(). Any thread; allocates at construction only.
+/// Evaluates eight points at a time, with the same bits on every processor. Without extrapolation, the bits are those
+/// of VertexHead::distance(). Any thread; allocates at construction only.
 class HeadDistances {
  public:
   static constexpr std::size_t kBatch = 8;
@@ -22,7 +22,7 @@ class HeadDistances {
     std::size_t count;
   };
 
-  /// `most`: largest number of points per call. `reuse`: motion in radii for which find() extrapolates; 0: never.
+  /// `most`: largest number of points per call. `reuse`: motion in head radii for which find() extrapolates; 0: never.
   explicit HeadDistances(std::size_t most, double reuse = 0);
 
   /// Finds the listed points at most `far` metres from a head at X_WG, in the list's order. Unless `exact`, distances

@@ -51,7 +51,7 @@ struct CutParameters {
   static constexpr double max_faces = 4;
   // m; a vertex up to this depth inside still counts as on the head's surface
   static constexpr double overlap = 1e-10;
-  // Smallest cosine between the new normals and the old mean normal (weighted by area) for a flip.
+  // Smallest cosine between the new normals and the old mean normal (weighted by area) that allows to flip an edge.
   static constexpr double same_plane = 0.9;
   // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
   // rotate farther.

@@ -47,7 +47,7 @@ class VertexHead {
     return true;
   }
 
-  /// Signed distance of p_TQ, m, negative inside. `n_T`: unit vector in which it increases.
+  /// Signed distance of p_TQ, m, negative inside. `n_T`: unit vector in whose direction the distance increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
     if (!ball_) return field_.distance(p_TQ, n_T);
     const double length = glm::length(p_TQ);

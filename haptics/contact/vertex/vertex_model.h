@@ -34,7 +34,7 @@ struct FeelParameters {
   // Longest advance per cut, in target edge lengths.
   static constexpr double stride = 0.5;
   // A dragged edge cuts only a fraction of the touched area, because it advances by less than the height differences
-  // between vertices. The fraction is measured. met_weight: weight of a new measurement; min_met: smallest mean.
+  // between vertices. A running mean measures it. met_weight: weight of a new value; min_met: smallest mean.
   static constexpr double met_weight = 0.1, min_met = 0.01;
   // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
@@ -43,17 +43,17 @@ struct FeelParameters {
   // Motion / radius for which a short list of points is valid. Short lists are used while the head cuts, because it
   // then moves little until the next list.
   static constexpr double short_list = 0.05;
-  // Fraction of a list's valid motion after which the model begins the next list.
+  // Fraction of the motion for which a list is valid, after which the model begins the next list.
   static constexpr double begin_next = 0.3;
   // If clearance_in_list() / radius is below this, a new list is made at once. A head that waits for its next list
   // stops at 0, but a fast rotation can make the value negative.
   static constexpr double min_clearance = -0.1;
-  // Motion / radius up to which distances are extrapolated.
+  // Motion of the head / its radius up to which distances are extrapolated, not computed.
   static constexpr double reuse = 0.02;
-  // After a cut of n ticks, the next cut waits up to `rest` × n ticks. The longer the possible advance, the shorter the
-  // wait; none at `hurry` × (cut area / radius²) × edge length.
+  // After a cut of n ticks, the next cut waits for `rest` × (1 − a / b) × n ticks, where a is its possible advance, and
+  // b = `hurry` × (cut area / radius²) × edge length.
   static constexpr double rest = 3, hurry = 0.08;
-  // The next cut waits for at least `min_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
+  // But the next cut waits for at least `min_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
   // would reduce the removal of thin heads.
   static constexpr double min_rest = 1.05;
   // Largest computing effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more
