@@ -23,11 +23,11 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// η of S2, eq. 14, density per newton, for the whole curve. 0: chosen so that a step removes at most the fraction
-  /// `relaxation` of the force's difference.
+  /// Step size of the fit (η of S2, eq. 14), density per newton, for the whole curve. 0: chosen so that a step removes
+  /// at most the fraction `relaxation` of the difference between simulated and measured force.
   double eta = 0;
-  // largest η g Σw² of S2, eq. 14 (g: simulated force per mean density; w: weights of the spheres). Converges between 0
-  // and 2. A step size of its own for each moment would let moments of little contact dominate.
+  // Upper limit of η g Σw² (S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). Converges
+  // between 0 and 2. A step size of its own for each moment would let moments of little contact dominate.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals, each with the curve's mean force
@@ -50,8 +50,8 @@ struct MaterialFit {
 /// `gain` × mean of `rho`, weighted with the overlap. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns η g Σw² of S2, eq. 14, for one moment (η: `eta`; g: `gain`, force per mean density; w: weights of the
-/// spheres): the fraction of the error that a step removes. Stable below 2.
+/// Returns the fraction of the force's error that a step removes: η g Σw² of S2, eq. 14, for one moment (η: `eta`; g:
+/// `gain`, force per mean density; w: weights of the spheres). Stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Fits the densities along the recorded path. The simulated force is the force that the motor needs for the cut at

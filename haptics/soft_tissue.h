@@ -181,7 +181,7 @@ class SoftTissue {
     // Weight of the contact: 1 if the head presses from above, 0 if its side passes the point.
     double weight = 0;
     dvec3 slope{0};  // gradient of `exit` over the tool's position
-    // Part of an initial overlap without force, m; fades.
+    // m, part of an initial overlap that causes no force; it decreases to zero
     double ignored = 0;
     double force = 0;  // N, force of the tool into the tissue
     double stop = 0;   // N, additional force of the tool if the point is at its `limit`

@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// T = T_h + (T_s − T_h) (1 − ω/ω₀). A controlled electric motor keeps ω₀ up to the torque T_h; for an air turbine, T_h
-/// = 0.
+/// Torque T at the speed ω: T = T_h + (T_s − T_h) (1 − ω/ω₀). A controlled electric motor keeps ω₀ up to the torque
+/// T_h; for an air turbine, T_h = 0.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, speed ω₀ without load, at full pedal

@@ -22,7 +22,7 @@ class PatchStep {
   struct Leaf {
     glm::ivec3 lo;  // voxels, position of the leaf's first sample
     bool one_distance, one_label;
-    float distance;         // voxels
+    float distance;         // voxels, distance of all samples of the leaf
     Tissue label;           // label.h
     std::uint8_t hardness;  // dense_tissue.h
   };

@@ -46,7 +46,7 @@ class RetreatPath {
  private:
   static constexpr std::size_t kMost = 512;
   static constexpr double kSpacing = 0.5;  // voxels, smallest distance between consecutive points of the path
-  // smallest cosine between path and pull towards the hand
+  // smallest cosine between path and pull towards the hand for which the proxy moves back
   static constexpr double kTowards = 0.3;
   // voxels; points nearer to each other count as the same point
   static constexpr double kSamePlace = 0.7;

@@ -70,7 +70,7 @@ class ToothField {
 };
 
 struct FuseOptions {
-  std::optional<double> voxel;  // m, voxel edge of the result; empty: as the CT
+  std::optional<double> voxel;  // m, voxel edge of the fused volume; empty: as the CT
   // Largest distance of a crown from the surface in the CT, m.
   double reach = 1e-3;
   // Width of the transition from the CT's surface at the rim to the scan's surface, m.

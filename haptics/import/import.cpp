@@ -21,7 +21,7 @@ namespace typodont::haptics {
 
 namespace importing {
 
-constexpr double kMaxResult = 4e8;  // largest number of voxels of a result
+constexpr double kMaxResult = 4e8;  // largest number of voxels of an imported volume
 
 static double voxels_in(const dvec3& extent, double voxel) {
   return (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);

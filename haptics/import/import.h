@@ -33,7 +33,7 @@ struct ImportPart {
   std::filesystem::path file;
 };
 
-/// A mesh file, and the pose of its frame F in the result's frame W.
+/// A mesh file, and the pose of its frame F in the frame W of the imported volume.
 struct PlacedMesh {
   std::filesystem::path file;
   Pose X_WF;
@@ -48,7 +48,7 @@ struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
   // Closed meshes that replace the file; where they overlap, the later one counts.
   std::vector<ImportPart> parts;
-  // Voxel edge of the result, m; empty: the smallest spacing of the scan, or 0.1 mm for a mesh.
+  // Voxel edge of the imported volume, m; empty: the smallest spacing of the scan, or 0.1 mm for a mesh.
   std::optional<double> voxel;
   // Number of the DICOM series in the printed list.
   std::optional<int> series;
@@ -59,7 +59,7 @@ struct ImportOptions {
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: automatic
   std::optional<double> nan_grey;    // grey value replacing NaN voxels; empty: NaN is an error
-  glm::dmat3 turn{1};                // rotation of the result, from quarter_turns()
+  glm::dmat3 turn{1};                // rotation of the imported volume, from quarter_turns()
   // If empty, all tissue has its usual hardness.
   std::optional<HardnessGreys> hardness;
   // Tissue of each value of a label map; overrides the tissues that the file names. If not empty, the scan is a label
@@ -69,7 +69,7 @@ struct ImportOptions {
   // Part of the scan to import; empty: all. The grey values always come from the whole scan.
   std::optional<ImportRegion> region;
   double mesh_unit = 1e-3;      // length in m of one unit of a mesh file
-  Pose mesh_pose;               // pose of the file's frame in the result's frame
+  Pose mesh_pose;               // pose of the file's frame in the frame of the imported volume
   std::optional<double> shell;  // m, thickness of enamel or cortical bone
   // Height of the crowns from gingiva to cusps, m, for an arch without colours.
   std::optional<double> crown;
@@ -115,15 +115,15 @@ struct KindGreys {
 struct ImportReport {
   std::string format;                  // name of the format: "NRRD", "STL" …
   dvec3 spacing{0};                    // m, spacing of the scan; zero for a mesh
-  double voxel = 0;                    // m, voxel edge of the result
-  glm::ivec3 size{0};                  // size of the result in voxels
+  double voxel = 0;                    // m, voxel edge of the imported volume
+  glm::ivec3 size{0};                  // size of the imported volume in voxels
   dvec3 lo{0}, hi{0};                  // m, bounding box of the surface in the file's coordinates
   double height = 0;                   // m, longest edge of the bounding box
   PerTissue volume{};                  // m³ of each tissue
   PerTissue volume_uncertainty{};      // m³, uncertainty of each tissue's volume; zero for a mesh
   PerTissue hardness{};                // 0..1, if derived from grey values
   int bodies_found = 0;                // number of connected bodies of tissue in the scan
-  int bodies_kept = 0;                 // number of connected bodies of tissue in the result
+  int bodies_kept = 0;                 // number of connected bodies in the imported volume
   int pulp_parts = 0;                  // number of connected pieces of pulp
   std::optional<double> false_dentin;  // fraction of dentin on the crown's outer surface, which should be enamel
   // Grey values of the surroundings, the softer tissue and the surface; 0 for a mesh.
@@ -135,14 +135,14 @@ struct ImportReport {
   double memory = 0;      // bytes, memory estimated before the work
   // Coordinate space of the file: "LPS" (left, back, head), "RAS" (right, front, head), or empty.
   std::string space;
-  /// Position p (m) of the result lies at world_rotation · p in the file's space.
+  /// Position p (m) of the imported volume lies at world_rotation · p in the file's space.
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
   double overlap = 0;  // m³, volume that several meshes of import_meshes() contain
   // Bounding boxes of the meshes of import_meshes(), except the first.
   std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
-  // Positions of mesh repairs in the result, m.
+  // Positions of mesh repairs in the imported volume, m.
   std::vector<dvec3> repaired;
   std::vector<std::string> notes;  // notes about the import for the user
 };
@@ -173,7 +173,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
 
 /// Rotation of a text such as "x90,y-90,z180": right-handed turns in this order. Throws Error.
 glm::dmat3 quarter_turns(const std::string& text);
-/// Rotates the result about the origin by quarter turns; samples are moved, not interpolated.
+/// Rotates the imported volume about the origin by quarter turns; samples are moved, not interpolated.
 void turn(Imported& imported, const glm::dmat3& by);
 
 /// Writes pictures: axial, coronal and sagittal slices with grey values and tissues, and the surface from six sides.

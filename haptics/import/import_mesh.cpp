@@ -95,14 +95,14 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
 /// Throws Error if memory is too small. `deepest`: depth of the computed distances, voxels; `labels`: bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
-  // Memory of the result (bytes per voxel), and fixed memory (bytes), as measured by ./run bench import.
+  // Memory of the imported volume (bytes per voxel), and fixed memory (bytes), as measured by ./run bench import.
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
                  options, report);
 }
 
-/// Copies distances and labels to the result. `label(p, d)`: tissue at sample p with distance d (m).
+/// Copies distances and labels to the imported volume. `label(p, d)`: tissue at sample p with distance d (m).
 template <class Label>
 void store(const FilledMesh& filled, DenseTissue& out, Label label) {
   const double voxel = out.frame.voxel;

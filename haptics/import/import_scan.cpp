@@ -402,7 +402,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 20 * working, working);
   {
     // Memory in bytes per voxel, measured by ./run bench import: whole scan; box of the body; stored blocks during
-    // segmentation, after it, and on another grid; result; kept grey values. kResidue: fixed memory, bytes.
+    // segmentation, after it, and on another grid; imported volume; kept grey values. kResidue: fixed memory, bytes.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
     // Additional bytes per voxel near the body: jaws, teeth.
@@ -421,7 +421,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result has the same grid, segment() also computes its distances.
+  // If the imported volume has the same grid, segment() also computes its distances.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -454,7 +454,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // The result's grid shares at least one sample with the working grid.
+  // The grid of the imported volume shares at least one sample with the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -472,7 +472,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // Shift from indices of the result to indices of `field`.
+  // Shift from indices of the imported volume to indices of `field`.
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 

@@ -1,4 +1,4 @@
-// Imports of the single kinds of input. import_tissue() selects one and completes its result.
+// Imports of the single kinds of input. import_tissue() selects one and completes the imported volume.
 #pragma once
 
 #include "haptics/import/distance.h"
@@ -38,7 +38,7 @@ inline constexpr double kLabelReach = 2.5;
 inline ImportRegion around(const ImportRegion& a, const ImportRegion& b) {
   return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
 }
-/// Bounding box of a mesh in the result's frame.
+/// Bounding box of a mesh in the frame of the imported volume.
 ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions& options);
 /// Returns options.voxel; if empty, 0.1 mm, or the smallest larger multiple of 0.01 mm that fits, with a note. Throws
 /// Error for too many voxels, or a box longer than a metre.
@@ -56,7 +56,7 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
 
 /// Computes volumes, height and false dentin of the report.
 void measure(Imported& imported, ImportPreset preset);
-/// Measures and rotates the result: last step of every import.
+/// Measures and rotates the imported volume: last step of every import.
 Imported completed(Imported imported, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

@@ -236,7 +236,7 @@ class CanalBound {
 
 // Median; nullopt if there are fewer than kMin values.
 std::optional<double> median_of(std::vector<float>& values) {
-  constexpr std::size_t kMin = 20;  // with fewer samples, there is no result
+  constexpr std::size_t kMin = 20;  // with fewer values, there is no median
   if (values.size() < kMin) return std::nullopt;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

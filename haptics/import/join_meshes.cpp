@@ -58,7 +58,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   if (meshes.empty()) throw Error("INPUT", "", "no mesh", "one mesh or more");
   Imported all;
   ImportReport& report = all.report;
-  // Bounding box of all meshes in the result, found first, because all share one volume.
+  // Bounding box of all meshes in the imported volume, found first, because all meshes share one volume.
   ImportRegion bounds;
   const auto in_result = [&](const PlacedMesh& mesh) {
     ImportOptions own = options;

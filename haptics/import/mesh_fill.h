@@ -22,7 +22,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
 /// Copies part numbers up to `reach` voxels outwards, so that labels can be read at the surface.
 void spread_parts(FilledMesh& filled, double reach);
 
-/// Memory of fill_mesh() and its result, bytes.
+/// Memory of fill_mesh() and of the FilledMesh, bytes.
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

@@ -213,7 +213,7 @@ static Scan align(RawScan&& raw) {
   scan.space = raw.space;
   scan.notes = std::move(raw.notes);
   scan.labels = std::move(raw.labels);
-  glm::ivec3 from(0, 1, 2);  // axis w of the result is the file's axis from[w]
+  glm::ivec3 from(0, 1, 2);  // axis w of the aligned scan is the file's axis from[w]
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
   double straightest = 1;
@@ -234,7 +234,7 @@ static Scan align(RawScan&& raw) {
     straightest = std::min(straightest, best);
   }
   glm::ivec3 size;
-  glm::dvec3 first = raw.origin;  // position of voxel (0,0,0) of the result
+  glm::dvec3 first = raw.origin;  // position of voxel (0,0,0) of the aligned scan
   for (int w = 0; w < 3; ++w) {
     const auto& step = raw.step[static_cast<std::size_t>(from[w])];
     size[w] = raw.size[from[w]];
