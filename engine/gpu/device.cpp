@@ -14,7 +14,7 @@ namespace typodont::gpu {
 
 namespace {
 
-// A driver that compiles for the CPU crashes if memory runs out within a call.
+// Memory that must be free before a call, because a driver that compiles for the CPU crashes if memory runs out in it.
 constexpr std::size_t kRoomForDriver = 256 << 20, kRoomForDevice = 512 << 20, kRoomToDraw = 128 << 20;  // bytes
 
 constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;

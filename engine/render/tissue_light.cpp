@@ -297,7 +297,7 @@ struct TissueLight::Impl {
     });
   }
 
-  /// Computes the distances of the cells in `box` to one triangle, where it is nearer than those before.
+  /// Computes the distances of the cells in `box` to one triangle, where it is nearer than all earlier triangles.
   void measure_triangle(const LitTriangle& t, const CellBox& box, std::vector<float>& result) {
     const CellBox near = reach(t);
     const CellBox cells{glm::max(near.lo, box.lo), glm::min(near.hi, box.hi)};

@@ -104,7 +104,7 @@ struct Filling {
   // Largest step of the lowering instrument, as a fraction of the remaining distance to the tissue.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, distance that remains between instrument and tissue
-  // Height and radius of a portion, as a fraction of the instrument's largest reach.
+  // Height and radius of a portion of filling, as a fraction of the instrument's largest reach.
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   // Largest height of a portion above the cavity's floor, in radii of
   // the instrument. Higher up, a wall would be nearer than the floor.
@@ -133,7 +133,7 @@ struct Filling {
   // Volume of the smallest portion, m³. It can be added in one tick of the servo.
   static constexpr double min_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions of filling that are planned together
-  // A portion is abandoned after `longer` times its planned duration plus `min_time` (s).
+  // A portion of filling is abandoned after `longer` times its planned duration plus `min_time` (s).
   static constexpr double longer = 1.2, min_time = 0.1;
 };
 

@@ -34,7 +34,7 @@ constexpr double kMinFlat = 0.1e-6;
 constexpr double kFlatShare = 0.15;
 // A row ends at this distance from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.03e-3;  // m, distance from neighbouring teeth and gum
+constexpr double kFromAround = 0.03e-3;  // m, smallest distance of the head from neighbouring teeth and gum
 constexpr double kMinTaken = 0.05;       // voxels; thinner tissue gets no stroke
 // A point nearer to the line between its neighbours than this is omitted, m.
 constexpr double kOnLine = 2e-6;
@@ -53,7 +53,7 @@ constexpr double kAlongShank = 6e-3;     // m, length of the shank that is check
 constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the floor's height
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kFieldErrorLimit = 1;  // voxels, error of the distance field far from the surface
+constexpr double kFieldErrorLimit = 1;  // voxels, largest error of the distance field far from the surface
 // Number of head points in a group. A sphere around the group is tested first.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
@@ -658,7 +658,7 @@ class StrokePlanner {
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end point of the last stroke
-  bool bulk_ = true;           // true while the added strokes belong to the bulk
+  bool bulk_ = true;           // true while strokes for the bulk of the tissue are added
 };
 
 }  // namespace

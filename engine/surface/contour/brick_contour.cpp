@@ -238,7 +238,7 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];     // bit z of row (x, y): solid
+  std::uint32_t solid[kCorners * kCorners];     // for row (x, y): bit z is set if the sample is solid
   std::uint16_t crossing_at[3 * kCornerCount];  // for each crossed edge's number: index of its crossing
   // The crossed edges along axis a start at a·kMaxEdges.
   std::vector<GridEdge> grid_edges = std::vector<GridEdge>(3 * kMaxEdges);
