@@ -28,11 +28,11 @@ struct PassivityLaw {
   double faster = 1.2;
   // If the hand may reverse: predicted change of its velocity in the next tick / largest recent change.
   double again = 3;
-  // If the hand does not reverse, the predicted change of its velocity is: largest recent change + change_margin ×
-  // (mean change − start_fraction × largest recent change).
+  // If the hand does not reverse, the predicted change of its velocity in the next tick is: largest recent change +
+  // change_margin × max(0, mean change − start_fraction × largest recent change).
   double change_margin = 0.6;
-  /// See the formula above; its bracket counts as at least 0. It is 0 if the velocity has changed only at the start or
-  /// the end of a single stroke.
+  /// This fraction of the largest recent change of velocity is subtracted from the mean change (see change_margin), so
+  /// that a single stroke, with changes only at its start and end, adds nothing.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the running mean of the changes
   // s; the largest recent speed and change of velocity begin to decay after this time of motion

@@ -49,7 +49,7 @@ struct NearestWithNormal {
   }
 };
 
-/// `set`: bit mask of the pieces.
+/// `set`: bit mask of the pieces that are examined.
 TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};

@@ -411,7 +411,7 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  // In addition to `crown`: depth below the plane of the cusps, m.
+  // A point that is this far (m) plus `crown` below the plane of the cusps is gingiva.
   constexpr double kFarBelow = 3e-3;
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point

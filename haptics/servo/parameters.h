@@ -69,7 +69,7 @@ struct LimitParameters {
   // Force that the hand feels / computed force. If this ratio stays lower for rest_time, the force that presses the
   // edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
-  // s; see little_felt. The increase begins after this time, and takes the same time again.
+  // s; after so long with little felt force (little_felt), the force that presses the edges begins to increase
   static constexpr double rest_time = 0.1;
   // Factor on stiffness × retreat, a term that reduces the allowed increase of the force, because the proxy moves too.
   static constexpr double retreat_weight = 3;

@@ -29,8 +29,8 @@ namespace {
 
 /// Returns true if all six sides of the box are in air; false for tissue that ends at the volume's border.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
-  constexpr int kThick = 4;      // voxels, thickness of the examined sides
-  constexpr float kAway = 2.5f;  // voxels, smallest distance from tissue
+  constexpr int kThick = 4;      // voxels, depth to which the sides of the box are examined
+  constexpr float kAway = 2.5f;  // voxels; a side is in air if tissue is farther away than this
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {0, edge - kThick}) {
       glm::ivec3 from = lo, size(edge);

@@ -118,7 +118,7 @@ class OffsetModel : public PatchModel {
   bool within_overlap_tolerance(const ContactInput& in) const noexcept;
   /// Returns true if the head neither cuts nor fills.
   bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
-  /// The same, except for implant instruments, which their bed guides.
+  /// Returns true if the head neither cuts nor fills. For implant instruments, which their bed guides, returns false.
   bool probes(const ContactInput& in) const noexcept { return only_touches(in) && !tool().implant; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
   double deficit_fraction(const ContactInput& in) const noexcept;

@@ -16,10 +16,10 @@ namespace typodont::haptics::packing {
 class ComputePasses;
 
 struct ProxyOptions {
-  double stiffness = 1000;         // N/m, k of S2, eq. 7
-  double damping = 0;              // N·s/m, ζ of S2, eq. 7
-  double static_friction = 0.2;    // μ_s of S2, eq. 13
-  double dynamic_friction = 0.15;  // μ_d of S2, eq. 13, at most μ_s
+  double stiffness = 1000;         // N/m, stiffness of the coupling (k of S2, eq. 7)
+  double damping = 0;              // N·s/m, damping of the coupling (ζ of S2, eq. 7)
+  double static_friction = 0.2;    // coefficient μ_s of S2, eq. 13
+  double dynamic_friction = 0.15;  // coefficient μ_d of S2, eq. 13, at most μ_s
   // m, largest path of the tool's farthest point per follow()
   double longest_path = std::numeric_limits<double>::infinity();
 };

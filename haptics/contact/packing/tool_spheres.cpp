@@ -12,7 +12,7 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSamples = 48;  // samples along the longest side
+constexpr double kSamples = 48;  // number of samples along the longest side of a tool given as a solid
 // step of a chain / radius; the notches between its spheres are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
 // kCells: nodes across the radius. kRingStep: step in a ring / radius. kMinCovered: smallest new volume of a ring /

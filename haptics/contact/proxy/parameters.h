@@ -149,7 +149,7 @@ struct CreaseParameters {
   static constexpr double none_within = 0.25, none_along = 0.9;
   // The line where two surfaces meet goes on if samples `ahead` and `below` it agree with both within line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
-  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from the crease of fits that are repeated
+  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease at which sheets are fitted
   static constexpr double converged = 1e-9;
   // smooth surfaces are parallel if the determinant of their normals is smaller than this
   static constexpr double min_angle = 1e-4;
