@@ -14,7 +14,7 @@ namespace typodont::render {
 
 // Format that converts linear light to sRGB when written, so samples are averaged in linear light.
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-// Format of a view that gives access to the image's sRGB bytes without this conversion.
+// Format of a view that gives access to the image's sRGB bytes without conversion to linear colours.
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
