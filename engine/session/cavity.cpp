@@ -31,7 +31,7 @@ constexpr double kMinGradient = 0.98;
 constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal shape count as 0
 // Smallest area of floor and walls that is measured, m².
 constexpr double kMinArea = 0.1e-6;
-// Fraction of the area that is left out at each end of the sorted values, because it belongs to the edges of a face.
+// Fraction of the area, omitted at each end of the sorted values, because the values there belong to a face's edges.
 constexpr double kTrimmed = 0.1;
 // Depth below the surface before the work to which walls are always thin, m.
 constexpr double kRim = 1e-3;

@@ -57,7 +57,7 @@ bool plain_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// The length of the longest beginning of the text that has at most `size` bytes and does not split a UTF-8 character.
+/// The length of the longest prefix of the text with at most `size` bytes. The prefix does not split a UTF-8 character.
 std::size_t piece_of(std::string_view text, std::size_t size) {
   if (text.size() <= size) return text.size();
   std::size_t n = size;

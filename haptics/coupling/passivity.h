@@ -11,7 +11,7 @@ namespace typodont::haptics {
 /// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. So here, the energy ledger must
 /// cover the hand's motion out of the tissue (retreat) in the next tick, predicted from its recent motion.
 struct PassivityLaw {
-  // Factor on the fastest recent retreat, for the predicted one: a tick may be missed, or the hand may become faster.
+  // The predicted retreat is at least this × the fastest recent one: a tick may be missed, or the hand may get faster.
   double margin = 2.5;
   double memory = 0.05;  // s, time constant with which the fastest recent retreat decays
   // m/s², largest acceleration expected of any hand. A hand that moves inward faster than turning × tick (m/s) cannot

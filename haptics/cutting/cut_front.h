@@ -53,8 +53,8 @@ class CutFront {
     float* y;
     std::int32_t* z;
     std::int32_t* at;      // index of the first sample, from the front's first voxel
-    std::uint8_t* length;  // number of samples of the group that may change
-    std::uint8_t* label;   // tissue of the samples that may change
+    std::uint8_t* length;  // how many samples of the group may change
+    std::uint8_t* label;   // tissue of these samples
   };
 
   /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than the front states.

@@ -260,7 +260,7 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Fraction of the voxel that lies inside, as if the surface were a plane at the distance of its centre.
+    // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance of the voxel's centre.
     const double fraction = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += fraction * voxel * voxel * voxel;
   }

@@ -149,7 +149,7 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel that lies inside, as if the surface were a plane at the distance d from the centre.
+        // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from the centre.
         const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += fraction * h * h * h;

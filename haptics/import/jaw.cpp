@@ -717,7 +717,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
       if (!beside.v[i] || glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, set->size)))
         return;
-      constexpr double kLongest = 2.5, kStep = 0.5, kInto = 2;  // voxels: range, step; test depth in the canal
+      constexpr double kLongest = 2.5, kStep = 0.5, kInto = 2;  // voxels: search range, step; depth tested in the canal
       const glm::dvec3 slope(exact(p.x + 1, p.y, p.z) - exact(p.x - 1, p.y, p.z),
                              exact(p.x, p.y + 1, p.z) - exact(p.x, p.y - 1, p.z),
                              exact(p.x, p.y, p.z + 1) - exact(p.x, p.y, p.z - 1));

@@ -8,8 +8,8 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Largest gap / smaller radius of spheres that are linked at the start. Large, so that links reach the next deeper
-/// layer; they remain when a cut shrinks a sphere in that direction.
+/// Largest gap between two spheres / smaller of their radii up to which they are linked at the start. Large, so that
+/// links reach the next deeper layer; they remain when a cut shrinks a sphere in that direction.
 constexpr double kLink = 1.5;
 // m; a link breaks if its gap has grown by this and reaches the sum of radii. Less than any tool's diameter.
 constexpr double kWidened = 0.1e-3;

@@ -16,7 +16,7 @@ struct ContactPlane {
   // fraction 0..1 of the allowed depth by which a cutting head may sink into this contact; below 1 in harder tissue
   double yields = 1;
   bool rim = false;     // true if a sharp rim of the head has contact; n is then the normal of the tissue
-  bool crease = false;  // true if x lies on an edge, rim or corner of the tissue that was reconstructed (crease.h)
+  bool crease = false;  // true if x lies on a reconstructed edge, rim or corner of the tissue (crease.h)
 };
 
 /// The approximate planes of all contacts, as arrays of floats for SIMD. Points are in voxels, relative to the head's

@@ -96,7 +96,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  // Removes brush strokes from the end of the list that are no longer in the volume.
+  // Removes, from the end of the list, the brush strokes that are no longer in the volume.
   while (known > kept && done_.back().painted) done_.pop_back(), --known;
 }
 
