@@ -125,7 +125,7 @@ RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
 
 namespace {
 
-constexpr int kStretch = 64;  // samples of a row that are listed together
+constexpr int kStretch = 64;  // largest number of samples of a row that are listed together
 // voxels, error of treating a neighbouring arc as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;

@@ -407,7 +407,7 @@ struct PathBlock {
   float bent;
   float* due;    // path length at which the block must be examined next; null: not stored
   unsigned set;  // bit mask of pieces that can be nearest
-  // AtStart::line of this block; -1: no single line
+  // index of the line that alone decides all depths of this block (AtStart::line); -1: none
   int line;
   bool emptied;
 

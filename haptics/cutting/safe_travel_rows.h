@@ -13,7 +13,7 @@ namespace typodont::haptics {
 /// Safe travel of the samples in 16 rows: voxels that the head must approach until a sample can change.
 class SafeTravelRows {
  public:
-  static constexpr int kStretch = 64;  // samples of a row that are listed together
+  static constexpr int kStretch = 64;  // largest number of samples of a row that are listed together
 
   /// Stores the safe travel (motion of the head until a sample can change) of eight samples.
   TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {

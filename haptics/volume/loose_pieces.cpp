@@ -231,7 +231,7 @@ class LoosePieces::KnownBlocks {
   /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. Two cache
   /// lines.
   struct alignas(32) Block {
-    // last search that visited the block, and its results
+    // number of the last search that visited the block; its results follow
     std::uint32_t search = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // neighbours over the six faces; -1: not known
@@ -263,10 +263,10 @@ class LoosePieces::KnownBlocks {
     int block;
     // Next block of the group (union-find); own index: this block represents the group.
     int group;
-    int flood;                           // flood around the group; -1: not known
+    int flood;                           // index of the flood fill around the group; -1: not known
     std::array<std::uint64_t, 6> faces;  // samples on the faces that became air
   };
-  /// Emptied samples touch the part in which a flood began.
+  /// Records that emptied samples touch the part in which a flood fill began.
   struct Touch {
     int cut_block, flood;
   };

@@ -122,7 +122,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
           tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
-        // leaves, created for the first voxel that they store
+        // leaves of both trees, created when their first voxel is stored
         openvdb::FloatTree::LeafNodeType* distances = nullptr;
         openvdb::Int32Tree::LeafNodeType* labels = nullptr;
         const openvdb::Coord first(x0, y0, z0);

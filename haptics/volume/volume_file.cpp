@@ -34,7 +34,7 @@ void rescale(openvdb::FloatGrid& grid, float factor) {
   openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
 }
 
-/// Takes the grids as stored. Throws Error with `name`.
+/// Finds the grids of a volume file, with values as stored. Throws Error with `name`.
 StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
   const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {

@@ -86,7 +86,7 @@ class PackingBody final : public TissueBody {
   // m, centre of the cutting ball in each sphere's newest note
   std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of paintings in volume_ that the spheres contain
+  std::uint64_t paints_ = 0;  // number of paintings in volume_ that the spheres contain already
   bool repainted_ = false;    // true: painting has changed spheres since the last snapshot
 };
 

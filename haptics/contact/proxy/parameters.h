@@ -134,7 +134,7 @@ struct CreaseParameters {
   // smallest depth at which each smooth surface must lie below the others, so that the crease is convex
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
-  // A crease may differ by around_agrees from samples at the distances `around`, shallowest..deepest in the tissue.
+  // A crease must agree with the samples `around` it, at depths shallowest..deepest, to within around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
