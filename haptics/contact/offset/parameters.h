@@ -96,15 +96,15 @@ struct FallParameters {
   static constexpr double speed_time = 0.1;
   // s, time constant of the filter for the push, whose direction before the fall is used
   static constexpr double push_time = 0.05;
-  // N/s; smallest (current - mean velocity) × stiffness of a fall
+  // N/s; a fall begins only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // A fall (tissue under the bur is gone) also needs a larger cosine between mean push and minus the gained velocity.
+  // A fall begins only if the cosine between mean push and minus the gained velocity is larger than this.
   static constexpr double along = 0.3;
-  // N/s; a speed × stiffness of the falling bur up to this is always allowed
+  // N/s; speed × stiffness up to which a falling bur is never slowed down
   static constexpr double landing_slew = 12;
-  // a speed of the falling bur up to this factor × the hand's mean speed is always allowed
+  // speed of a falling bur / the hand's mean speed up to which the bur is never slowed down
   static constexpr double growth = 1.2;
-  // N/s, largest (hand's speed - bur's speed) × stiffness during a fall
+  // N/s, largest (hand's speed - bur's speed) × stiffness while the bur falls
   static constexpr double brake = 12;
 };
 
@@ -184,7 +184,7 @@ struct FillingParameters {
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // range of the search for room / the instrument's reach
+  // largest distance of the search for free space / the instrument's reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // Number of consecutive samples in tissue that do not end a ray: filled walls consist of both tissue and filling.
