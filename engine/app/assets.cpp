@@ -156,7 +156,7 @@ std::optional<fs::path> searched(const fs::path& path, const ScenePlace& place) 
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // A path such as "../../x" or a symbolic link can lead out of the folder. Such a file must be in an allowed folder.
+    // A path such as "../../x" or a symbolic link can lead out of `folder`. The file must then be in an allowed folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

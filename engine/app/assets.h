@@ -38,7 +38,7 @@ struct ScenePlace {
 /// if it does not exist, or if it is outside the allowed folders; in the second case, the error does not reveal whether
 /// the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
-/// Finds the file that a text in a JSON file names; an Error states the text's place there.
+/// Finds the file that `name`, a text in a JSON file, names. An Error states where in the JSON file this text is.
 std::filesystem::path find_file(const Json& name, const ScenePlace& place);
 /// ~/Typodont or $TYPODONT_HOME; contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
@@ -50,7 +50,7 @@ std::filesystem::path find_rig(const std::string& rig);
 std::filesystem::path find_scene(const std::string& scene);
 /// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);
-/// Returns the text `name` of a JSON file. Throws Error with its place there if no asset of this kind has the name.
+/// Returns the text `name` of a JSON file. Throws Error, with the place of this text, if no such asset exists.
 std::string asset_name(std::string_view kind, const Json& name);
 
 }  // namespace typodont

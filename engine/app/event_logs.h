@@ -56,10 +56,10 @@ struct PictureTiming {
   int step = 0;        // index of the quality level; 0 is the best
 };
 
-/// Events of the servo. A cut, or the use of a tissue patch, is written before the tick that contains its number.
+/// Events of the servo. A Cut or PatchUse is written before the tick that contains the number of this cut or patch.
 using ServoEvent = std::variant<ServoTick, Cut, PatchUse, GumMoves, haptics::SoftWound>;
-/// Changes of the tissue other than cuts, and the state afterwards. An edit is written before the tissue patch that
-/// shows it.
+/// Changes of the tissue other than cuts, and the state of the tissue after them. An undo or redo (StrokeEdit) is
+/// written before the tissue patch that contains its effect.
 using CarverEvent = std::variant<StrokeEdit, LoosePiece, TissueState>;
 /// What the trainee sees; written after each change and frame.
 using ViewEvent = std::variant<SeenFrom, WaterSwitch, PictureTiming, display::HmdTiming>;

@@ -35,16 +35,16 @@ session::StreamSpec head_stream();
 session::StreamSpec water_stream();
 /// A view's name: "look" (normal), "section", "xray" or "difference".
 std::string_view view_name(render::View view) noexcept;
-/// Stream of frames on a screen. One row each.
+/// Stream of frames on a screen. One row per frame.
 session::StreamSpec picture_stream();
 std::vector<double> picture_stream_row(const PictureTiming& timing);
-/// Stream of frames in a headset. One row each.
+/// Stream of frames in a headset. One row per frame.
 session::StreamSpec xr_stream();
 std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 /// Stream with the input of the sound synthesizer. A hundred rows per second.
 session::StreamSpec sound_stream();
 
-/// Makes the result of a session: volume of each tissue at the end, distance to the pulp, hash of the distance field.
+/// Makes the result of a session: final volume of each tissue, smallest distance from the cut to the pulp, field hash.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
 /// Converts an undo or redo to an event of the recording, and back. For other kinds of events, edit_of() returns an
@@ -78,7 +78,7 @@ class SessionRecorder {
   /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file is not complete.
   std::uint64_t finish(const haptics::TissueVolume& tissue);
 
-  /// The writer, for notes, and for results with more data. turn() must have written all events before finish().
+  /// The file's writer, for notes, and for finishing the file with more results. Call turn() before finishing.
   session::SessionWriter& writer() { return writer_; }
 
  private:
@@ -86,7 +86,7 @@ class SessionRecorder {
   using Stream = std::optional<std::size_t>;
 
   void store(const ServoTick& tick);
-  /// Writes changes of the tool, beginnings of faults, and the input of the sound.
+  /// Records changes of the tool and beginnings of faults as events, and stores the input of the sound synthesizer.
   void note(const ServoTick& tick);
   void store(const Cut& cut);
   void store(const PatchUse& use);
@@ -114,7 +114,7 @@ class SessionRecorder {
   std::uint32_t tool_ = 0;
   Nanos sounded_ = 0;
   std::array<Nanos, 32> fault_seen_{};          // last time at which each fault bit was set
-  std::uint64_t next_tick_ = 0, next_cut_ = 1;  // indices after the last stored tick and cut
+  std::uint64_t next_tick_ = 0, next_cut_ = 1;  // 1 + index of the last stored tick, and of the last stored cut
   std::uint64_t lost_ticks_ = 0, lost_cuts_ = 0;
 };
 

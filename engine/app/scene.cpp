@@ -114,7 +114,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// Reads the key "looks_like" of a scene's materials: pictures show a tissue like another one.
+/// Reads from the key "looks_like" of a scene's materials which tissues the pictures show like another tissue.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {
@@ -411,7 +411,7 @@ void describe_scene(Keys& keys, Scene& scene) {
   keys("resume", scene.resume, "saved volume (`.vdb`) or session (`.h5`) that is continued ([Volume](#volume))");
   keys("force_limit_N", servo.force_limit, {kMinForceLimit, kMaxForceLimit}, "largest force ([Limits](#limits))");
   keys("tooth", kAnyObject, "directions for the report ([Orientation of the tooth](#orientation-of-the-tooth))");
-  if (json) (void)session::tooth_sides(*json);  // reports errors now, although only the report uses them
+  if (json) (void)session::tooth_sides(*json);  // throws Error now if a side is invalid; the report uses the sides
   keys("torque_limit_Nmm", servo.torque_limit,
        {kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre, kNewtonMillimetre}, "largest torque");
   keys("tool_set", Form{"folder", kText.schema}, "folder with one file for each tool ([Tool sets](#tool-sets))");
@@ -451,7 +451,7 @@ static std::string load_model(const std::string& file) {
 
 void choose_model(Scene& scene, const std::string& wanted) {
   const std::string name = wanted.find('/') == std::string::npos ? wanted : load_model(wanted);
-  // If the scene already has this contact model, its parameters are kept.
+  // If the scene already has the contact model `name`, the parameters of this model in the scene are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

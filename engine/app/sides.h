@@ -16,10 +16,10 @@ namespace typodont {
 /// Writes the soft gum's changes at regular intervals. Never allocates.
 class GumWriter {
  public:
-  /// `gum`: null if rigid. `rate`: ticks per second.
+  /// `gum`: null if the gum is rigid. `rate`: servo ticks per second.
   GumWriter(haptics::SoftTissue* gum, EventLog<ServoEvent>& event_log, double rate)
       : gum_(gum), event_log_(event_log), interval_(std::max<std::uint64_t>(1, std::llround(kInterval * rate))) {}
-  /// Call before the tick is written.
+  /// Counts a tick and, if an update is due, writes the soft gum's changes. Call before this tick is written.
   void tick() noexcept;
 
  private:
@@ -62,7 +62,7 @@ class CarverSide {
   struct Read {
     bool tick = false, cut = false;
   };
-  /// Repeats the servo's new cuts on the tissue: up to an undo, redo or loose piece that the servo must adopt
+  /// Repeats the servo's new cuts on the tissue: up to an undo, redo or separated piece that the servo must adopt
   /// first; with `to_end`, all cuts. Calls `each(cut)` after each cut. Throws RunFailure if a cut was lost.
   template <class Each>
   Read follow(Each&& each, bool to_end = false) {
@@ -81,17 +81,17 @@ class CarverSide {
     }
     return found;
   }
-  /// Adds the new cuts to the tissue patch that the servo has not yet adopted, and writes loose pieces. True if there
-  /// is such a patch.
+  /// Adds the new cuts to the tissue patch that the servo has not yet adopted, and writes separated pieces of tissue
+  /// to the event log. True if there is such a patch.
   bool keep_up();
-  /// Writes the loose pieces of the last cuts.
+  /// Writes the pieces of tissue that the last cuts separated to the event log.
   void write_pieces();
   /// Offers a tissue patch around the tool to the servo. `due_only`: only if a new one is due. True if a patch was
   /// offered.
   bool offer(bool due_only);
   /// Undoes or repeats a stroke, and offers the resulting tissue patch at once. False if there is no such stroke.
   bool edit(bool redo);
-  /// True if the servo has not yet adopted an edit or a loose piece.
+  /// True if the servo has not yet adopted an undo, a redo or a separated piece of tissue.
   bool edit_waits() const { return patches_.edit_waits(); }
   /// Newest tick. All cuts up to it have been repeated.
   const ServoTick& tick() const { return tick_; }

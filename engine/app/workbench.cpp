@@ -91,7 +91,7 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  /// Positions of the application thread in the event logs.
+  /// Positions up to which the application thread has read the event logs.
   struct Places {
     explicit Places(const EventLogs& event_logs)
         : servo(event_logs.servo), carver(event_logs.carver), loop(event_logs.loop) {}
@@ -100,7 +100,7 @@ struct Workbench::Impl {
     EventLog<LoopReport>::Reader loop;
   };
   std::optional<Places> places;
-  // Latest tick, state of the tissue, report about the loop.
+  // The newest events: the servo's tick, the tissue's state, and the report about the servo loop.
   ServoTick tick;
   TissueState tissue_state;
   LoopReport loop;
@@ -119,7 +119,7 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // session time at which the tool was last near the hand
+  Nanos followed = 0;             // ns, session time at which the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(), which the picture shows instead of `keys` during an experiment
   std::vector<int> pressed;       // keys that were pressed in the last step

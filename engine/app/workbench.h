@@ -85,7 +85,7 @@ struct WorkbenchStatus {
   // Distance between hand and tool if the tool has not followed the hand for one second, m; otherwise 0.
   double caught = 0;
   LoopTiming timing;
-  /// Smoothed drawing time of a frame, ms; smoothed frame rate.
+  /// Smoothed drawing time of a frame, ms; smoothed number of frames per second.
   double frame_ms = 0, frames_per_second = 0;
   std::string_view quality;
   std::uint64_t frames = 0;
@@ -93,7 +93,7 @@ struct WorkbenchStatus {
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames that were drawn from the free viewpoint
-  double motor_heat = 0;                   // motor heat of the device, relative to its limit
+  double motor_heat = 0;                   // heat of the device's motors, as a fraction of the largest allowed heat
   /// Force limit at the current heat of the motors, N; 0: the device does not report it.
   double bearable_force = 0;
   bool armed = true;    // true: the device may push the hand, because the hand has been free of contact

@@ -26,12 +26,12 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 
 constexpr double kVoxel = 0.125e-3;             // m, edge of a voxel
-constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: position of the shipped exercises' cusps
+constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};  // m, frame W: point at the cusps' tops, as in the shipped exercises
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
-constexpr double kCorner = 0.65e-3;    // m, radius of a box's corners
+constexpr double kCorner = 0.65e-3;    // m, radius of the corners of a box-shaped cavity
 constexpr double kBelowRoof = 1e-3;    // m, depth of a narrow access below the chamber's roof
 constexpr double kNarrowest = 1.3e-3;  // m; a cavity is never narrower than this, so that a bur of 1.2 mm can cut it
-// m, displacement of a simulated careless hand
+// m, displacement of the strokes of a simulated careless hand from the planned strokes
 constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
 
 Json families_table() {
@@ -58,7 +58,7 @@ std::vector<std::string> teeth_of(const Json& family) {
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m; top: w of the surface; below it: border to dentin; end
+  double top = 0, border = 0, depth = 0;  // m; w of the tooth's surface; depths of the dentin and the lesion's end
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
   /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
@@ -81,7 +81,7 @@ struct Draft {
   dvec3 offset;  // m, displacement from the tooth's frame to frame W
   Ordered ideal = Ordered::object(), neighbours = Ordered::array();
   std::optional<Lesion> lesion;
-  glm::dmat3 R{1};     // u, v, w in the tooth's frame
+  glm::dmat3 R{1};     // columns: the axes u, v, w in the tooth's frame
   glm::dmat3 turn{1};  // rotation of the tooth in frame W
 
   double mm(const char* name) const { return out.parameters.at(name) * kMillimetre; }
@@ -111,7 +111,7 @@ struct Draft {
               {"radius_mm", radius / kMillimetre},
               {"height_mm", height / kMillimetre}}}};
   }
-  /// An upright block from a to b, as wide as `width`, open above.
+  /// An upright block along the line from a to b, with the width `width`, open above.
   Ordered block(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) const {
     const glm::dvec2 t = glm::normalize(b - a);
     const dvec3 along(t, 0), across(-t.y, t.x, 0), low(a, floor), high(b, above());
@@ -324,7 +324,7 @@ void turn_round(haptics::DenseTissue& tissue) {
   tissue.frame.origin.x = -far.x, tissue.frame.origin.y = -far.y;
 }
 
-/// Number of connected pieces of the tissue `which`, connected by voxel faces. kAir: of all tissue.
+/// Number of pieces of the tissue `which`; the voxels of a piece are connected by faces. kAir: pieces of all tissue.
 int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   const auto in = [&](std::size_t i) {
     return tissue.distance[i] < 0 && (which == Tissue::kAir || tissue.tissue[i] == which);
@@ -337,7 +337,7 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
     if (seen[first] || !in(first)) continue;
     ++count;
     seen[first] = true;
-    // Air surrounds the tooth: every neighbour has a valid index.
+    // Air surrounds the tooth, so the six neighbours of each voxel of the tooth are inside the grid.
     for (stack.assign(1, first); !stack.empty();) {
       const std::size_t i = stack.back();
       stack.pop_back();
@@ -381,7 +381,7 @@ void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<
 /// hand must fail.
 void grade(Case& result, Ordered scene_text, const fs::path& volume, const glm::dmat3& R, const fs::path& out,
            const haptics::TissueVolume& start) {
-  // Neighbours are read from the volume's file, which has a temporary name here.
+  // The neighbouring teeth are read from the volume's file, which has a temporary name here.
   if (scene_text.contains("surroundings")) scene_text["tissue"]["volume"] = fs::absolute(volume).string();
   const Json text = Json::parse(scene_text.dump(), out.string());
   const Scene scene = parse_scene(text, out);

@@ -19,7 +19,7 @@ std::vector<CaseFamily> case_families();
 struct CaseRequest {
   std::string family;
   std::uint64_t seed = 1;
-  double difficulty = 0.5;  // 0 to 1
+  double difficulty = 0.5;  // 0: easiest, 1: most difficult
   std::string tooth;        // tooth of the case family; empty: the seed selects one
 };
 
@@ -31,8 +31,8 @@ struct Case {
   double expert = 0, careless = 0;  // score of the planned strokes, cut exactly and by a careless hand
 };
 
-/// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give equal bits.
-/// Throws Error for an invalid request, RunFailure if this seed gives no valid case.
+/// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give bit-identical
+/// files. Throws Error for an invalid request, RunFailure if this seed gives no valid case.
 Case make_case(const CaseRequest& request, const std::filesystem::path& out);
 
 }  // namespace typodont

@@ -23,9 +23,9 @@ constexpr double kMaxDeviation = 2;
 // standard deviation of each measure among teeth of equal size, as a fraction of the measure; an estimate
 constexpr double kShape = 0.025;
 constexpr double kCusp = 0.025;        // standard deviation of a cusp's height and position, as a fraction; an estimate
-constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding between roots
-constexpr double kApex = 0.6e-3;       // m, radius at the end of each of several roots
-constexpr double kApexCurve = 1.4e-3;  // m, radius at the end of a single root
+constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding where roots join
+constexpr double kApex = 0.6e-3;       // m, radius of the tip of each root of a tooth with several roots
+constexpr double kApexCurve = 1.4e-3;  // m, radius of the tip of a single root
 
 /// Ratio of the pulp chamber's area at this age to the area at 20 years (CBCT study of 2017 with 316 molars; applied to
 /// all teeth).

@@ -18,7 +18,7 @@
 
 namespace {
 
-// Libraries start threads while they are loaded, before main(). Without memory for these threads, they would abort.
+// Libraries start threads while they are loaded, before main(). Without memory for these threads, the program aborts.
 constexpr std::size_t kToStart = 64 << 20;  // bytes
 void require_memory_to_start() {
   if (typodont::memory_left(kToStart)) return;

@@ -1,4 +1,4 @@
-// `typodont fit-material`: fits the densities of a packing to a recorded force curve.
+// `typodont fit-material`: fits the densities of a sphere packing to a recorded force curve.
 #include <fmt/format.h>
 
 #include <algorithm>

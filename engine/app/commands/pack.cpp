@@ -1,4 +1,4 @@
-// `typodont pack`: fills tissue with spheres and stores the packing.
+// `typodont pack`: fills tissue with spheres and stores these spheres (a sphere packing) in a file.
 #include <fmt/format.h>
 
 #include <algorithm>

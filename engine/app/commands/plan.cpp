@@ -122,7 +122,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
   return mesh;
 }
 
-/// Draws the three sections side by side.
+/// Draws the three sections through the planned implant side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
   constexpr int n = kPreviewPixels;
   const PlanPlanes planes = planner.planes(plan, width);

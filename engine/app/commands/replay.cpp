@@ -1,4 +1,4 @@
-// `typodont replay`: repeats a recorded session. It checks that the result has the same bits, shows or films the
+// `typodont replay`: repeats a recorded session. It checks that the result is bit-identical, shows or films the
 // session, or applies the recorded motion of the hand to another scene.
 #include "engine/app/recording/replay.h"
 

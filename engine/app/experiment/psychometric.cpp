@@ -25,7 +25,7 @@ double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// Number of answers at one difference between the stimuli, and of those that were "second".
+/// Number of answers at one difference between the stimuli, and how many of these answers were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };

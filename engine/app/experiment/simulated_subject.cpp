@@ -15,7 +15,7 @@ namespace {
 
 // The tool is in contact if the force exceeds this fraction of the stimulus's largest force.
 constexpr double kTouched = 0.1;
-constexpr double kDelayRange = 1;          // s, largest delay
+constexpr double kDelayRange = 1;          // s, largest delay of the force
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
 /// Uniform random number in [0, 1), equal in every library.

@@ -36,8 +36,8 @@ using namespace std::chrono_literals;
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample, which starts the device's own clock. All devices wake() before the first one begins, so
-  /// that their start-up does not count as delay.
+  /// Reads the first sample, which starts the device's own clock. wake() is called for all devices before the recording
+  /// begins, so that their start-up does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }

@@ -53,7 +53,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // Base and tool have no valid poses while they are calibrated, so the device's own frames are used.
+    // The arm's base and tool have no valid poses while they are calibrated, so the device's own frames are used.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -66,7 +66,7 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// Confirms a touch, like the pedal.
+  /// Confirms a touch by key, as the pedal does.
   void press() { asked_ = true; }
   /// From now on, touches are accepted; earlier ones are ignored.
   void ready() {
@@ -259,7 +259,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Makes each eye's picture, in the size that needs no scaling.
+  /// Makes each eye's picture in the size in which the window shows it, so that it needs no scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -288,7 +288,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Not by `ring_`, which throws if the GPU is lost.
+    // Waits without `ring_`, which would throw if the GPU is lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();
@@ -405,7 +405,7 @@ class Guide {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // The user confirmed a touch by key. The hand's answer is awaited before the next key is read.
+      // After a touch was confirmed by key, the next key is read only when take() has returned the result of the touch.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -459,7 +459,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Shows `happened`, asks for the next touch, and waits for it.
+  /// Shows the text `happened`, asks for the next touch, and waits for this touch.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -546,7 +546,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // true: touch confirmed by key, answer of the hand still missing
+  bool waiting_ = false;  // true: the user confirmed a touch by key, and hand_ has not returned it yet
 };
 
 }  // namespace

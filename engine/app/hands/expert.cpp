@@ -19,12 +19,12 @@ namespace typodont {
 
 namespace {
 
-/// Forces of the cuts, as factors on the task's mean force. ExpertHand moves ahead of the tool so far that they result.
+/// Factors on the task's mean force for the cuts. ExpertHand moves so far ahead of the tool that these forces result.
 struct CutForce {
-  // rough: bulk removal if another tool makes the final surface; bulk: bulk
-  // removal if the same tool makes it; finishing: cuts of the final surface.
+  // rough: force factor for bulk removal if another tool makes the final surface; bulk: for bulk
+  // removal if the same tool makes the final surface; finishing: for cuts of the final surface.
   static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
-  // Bulk removal with a coarse tool; near the largest power of a turbine.
+  // Factor on the task's mean force for bulk removal with a coarse tool; a turbine then has nearly its largest power.
   static constexpr double coarse = 2.0;
   // Upper limit of a cut's force, as a fraction of the task's largest force.
   static constexpr double below_max = 0.9;
@@ -37,23 +37,23 @@ struct Joining {
   // Speed at the joint of two strokes, m/s. aside_pace: the cosine is between the two limits above; turn_pace: it is
   // below `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double coarse_haste = 2.5;  // factor on both speeds for a coarse tool
-  // m; with a smaller gap, two strokes are continuous.
+  static constexpr double coarse_haste = 2.5;  // factor on aside_pace and turn_pace for a coarse tool
+  // m; if the gap between two strokes is smaller, the tool goes directly from the first stroke to the second.
   static constexpr double no_gap = 1e-6;
-  // Longest run of strokes with a hand instrument, m.
+  // Largest length of a run (strokes without a stop between them) of a hand instrument, m.
   static constexpr double longest_run = 3e-3;
-  // m; over a smaller gap, the tool is not lifted.
+  // m; if the gap between two strokes is smaller, the tool is not lifted between them.
   static constexpr double joined = 0.6e-3;
-  // Height above the highest obstacle between two strokes, m.
+  // Height of the tool above the highest obstacle on its way between two strokes, m.
   static constexpr double hop = 0.5e-3;
   static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank
-  // Distance from obstacles beside the path, m.
+  // Tissue beside the tool's path counts as an obstacle up to this distance from the tool, m.
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height of free motion above the highest tissue
   static constexpr double run_up = 0.6;    // s, time in which the drill reaches its full speed
 };
 
-/// Voxel of a typical CT of a tooth, m. Larger voxels mean a larger object
+/// Voxel size in a typical CT of a tooth, m. Larger voxels mean a larger object
 /// than a tooth, so all lengths of the motion increase in proportion.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
@@ -72,7 +72,7 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 
 /// Parameters for the choice and order of the cutting tools.
 struct ToolChoice {
-  // Distance between two passes, as a fraction of the tool's diameter; its limits, m.
+  // Distance between two passes, as a fraction of the tool's diameter; smallest and largest such distance, m.
   static constexpr double pass = 0.22, min_pass = 0.12e-3, max_pass = 0.5e-3;
   // Distance between passes of a coarse tool, in diameters; its upper limit, m, at which ridges of 0.04 mm remain.
   static constexpr double coarse_pass = 0.26, max_coarse_pass = 0.6e-3;
@@ -85,37 +85,37 @@ struct ToolChoice {
   // The error is the volume that differs from the target shape. A tool is good enough if it reduces the error by at
   // least (1 - tolerated_loss) of the best tool's reduction. Of these, the widest is fastest.
   static constexpr double tolerated_loss = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
+  static constexpr double same_width = 0.01e-3;  // m; tools whose widths differ by less count as equally wide
   // Another tool makes the final surface if (error after the best tool) / (error after the chosen tool) is below this.
   static constexpr double hardly_less = 0.6;
-  // Another tool is used if it leaves less than needed_reduction of the current error, and reduces the error by at
-  // least min_gain of the first error.
+  // Another tool is used only if the error after it is below needed_reduction · current error, and if it reduces the
+  // error by at least min_gain · initial error.
   static constexpr double needed_reduction = 0.9, min_gain = 0.012;
   static constexpr std::size_t max_tools = 3, max_tried = 5;
 };
 
-/// Parameters of filling. The material is added in portions: balls around the surface point nearest to the free end.
+/// Parameters of filling. The material is added in portions: balls around the surface point nearest to the tool's end.
 struct Filling {
-  // Height above tissue on the way between portions, m.
+  // Height of the instrument above the tissue on its way between two portions of filling, m.
   static constexpr double hop_over = 0.3e-3;
-  static constexpr double grid = 0.15e-3;  // m, distance between the positions that are evaluated
+  static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step in which the instrument is lowered to tissue
   // Largest step of the lowering instrument, as a fraction of the remaining distance to the tissue.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, distance that remains between instrument and tissue
-  // Height and radius of a portion of filling, as a fraction of the instrument's largest reach.
+  // Largest height and radius of a portion of filling, as fractions of the tool's `fill_reach`.
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   // Largest height of a portion above the cavity's floor, in radii of
   // the instrument. Higher up, a wall would be nearer than the floor.
   static constexpr double below_wall = 0.8;
   // If a wall is nearer than near_wall (m), the instrument moves towards it in steps of `nudge` (m).
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;
-  // The instrument rises in steps of this, and fills the hole that it leaves, m.
+  // Step in which the instrument rises out of the filling, m. At each step, it fills the hole that it leaves.
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // The distance field's gradient has the length 1 near a single surface, but is shorter midway between two surfaces.
+  // Threshold for the length of the distance field's gradient: 1 near a single surface, less between two surfaces.
   static constexpr double one_surface = 0.5;
   // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
@@ -139,8 +139,8 @@ struct Filling {
 
 /// Parameters that decide when cutting and filling end.
 struct Rounds {
-  // After filling, another round of cutting follows. Otherwise one follows only if the last round left less than this
-  // fraction of the error.
+  // After filling, another round of cutting always follows. After cutting, another round follows only if the last
+  // round left less than this fraction of the error.
   static constexpr double still_left = 0.5;
   static constexpr int max_cuts = 4;  // largest number of rounds of cutting
   // Thickness of excess filling that the first carving leaves, m.
@@ -281,9 +281,9 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut));
   }
-  /// Appends these strokes' steps. `bulk_force`: factor on the mean force.
+  /// Appends the steps of these strokes to the plan. `bulk_force`: factor on the mean force for bulk removal.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of the current run of strokes
+    double run = 0;  // m, length of the current run (strokes without a stop between them)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
@@ -367,7 +367,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, sideways, and down to `to`, so that the tool does not touch the new portion.
+  /// Moves up to `height`, sideways, and down to `to`, so that the tool does not touch the new portion of filling.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -421,7 +421,7 @@ class Plan {
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position (m along u and v), and the portion that can be added there.
+  /// A position of the instrument (m along u and v), and the portion of filling that can be added at this position.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
@@ -554,7 +554,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// Grid of positions above the voxels that lack filling.
+  /// Grid of positions of the instrument above the voxels that lack filling.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -727,7 +727,7 @@ class Plan {
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  // Heights along the axis, m: top of tissue, free motion.
+  // Heights along the preparation's axis, m: top of the tissue; free motion of the tool above it.
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;

@@ -12,7 +12,7 @@ namespace {
 /// Parameters of the motion: a target point moves along the line, and the hand pulls the tool to it. Lengths are for a
 /// tooth; they are multiplied by ExpertGrip::size.
 struct Lead {
-  // Speed through the air, m/s: hand instrument, running drill.
+  // Speed through the air, m/s: of a hand instrument, and of a running drill.
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
   // Speed to which a scraping instrument slows before it reverses, m/s, and time constant of this, s.
@@ -22,7 +22,7 @@ struct Lead {
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // The target point waits while the tool is farther from it than this, m.
   static constexpr double ahead = 0.06e-3;
-  // The target point waits until the tool is nearer to the line than this, m.
+  // The target point waits until the tool is nearer to the line of the cut than this, m.
   static constexpr double beside = 0.022e-3;
   // For bulk removal with a coarse tool: the target point waits until the tool is nearer to the line than this, m.
   static constexpr double rough_beside = 0.05e-3;
@@ -38,13 +38,13 @@ struct Lead {
   // The lead is the displacement from the target point to the hand. It is a gain times the displacement from the tool
   // to the target. The coupling converts it to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // Gain for a cut.
+  // Gain of the lead for a cut: lead / displacement from the tool to the target point.
   static constexpr double gain = 50;
-  // Upper limit of gain · tick duration / reaction_time. Above it, the hand oscillates.
+  // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // Gain of the lead for scraping soft filling.
+  // Gain of the lead for scraping soft filling: lead / displacement from the tool to the target point.
   static constexpr double scrape_gain = 30;
-  // Largest lead for scraping, m.
+  // Largest lead (distance from the target point to the hand) for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this ·
   // force error / mean force. 1/s.
@@ -175,7 +175,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // The speed is lower near both ends of the run.
+    // The speed is lower near both ends of a run (strokes without a stop between them).
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

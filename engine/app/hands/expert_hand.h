@@ -31,7 +31,7 @@ class ExpertHand final : public haptics::HapticDevice {
 
  private:
   void next_leg() noexcept;
-  /// Continues with the next step of the run, reverses, or begins the next run.
+  /// Ends a stroke of scraping: continues with the next step of the run, reverses, or begins the next run.
   void end_scraping() noexcept;
   /// Abandons a stroke: moves out along the shank, then to the next step, without touching tissue that must stay.
   void leave() noexcept;
@@ -57,7 +57,7 @@ class ExpertHand final : public haptics::HapticDevice {
   // reaches the line.
   std::size_t run_ = 0;  // index of the run's first step
   Pose run_from_;        // pose at the start of the run
-  double worst_ = 0;     // m, largest distance from the line in the current pass
+  double worst_ = 0;     // m, largest distance of the tool from the line in this pass
   int times_ = 0;        // number of returns to the start of the run
   bool back_ = false;    // true: moves back along the run
   dvec3 lead_{0};        // m, displacement from the target point to the hand

@@ -17,7 +17,7 @@ namespace level = session::implant_level;
 using session::ImplantAction;
 
 constexpr double kAbove = 6e-3;  // m above the entry point, position for tool changes
-// Height above the entry where slow motion begins, m.
+// Height of the tool's tip above the entry point at which slow motion begins, m.
 constexpr double kNear = 1.5e-3;
 constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
@@ -33,7 +33,7 @@ constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMark
 // Growth of the hand's lead over the tool, m/s per newton of missing force.
 constexpr double kLeadPerForce = 1.5e-3;
 constexpr double kMaxLead = 3e-3;  // m, largest lead of the hand over the tool
-// 1/s and m, rate and largest value of the correction that keeps the tip on the axis.
+// 1/s and m: rate and largest value of the sideways correction that keeps the tip on the axis.
 constexpr double kAsideRate = 5, kMaxAside = 0.3e-3;
 constexpr double kPeck = 3e-3;  // m, depth that is drilled between two withdrawals
 constexpr double kPull = 2e-3;  // m, length of a withdrawal, in which the bone cools
@@ -41,9 +41,9 @@ constexpr double kPull = 2e-3;  // m, length of a withdrawal, in which the bone 
 constexpr double kHot = 42, kCool = 41;
 // Height above the entry point at which the marking bur is out of the pit that it made, m.
 constexpr double kClear = 0.5e-3;
-// Distance before the planned depth at which slow motion begins, m.
+// Distance of the tip from the planned depth at which slow motion begins, m.
 constexpr double kSlowFrom = 0.3e-3;
-constexpr double kPatience = 60;  // s, longest duration of one stage of a phase
+constexpr double kPatience = 60;  // s, longest duration of one stage (for example tool change or drilling) of a phase
 
 }  // namespace
 

@@ -44,20 +44,20 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, path of the bur across the axis
+  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  // Depth that the tip would have if the tool followed exactly, m below the entry point.
+  // Depth that the tip would have if the tool followed the hand exactly, m below the entry point.
   double depth_ = 0;
   double lead_ = 0;       // m, distance of the hand ahead of the tool
   dvec3 aside_{0};        // m, offset of the hand that keeps the tip on the axis
-  double waited_ = 0;     // s, time since the stage began
-  double along_ = 0;      // m, completed length of the smoothing path
-  double pecked_ = 0;     // m, depth at the last withdrawal
+  double waited_ = 0;     // s, time since the phase's current stage began
+  double along_ = 0;      // m, part of the smoothing path that the bur has completed
+  double pecked_ = 0;     // m, depth of the drill at its last withdrawal
   bool pulling_ = false;  // true: the drill is withdrawn, so that the bone cools
   bool cooling_ = false;  // true: waits until the bone has cooled
   bool gave_up_ = false;

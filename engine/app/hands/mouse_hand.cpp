@@ -15,8 +15,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                  // m per notch of the wheel, default
-constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m per notch of the wheel, limits
+constexpr double kUsualStep = 0.15e-3;                  // m of tool motion per notch of the wheel, default
+constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m of tool motion per notch, limits
 // Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
 constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen's plane, and of the wheel's motion
@@ -24,10 +24,10 @@ constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen
 constexpr double kClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
-// Tilt at the start, away from the user, so that the bur is visible, rad.
+// Tilt of the tool at the start, away from the user, so that the bur is visible, rad.
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
-// Tilt per half picture height of pointer motion, rad.
+// Tilt of the tool per pointer motion of half the height of the picture, rad.
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
 // While the tool is tilted, the pointer moves away from it. Later pointer motions reduce this offset by this fraction
 // of their length.

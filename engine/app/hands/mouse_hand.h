@@ -32,7 +32,7 @@ class Pointer {
   haptics::HandSample follow(const display::UserInput& input, Nanos t,
                              const std::optional<dvec3>& touching_W = std::nullopt);
   static constexpr double kMaxLead = 1e-3;  // m, limit for the hand's distance ahead of a head that tissue holds back
-  /// m per notch of the wheel. Page up doubles it, Page down halves it.
+  /// m of tool motion per notch of the wheel. Page up doubles it, Page down halves it.
   double wheel_step() const { return wheel_step_; }
 
  private:

@@ -19,13 +19,13 @@ namespace {
 constexpr double kClear = 0.05;
 // Depth to which a head that fits the ideal shape exactly (a reamer) may enter this shape, voxels.
 constexpr double kExact = 0.02;
-constexpr double kGrid = 0.1e-3;      // m, distance between positions that are evaluated
-constexpr double kLayer = 0.5;        // distance between layers of the bulk, in tool diameters
+constexpr double kGrid = 0.1e-3;      // m, distance between the positions of the tool's head that are evaluated
+constexpr double kLayer = 0.5;        // distance between layers of bulk removal, in tool diameters
 constexpr double kCoarseLayer = 0.8;  // distance between layers for a coarse tool, in tool diameters
 // Thickness of tissue in tool diameters. Thinner tissue gets no rows with a coarse tool, because the floor passes
 // remove it.
 constexpr double kAtOnce = 0.5;
-constexpr double kRow = 0.6;  // distance between rows, in tool diameters
+constexpr double kRow = 0.6;  // distance between rows (parallel passes) of a layer, in tool diameters
 // Largest height difference of floor points that count as level, m.
 constexpr double kSameLevel = 10e-6;
 // Smallest flat floor that gets passes along its walls, m².
@@ -36,7 +36,7 @@ constexpr double kFlatShare = 0.15;
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance of the head from neighbouring teeth and gum
 constexpr double kMinTaken = 0.05;       // voxels; thinner tissue gets no stroke
-// A point nearer to the line between its neighbours than this is omitted, m.
+// A point of a path is omitted if it is nearer than this to the line between its neighbours, m.
 constexpr double kOnLine = 2e-6;
 // If a part of a pass without cutting is shorter than this, the tool moves along it and is not lifted, m.
 constexpr double kBridged = 1e-3;
@@ -54,7 +54,7 @@ constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the floor's height
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, largest error of the distance field far from the surface
-// Number of head points in a group. A sphere around the group is tested first.
+// Number of points on the tool's head in a group. A sphere around the group is tested before its points.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
 
@@ -115,7 +115,7 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // for each grid position: 1 if reachable from above
   };
 
-  /// A group of points and a sphere around it, voxels.
+  /// A group of points on the tool's head, and a sphere around this group, voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;
@@ -179,7 +179,7 @@ class StrokePlanner {
                        [&](const dvec3& d) { return left_.sample(q + d) < -min_taken_ && ideal_.sample(q + d) > 0; });
   }
 
-  /// Computes the box of the tissue to remove, plus the head. False: there is nothing to remove.
+  /// Computes the box of the tissue to remove, enlarged by the size of the head. False: there is nothing to remove.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -251,7 +251,7 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Grid positions that are reachable from the layer `above` (null: this is the highest layer).
+  /// Grid positions that the tool's head can reach from the layer `above` (null: this is the highest layer).
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -306,7 +306,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// The chain without points on the line between their neighbours.
+  /// The path `chain` without the points that lie on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -425,7 +425,7 @@ class StrokePlanner {
     }
   }
 
-  /// Plans bulk removal in a layer: rows along the layer's longer side, which end at a distance from the walls.
+  /// Plans bulk removal in a layer: rows along the layer's longer side; each row ends at a distance from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -480,7 +480,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// The marked cells that are more than `away` cells from all unmarked cells. The edge of the grid has no effect.
+  /// The marked grid cells that are more than `away` cells from all unmarked cells. The edge of the grid has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {

@@ -63,7 +63,7 @@ class LivePicture {
 
   /// Receives the parts of the surface that the carver thread has computed since the last call.
   void collect();
-  /// Applies what the servo and the carver did.
+  /// Applies an event of the servo to the state of the session that the pictures show.
   void apply(const ServoEvent& event) { world_.apply(event); }
   void apply(const CarverEvent& event) { world_.apply(event); }
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.

@@ -23,7 +23,7 @@ constexpr Nanos kTurn = 10'000'000,
                 kSilence =
                     5 * kNanosPerSecond;  // ns: wait per message; silence after which the connection counts as lost
 constexpr Nanos kToCompare =
-    100'000'000;                  // ns, first part of the session, in which only the fastest arrival is measured
+    100'000'000;                  // ns, first part of the session, without sound: its smallest arrival delay is found
 constexpr double kLongest = 1e6;  // s, longest session
 
 haptics::MessageStream connect(const std::string& address) {

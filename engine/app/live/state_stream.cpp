@@ -32,8 +32,8 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// Largest amount of waiting data, bytes: about 100 messages. If a message would exceed it, this reader does not get the
-// message.
+// Largest amount of data that waits for one reader, bytes: about 100 messages. A message that would exceed this amount
+// is not sent to this reader.
 constexpr std::size_t kMaxWaiting = 1 << 16;
 constexpr std::size_t kMaxAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
 constexpr std::size_t kMaxReaders = 32;
@@ -266,7 +266,7 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// Reads from a connection. After the handshake: only control frames.
+/// Reads from a reader's connection: first the reader's request; after the handshake, only WebSocket control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
   constexpr int kMaxReads = 16;  // largest number of reads per call, because a reader may send endlessly

@@ -20,8 +20,8 @@ struct StreamedSession {
   SoundVoice voice;                // data from which another computer can make the session's sound
 };
 
-/// One thread calls all functions, not the servo's. Nothing blocks, so slow readers lose messages. A reader that
-/// neither reads nor completes its request is disconnected after kPatience.
+/// A single thread, which is not the servo thread, calls all functions. No function blocks, so slow readers lose
+/// messages. A reader that neither reads nor completes its request is disconnected after kPatience.
 class StateStream {
  public:
   /// Addresses: "osc:PORT" or "osc:HOST:PORT" receive messages; readers connect to "ws:PORT" or "ws:HOST:PORT". Default

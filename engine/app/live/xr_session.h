@@ -62,7 +62,7 @@ class XrSession {
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
-  double stall_;  // s without an answer of the runtime that end the session
+  double stall_;  // s, time without an answer of the runtime after which the session ends
 };
 
 /// Writes the captured pairs of points to a file for `calibrate register --pairs`. Throws Error if it cannot be
