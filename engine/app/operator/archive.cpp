@@ -38,8 +38,8 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moves the mesh to kCrownTop, the place that the shipped rigs show: by the middle of its top, or for several teeth by
-/// their highest point, because their middle may be empty.
+/// Moves the mesh so that the middle of its top is at kCrownTop, the place that the shipped display rigs show. For
+/// several teeth, moves their highest point there instead, because the middle may be empty.
 void move_to_working_place(haptics::TissueMesh& mesh) {
   // A mesh wider than this contains several teeth, m.
   constexpr double kWidestTooth = 16e-3;
@@ -125,7 +125,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // Form of the name: DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene.
+      // Form of the recording's name: DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene.
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;

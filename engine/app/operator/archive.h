@@ -25,7 +25,7 @@ struct SessionEntry {
   // The session's score. Empty: not yet computed, or there is no recording.
   std::optional<CachedScore> score;
   double megabytes = 0;
-  bool report = false;   // true: there is a report beside the recording
+  bool report = false;   // true: there is a report in the recording's folder
   bool recorded = true;  // false: there is only a saved preparation
 };
 /// Sessions of all trainees, newest first.
@@ -57,7 +57,7 @@ std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported
 /// Writes the final or saved tissue as a surface (.stl, .ply or .obj). Throws Error or Cancelled.
 void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
 
-/// Writes a folder's learning curve. Throws Error or Cancelled.
+/// Writes the learning curve of all sessions in a folder. Throws Error or Cancelled.
 void write_learning_curve(const std::filesystem::path& folder, const std::filesystem::path& page, int language,
                           Progress& progress);
 

@@ -12,8 +12,8 @@ namespace typodont {
 /// Scheduling priority (nice) of work that gets the processor only while no other work needs it.
 inline constexpr int kLowestPriority = 19;
 
-/// Runs `typodont ARGUMENTS` to its end and returns its output. A cancellation asks it to end, then kills it. `nice`: 0
-/// to 19. Throws Cancelled, or RunFailure with its last message if it fails without output.
+/// Runs `typodont ARGUMENTS` to its end and returns its output. To cancel, asks the process to end, then kills it.
+/// `nice`: 0 to 19. Throws Cancelled, or RunFailure with the last message of a process that fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Starts programs that outlive the window, and detects their failures. Main thread only.

@@ -73,7 +73,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Selects the hand with this address, if listed.
+/// Selects the hand (input device) with this address, if it is in the list.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

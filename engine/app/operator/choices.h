@@ -1,4 +1,4 @@
-// The lists of exercises, hands and pictures, and the user's selection, which is stored between runs. Main thread only.
+// Lists of exercises, hands (devices) and pictures, and the user's selection, stored between runs. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ class Choices {
   void choose_tutorial();
   void remember() const;
 
-  /// Searches for devices while the user selects a hand. True: the devices have changed.
+  /// Searches for input devices while the user selects a hand. True: the connected devices have changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

@@ -55,7 +55,7 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  gpu::ShaderInputs inputs_;  // for each frame slot, one descriptor set per texture
+  gpu::ShaderInputs inputs_;  // for each frame in flight, one descriptor set per texture
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;

@@ -16,7 +16,7 @@ namespace typodont {
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 
-/// The changed area as a few rectangles that do not overlap. `size`: pixels.
+/// The changed area as a few rectangles that do not overlap. `size`: width and height of the window, pixels.
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size);
 

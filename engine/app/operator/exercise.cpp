@@ -93,8 +93,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // `servo.materials` already includes the strokes of the paint file, which are applied again when the scene is read.
-    // So their factor is divided out.
+    // The stiffness in `servo.materials` already includes the factor of the paint file's strokes. Reading the scene
+    // applies this factor again, so the stiffness is divided by it here.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -104,7 +104,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // The rules move to "task". A scene without a task has them in "score".
+  // The rules are written to the key "task". A base scene without a task has its rules in the key "score".
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
@@ -167,7 +167,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // Written under temporary names first, so that an invalid exercise replaces no file.
+  // All files are first written under temporary names, so that an invalid exercise replaces no file.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

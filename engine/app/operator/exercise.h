@@ -33,10 +33,10 @@ struct NewExercise {
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm per unit of the mesh file
   std::array<TissueMade, kTissueCount> tissues{};
-  std::optional<std::vector<RuleChoice>> rules;  // all rules of the exercise; empty: the base scene's rules
+  std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
 };
 
-/// Thrown for an invalid rule, before anything is written. States rule and fault, for a message in the user's language.
+/// Thrown for an invalid score rule, before any file is written. States rule and fault, for a message to the user.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
@@ -46,14 +46,14 @@ class RuleRefused : public Error {
   bool no_target;
 };
 
-/// All rules, with the values of the base scene if it has them, otherwise with defaults.
+/// All rules of the score, with the values of the base scene if it has them, otherwise with defaults.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
 /// The exercise as JSON text. `ideal_file`: path relative to the scene; empty: the ideal shape of the base scene.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
 /// Writes ~/Typodont/scenes/NAME.json and NAME-ideal. New files have temporary names until they are checked; then
-/// they replace old files. Returns the scene. Throws Error (RuleRefused) or Cancelled without changing a file.
+/// they replace old files. Returns the scene file. Throws Error (RuleRefused) or Cancelled without changing a file.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

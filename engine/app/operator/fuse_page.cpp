@@ -17,7 +17,7 @@ using namespace widgets;
 namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
-constexpr double kZoom = 1.15;  // factor per wheel step
+constexpr double kZoom = 1.15;  // factor on the picture's scale per wheel step
 // Mouse motion in pixels. A longer one turns the surface, a shorter one picks a point.
 constexpr float kClick = 4;
 

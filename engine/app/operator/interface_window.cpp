@@ -45,7 +45,7 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// Sets a dark, neutral theme, so that the picture stands out. One accent colour marks what can be used.
+/// Sets a dark, neutral theme, so that the picture stands out. One accent colour marks usable elements.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();

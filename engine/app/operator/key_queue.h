@@ -18,7 +18,7 @@ class KeyQueue {
 
   void add(std::span<const Key> done);
   /// Returns the keys for this frame: each key at most once, with its Ctrl or Shift. After a key that may move the
-  /// focus, text, arrows, Enter and Esc wait until it has moved. An emergency stop comes first.
+  /// focus, text, arrows, Enter and Esc wait until the focus has moved. An emergency stop comes first.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

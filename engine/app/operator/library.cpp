@@ -42,7 +42,7 @@ std::string title_of(std::string name) {
   return name;
 }
 
-/// A scene in the list assets/curriculum.json.
+/// An exercise's scene in the list assets/curriculum.json.
 struct Listed {
   std::string scene;  // name of the scene's file without ".json"
   std::string group;  // heading over the scene in the list

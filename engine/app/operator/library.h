@@ -10,16 +10,16 @@
 
 namespace typodont {
 
-/// Exercises: the shipped ones in the order of assets/curriculum.json, then the user's own by name. Unreadable ones
-/// contain their error. Throws Error if assets/curriculum.json cannot be read.
+/// Exercises: the shipped ones in the order of assets/curriculum.json, then the user's own by name. An unreadable one
+/// contains its error message. Throws Error if assets/curriculum.json cannot be read.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
 
 /// A valid file or folder name from a text.
 std::string file_name_of(const std::string& text);
 
-/// Hands: connected devices, the mouse, and an entry for an address that the user types.
+/// Hands (input devices): connected devices, the mouse, and an entry for an address that the user types.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// Rigs: the operator's window, then rigs for screens and mirrors, both shipped and the user's own.
+/// Display rigs: the operator's window, then rigs for screens and mirrors, both shipped and the user's own.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
 /// Local date and time, for example "2026-11-21_12-30-05".

@@ -457,8 +457,8 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// The scene of a session or preparation. A recording contains its scene; the file name of a preparation states its
-  /// scene.
+  /// The scene of a recorded session or of a saved preparation. A recording contains its scene; the file name of a
+  /// preparation states the name of its scene.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)

@@ -28,7 +28,7 @@ class PlanDesk {
   void destroy();
   /// Frees the memory of the jaw.
   void close();
-  /// Jaw and scene; null until they are loaded.
+  /// Jaw and scene for the planning; null until they are loaded.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }
 
  private:

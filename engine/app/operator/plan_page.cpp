@@ -15,14 +15,14 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kWheel = 0.25e-3;       // m, motion along the axis per wheel step
-constexpr double kMaxTilt = 60;          // degrees, that the user can set
+constexpr double kWheel = 0.25e-3;       // m, motion of the implant along its axis per wheel step
+constexpr double kMaxTilt = 60;          // degrees, largest tilt of the implant that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
-// Index of the section across the axis, at the upper end.
+// Index of the section that is perpendicular to the implant's axis, near its upper end.
 constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
-/// Position in the picture as a fraction of its width and height, from the top left corner.
+/// Position of the point p_W in the section's picture, as a fraction of width and height, from the top left corner.
 glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   const dvec3 from = p_W - plane.center_W;
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
@@ -80,7 +80,7 @@ bool edit_point(const char* id, dvec3& p_W) {
   return true;
 }
 
-/// Number fields for the tilt towards x and towards y, degrees; 0: straight down.
+/// Draws number fields for the implant's tilt towards x and towards y, degrees; 0: straight down.
 bool edit_axis(dvec3& axis_W) {
   std::array<double, 2> tilt{std::atan2(axis_W.x, -axis_W.z) / kDegree, std::atan2(axis_W.y, -axis_W.z) / kDegree};
   ImGui::SetNextItemWidth(-1);

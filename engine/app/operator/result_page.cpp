@@ -51,7 +51,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       if (item.full > 0) {
         ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
-        // Marks a missed item with ✗, because colour-blind users may not see the colour.
+        // Marks a missed item of the score with ✗, because colour-blind users may not see the colour.
         const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
         ImGui::TextUnformatted(
             fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());

@@ -29,7 +29,7 @@ class ScanDesk {
   bool look();
   /// Redraws changed sections. Call before the page is drawn.
   void follow();
-  /// Makes an exercise from the region with the user's corrections, and selects it.
+  /// Makes an exercise from the selected region of the scan with the user's corrections, and selects the exercise.
   void import(Choices& choices);
   /// Frees the GPU memory of the pictures; the next follow() creates them again.
   void destroy();

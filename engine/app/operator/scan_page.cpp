@@ -15,8 +15,8 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kZoom = 1.15;  // factor on the width per wheel step
-// Distance from an edge within which the mouse drags this edge, in text heights.
+constexpr double kZoom = 1.15;  // factor on the width that a section shows, per wheel step
+// If the mouse is nearer to an edge of the region's box than this, it drags this edge; in text heights.
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
@@ -44,7 +44,7 @@ glm::dvec3 kind_color(haptics::LabelKind kind) {
   return {235, 235, 235};
 }
 
-/// One section as it lies on the screen.
+/// Position, size and plane of one section on the screen.
 struct View {
   const SectionPlane& plane;
   ImVec2 at;
@@ -61,7 +61,7 @@ struct View {
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };
 
-/// Paints along the path of the mouse.
+/// Paints labels along the path of the mouse.
 void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   haptics::LabelStroke stroke;
   stroke.kind = static_cast<haptics::LabelKind>(form.kind);

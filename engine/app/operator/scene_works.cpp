@@ -85,7 +85,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 
 NewTooth tooth_of(const ImportForm& form) {
   NewTooth tooth;
-  constexpr double kMouthOpen = 30e-3;  // m, opening of the mouth for several meshes
+  constexpr double kMouthOpen = 30e-3;  // m, distance by which the jaws are opened if several meshes are given
   const std::vector<fs::path> files = files_of(form.file.data());
   tooth.input = files[0];
   tooth.more.assign(files.begin() + 1, files.end());

@@ -70,7 +70,7 @@ SessionControls::SessionControls(OperatorState& s, InterfaceWindow& w, float wid
 
 float SessionControls::height() const {
   ImGui::PushFont(w_.style().small);
-  // Reserves space for all lines: the picture keeps its size.
+  // Reserves space for all lines of buttons, so that the picture keeps its size.
   const int lines = views_.lines(width_) + shown_.lines(width_);
   const float small = ImGui::GetFrameHeightWithSpacing();
   ImGui::PopFont();

@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // tissue to show or hide; used if `flag` is null
+    Tissue tissue = Tissue::kAir;  // tissue to show or hide; used only if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

@@ -43,8 +43,8 @@ class SessionDesk {
   Turn step();
   /// True after step() if nothing on the page moves except the clock.
   bool at_rest() const { return at_rest_; }
-  /// Moves the recording to its folder. `why`: reason of an abnormal end. Returns the data that a score needs if there
-  /// is no recording; otherwise null, also after authoring and failures.
+  /// Moves the recording to its folder. `why`: reason of an abnormal end. Returns the data for a score if there is no
+  /// recording. Returns null if there is a recording, and after authoring mode or a failure.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request. False: it concerns no running session.
@@ -81,7 +81,7 @@ class SessionDesk {
   Nanos score_time_ = 0, curve_time_ = 0;
   Nanos picture_time_ = 0;  // ns, time of the last new picture
   bool at_rest_ = false;
-  Pose rests_at_;  // pose of the tool at its last visible motion
+  Pose rests_at_;  // pose of the tool when it last moved visibly
 };
 
 }  // namespace typodont

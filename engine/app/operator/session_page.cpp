@@ -21,7 +21,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// Shows the current phase of an implant exercise: its problems, the depth of the tool, and the bone temperature.
+/// Shows the current phase of an implant exercise: the phase's problems, tool depth, and bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -92,7 +92,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // "…" after the score: latest cuts not yet evaluated.
+    // "…" after the score: the latest cuts are not yet included in the score.
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {

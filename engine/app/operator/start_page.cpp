@@ -127,7 +127,7 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
   };
   const auto about = [&](const std::string& name) {
     const std::string key = fmt::format("op.model.{}", name);
-    // models from other files than the program have no description
+    // contact models from files outside of the program have no description in the text catalogue
     return session::has_text(key) ? s.text(key) : "";
   };
   ImGui::SetNextItemWidth(-1);

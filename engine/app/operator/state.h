@@ -111,17 +111,17 @@ struct RigChoice {
   std::string title;
   bool embedded = false;  // true: drawn in the operator's window
 };
-/// A rule of the score that an instructor can select.
+/// A rule of the score, which an instructor can include in an exercise or leave out.
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // true: the target is the ideal shape's value, if there is one
+  bool from_ideal = true;  // true: the target is the value of the ideal shape, if there is an ideal shape
   float target = 0, tolerance = 1, weight = 10;
 };
 /// Source of the ideal shape (target shape) for a new exercise.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // true: not yet filled with the values of the session
+  bool fresh = true;  // true: the form is not yet filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // the steps of the exercise, one per line
@@ -202,7 +202,7 @@ constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
   int question = 0;                 // index of the question in kExperimentQuestions
   std::array<int, 2> models{0, 1};  // indices in OperatorState::models
-  // Largest number of trials for each question; for models, the exact number.
+  // Largest number of trials for each question; for the question "model", the exact number.
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus
 };
@@ -216,11 +216,11 @@ struct ExperimentFinding {
   std::string person;
   std::size_t question = 0;
   int trials = 0;
-  double right = 0;  // % of right answers; not for models
-  /// Just-noticeable difference, % or ms. For models: % of the trials in which `models[1]` was chosen.
+  double right = 0;  // %, fraction of right answers; not used for the question "model"
+  /// Just-noticeable difference, % or ms. For the question "model": % of the trials in which `models[1]` was chosen.
   FoundValue found;
-  std::array<std::string, 2> models;  // compared models; empty for other questions
-  /// For models: p-value of the subject's preference.
+  std::array<std::string, 2> models;  // names of the two compared contact models; empty for other questions
+  /// For the question "model": p-value of the subject's preference.
   double chance = 1;
 };
 struct DoctorFinding {
@@ -233,7 +233,7 @@ struct Outcome {
   std::filesystem::path recording, report;  // files of the session; empty: there is none
   session::Score score;
   bool scored = false;  // true: the score is final; before, no score is shown
-  // Picture of the final surface; with an ideal shape, it shows the difference. Empty if the surface is unknown.
+  // Picture of the final surface, coloured by the difference from an ideal shape, if any. Empty: surface unknown.
   render::Picture picture;
   bool compared = false;  // true: the picture shows the difference from the target shape
   std::string failure;
@@ -266,7 +266,7 @@ struct OperatorState {
   std::string real_time_refused;  // why the system refuses real-time scheduling; empty: it allows it
   /// The user accepts missing real-time scheduling although the device has motors.
   bool no_real_time = false;
-  /// Authoring mode: the user paints tissue and ideal. Not recorded.
+  /// Authoring mode: the user paints tissue and drills the ideal shape. The session is not recorded.
   bool author = false;
   std::vector<gpu::Image> pictures;
 

@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// Time of contact that completes "touch", ns.
+// Duration of contact that completes a step with the action "touch", ns.
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-// Length of the tool's path that completes "move", m.
+// Length of the tool's path that completes a step with the action "move", m.
 constexpr double kMoved = 10 * kMillimetre;
-// Longest plausible motion between two ticks, m.
+// Longest plausible motion of the tool between two ticks, m.
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace typodont {
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
-  /// Counts since the session's start.
+  /// Numbers of undos, redos and changes of the view since the session's start.
   int undone = 0, redone = 0, views = 0;
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise
@@ -27,7 +27,7 @@ class StepWatcher {
   /// Index of the first step that is not done; count() if all are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// True if an action, not a click, completes the step.
+  /// True if an action of the user, not a click, completes the current step.
   bool waits() const;
 
   /// Takes the state of the session. True: the actions since the current step began complete this step.

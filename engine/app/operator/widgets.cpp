@@ -23,7 +23,7 @@ void end_page() {
 }
 
 namespace {
-// In text heights: message line; lowest row with the buttons.
+// Heights of the message line and of the page's lowest row, which contains the buttons; in text heights.
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 

@@ -48,7 +48,7 @@ void one_line(const std::string& text, float room);
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
 /// Draws a square picture as a button for the mouse. `name`: key of its title; `picture`: null draws an empty square;
-/// `drawn`: number of times that it was drawn. `add(at)` handles the mouse and draws marks; `at`: upper left corner.
+/// `drawn`: number of times that the picture was drawn. `add(at)` handles mouse and marks; `at`: upper left corner.
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
                     std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
 
@@ -67,7 +67,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
                 bool main = false);
 /// True if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
-/// Handles the shortcuts of all pages except a running session.
+/// Handles the shortcuts that work on all pages, except during a session.
 void page_shortcuts(OperatorState& s);
 
 /// True if the key was pressed in this frame. A focused text field keeps keys for typing and editing.

@@ -59,7 +59,7 @@ class DebrisView {
   /// is about to be destroyed.
   void use(gpu::Device* device);
 
-  /// `area`: m², contact area; `duration`: s, time in which the cut was made.
+  /// Adds a cut, which makes chips. `area`: m², contact area; `duration`: s, time in which the cut was made.
   void add(const Cut& cut, const haptics::Tool& tool, double area, double duration);
   /// Replaces a loose piece of tissue by chips.
   void add(const LoosePiece& piece);

@@ -9,13 +9,13 @@ namespace typodont {
 /// Pixel size of an eye's picture on the screen, m.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// Tolerance of the mesh for pixels of size `pixel` (m), voxels. Limited, so that shapes remain.
+/// Tolerance of the mesh for pixels of size `pixel` (m), voxels. Limited, so that coarse pixels do not deform teeth.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
 /// Tolerance of the mesh for this rig's screen before the first picture, voxels.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
-/// Changes the tolerance in steps, so that small motions of the head change nothing. Render thread only.
+/// Changes the mesh's tolerance in steps, so that small motions of the user's head change nothing. Render thread only.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}

@@ -12,8 +12,8 @@ namespace {
 // Thickness of water at which its effect on the picture is 63 % (1 − 1/e) of the largest effect, m. Must equal the
 // value in film.glsl.
 constexpr double kWaterDepth = 80e-6;
-// Thickness of solid grains that hides 63 % (1 − 1/e) of the surface, m; for grains of 5 to 10 µm, each of which hides
-// its cross-section.
+// Thickness of a layer of solid grains that hides 63 % (1 − 1/e) of the surface, m; for grains of 5 to 10 µm, each of
+// which hides its cross-section.
 constexpr double kSolidsDepth = 4e-6;
 // A texel is drawn again if one of its values (0 to 255) has changed by at least this. A smaller change is not visible.
 constexpr int kVisible = 10;

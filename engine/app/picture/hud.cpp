@@ -37,7 +37,7 @@ std::string tool_title(const haptics::Tool& tool, session::Language language) {
 
 std::string tool_line(const World& world, session::Language language) {
   const std::string title = tool_title(world.tool(), language);
-  const double slower = std::round(100 * (1 - 1 / (1 + world.readout().wear)));  // %
+  const double slower = std::round(100 * (1 - 1 / (1 + world.readout().wear)));  // %, loss of removal rate by wear
   return slower > 0 ? hud_text(language, "worn", title, slower) : title;
 }
 

@@ -34,7 +34,7 @@ class LabelBlocks {
   using Tissues = std::uint16_t;
   static_assert(kTissueCount <= 16);
   static constexpr Tissues set_of(Tissue tissue) { return static_cast<Tissues>(1u << static_cast<int>(tissue)); }
-  /// True if the current blocks contain one tissue besides air.
+  /// True if the current blocks contain only one tissue besides air.
   bool one_tissue() const { return std::has_single_bit(all_ & ~unsigned{set_of(Tissue::kAir)}); }
   /// True if there may be other tissues than `expected` in or near the box (coordinates of at()). False: certainly
   /// none.

@@ -21,7 +21,7 @@ constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 constexpr Nanos kBodiesInterval = 120'000'000;
 // Niceness (scheduling priority) of the computing thread. Servo and picture have a higher priority.
 constexpr int kNice = 5;
-// Maximum distance of computed differences from the ideal shape, m.
+// Largest distance between tissue and ideal shape that the difference view computes, m.
 constexpr double kDifferenceReach = 3e-3;
 // Largest number of servo ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are
 // lost.

@@ -89,7 +89,7 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    /// The Look requested from the computing thread.
+    /// The Look that the render thread requested from the computing thread.
     Wish wish;
     bool made = true;                    // true: the computing thread has answered the request `wish`
     int stages = 0;                      // number of PictureStage objects that have drawn the picture

@@ -38,10 +38,10 @@ Viewpoint clamped(const Viewpoint& from);
 /// Makes a display rig whose picture has this size (pixels) and this viewpoint. It shows the region around `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
-/// Converts the eye position of a display rig's user to a viewpoint, within its limits.
+/// Converts the eye position of a display rig's user to a viewpoint, limited as by clamped().
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// A vertical section plane through a point that faces the viewer at p_WE. The tissue behind it is kept.
+/// A vertical section plane through the point `through_W`. It faces the viewer at p_WE; the tissue behind it is kept.
 glm::dvec4 section_facing(const dvec3& through_W, const dvec3& p_WE);
 
 /// Returns the section plane that `look` states (xyz: unit normal, w: offset in m). The viewer is at p_WE; the tissue

@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Applies "magnify" of the rig file: towards the rig's point, or the middle of the tissue's top. Logs the effect on
-/// co-location. Not for headsets, which magnify themselves.
+/// Applies "magnify" of the rig file: enlarges about the rig's point or the middle of the tissue's top. Logs how that
+/// affects the co-location of tool and hand. Not for headsets, which magnify themselves.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

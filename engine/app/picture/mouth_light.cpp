@@ -13,7 +13,7 @@ namespace typodont {
 namespace {
 
 constexpr double kSpacing = 1.25e-3;  // m, grid spacing of the light between bodies
-constexpr int kRefreshed = 40;        // cells inside tissue whose light is refreshed per frame
+constexpr int kRefreshed = 40;        // number of cells inside tissue whose light is computed again per frame
 constexpr int kNice = 5;              // niceness of the worker thread, so that pictures come first
 
 /// True if the lights have the same strength, and the same directions within 0.5°.

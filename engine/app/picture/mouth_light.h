@@ -32,7 +32,7 @@ class MouthLight {
   MouthLight(const MouthLight&) = delete;
   MouthLight& operator=(const MouthLight&) = delete;
 
-  /// Passes the tooth's changed mesh bricks. `origin`: m, frame W.
+  /// Passes the working tooth's changed mesh bricks. `origin`: origin of their vertices, m, frame W.
   void put(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
   /// Call before each frame. Follows the lamps and cuts of the working tooth. For the light between bodies, the tooth
   /// keeps its shape at the first call.

@@ -8,7 +8,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // width of the picture, in widths of the packing
+constexpr double kMargin = 1.05;  // width of the picture, in widths of the sphere packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
 constexpr double kAmbient = 0.25;  // fraction of the colour that is visible in shadow
 

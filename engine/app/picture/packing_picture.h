@@ -1,4 +1,4 @@
-// Draws a packing from outside and in section, so that a person can check it. Not for the servo thread.
+// Draws a sphere packing from outside and in section, so that a person can check it. Not for the servo thread.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"

@@ -92,7 +92,7 @@ class PictureStage {
     bool hud = true;
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    bool chips_on_gpu = true;                                  // false: another picture of this device moves the chips
+    bool chips_on_gpu = true;                                  // false: another picture of this GPU moves the chips
     /// True: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there.
     bool cursor = false;
     MouthLight::When light = MouthLight::When::kAtOnce;
@@ -111,7 +111,7 @@ class PictureStage {
 
   /// Adds the static surroundings. Call before the first bricks, so that mesh bricks behind the gum are not drawn.
   void surround(const Surroundings& around);
-  /// Sets spheres for the next frames, e.g. those of a packing.
+  /// Sets the spheres that the next frames show, e.g. those of a sphere packing.
   void show_spheres(std::span<const render::Particle> spheres) { spheres_ = spheres; }
   /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. show_inside() sets
   /// the other bodies of a view (engine/app/picture/teaching_views.h).

@@ -34,9 +34,9 @@ class QualityLadder {
   /// Takes a frame's drawing time, s. True: the level changed.
   bool frame_took(double seconds) {
     if (fixed_) return false;
-    // Ignores a level's first frames, because they create pipelines.
+    // Ignores the first frames of a new quality level, because they create pipelines and are slow.
     if (fresh_ > 0) return --fresh_, false;
-    // A frame's time is limited, so that one late frame does not lower the quality.
+    // Limits the time that a frame contributes to the mean, so that one late frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;

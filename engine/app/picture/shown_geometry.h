@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// Number of the tool's body; other bodies have their render::MeshId.
+/// Number that stands for the tool in the field "body" of the file; other bodies have their render::MeshId.
 inline constexpr std::uint8_t kToolBody = 255;
 
 class ShownGeometry {
@@ -34,7 +34,7 @@ class ShownGeometry {
     float fraction = 0;
     float cut = 0;       // cut fraction of the surrounding surface, 0 to 1
     float depth = 0;     // mm, depth of tissue `under` below the surface; 0: none
-    glm::vec3 color{0};  // linear RGB of the surface's tissue, over the lower tissue
+    glm::vec3 color{0};  // linear RGB of the surface, mixed with the tissue `under` that shines through
   };
   void add_triangles(std::span<const std::uint32_t> indices, std::size_t first);
 

@@ -17,7 +17,7 @@ namespace typodont {
 /// Draws the soft gum in one picture. Render thread only.
 class SoftGumView {
  public:
-  /// A mesh brick of the gum in its current shape, of the fine or the coarse mesh of a body.
+  /// A mesh brick of the gum in its current shape, from the fine or the coarse mesh of the surroundings.
   struct Brick {
     render::MeshId mesh = 0;
     bool coarse = false;

@@ -1,5 +1,5 @@
-// Tells which samples are in tissue. Blocks of 8³ samples are read once, when they are needed. Only for the thread that
-// owns the tissue.
+// Tells which samples of a volume are in tissue. Reads blocks of 8³ samples once, when they are needed. Only for the
+// thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ class SolidBlocks {
 
  private:
   // The low bits of a block's index select its place in `recent_`. A brick's samples are in at most 8³ blocks, so each
-  // has its own place. The next bits tell which block is there; no axis has more than 2^13.
+  // has its own place. The next bits tell which block is there; no axis has more than 2^13 blocks.
   static constexpr int kLowBits = 3, kLow = (1 << kLowBits) - 1, kHighBits = 10;
   static FourInts high_bits(const FourInts& key) { return key >> kLowBits & ((1 << kHighBits) - 1); }
   struct Recent {

@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-// Maximum distance of computed differences from the ideal shape, m.
+// Largest distance between tissue and ideal shape that the difference view computes, m.
 constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace

@@ -35,7 +35,7 @@ std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, st
 /// still be removed), negative inside (too much was removed). `origin`: origin of the positions in `updates`, m, frame
 /// W.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// Takes the ideal shape's distance field, which must contain distances up to the largest shown difference.
+/// Like mark_difference() above. `ideal`: distance field with distances up to the largest shown difference.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

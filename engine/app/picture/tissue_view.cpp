@@ -168,7 +168,7 @@ float TissueView::nearness_of_caries(const haptics::TissueVolume& volume, const 
   if (!labels_.may_contain(middle - all, middle + all, Tissue::kCaries)) return 0;
   static const auto directions = render::sphere_directions<40>();
   constexpr float kBelow = 1.5f, kStep = 1;  // voxels: depth below the surface; distance between test points
-  // Starts below the surface, so that paths parallel to it stay in the tissue.
+  // The test path starts below the surface, so that a path parallel to the surface stays in the tissue.
   const glm::vec3 from = start + kBelow * inward;
   float nearest = reach;
   for (const glm::vec3& d : directions)

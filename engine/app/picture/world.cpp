@@ -53,7 +53,7 @@ void World::restart(bool debris) {
   start();
 }
 
-/// Advances everything that moves by itself to the time t.
+/// Advances chips, water, blood, fog and displayed numbers to the time t.
 void World::reach(Nanos t) {
   if (!started_) return;
   for (; next_ < t; next_ += kStep) step(next_);

@@ -21,15 +21,15 @@ namespace {
 
 constexpr double kNearTooth = 10e-3;    // m, teeth farther from the implant than this are ignored
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
-// Distance between the points at which teeth are searched, m.
+// Distance between the points at which labels of teeth are searched around an implant, m.
 constexpr double kToothStep = 0.25e-3;
-// Points of a canal farther from the implant than this are ignored, m.
+// Points of a nerve canal farther from the implant than this are ignored, m.
 constexpr double kCanalReach = 25e-3;
-// Distance between tried positions of the implant, m.
+// Distance between neighbouring positions of the implant that the proposal tries, m.
 constexpr double kGrid = 1e-3;
-constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the ridge's top
-constexpr double kRidge = 10e-3;        // m, radius of the region that determines the arch's direction
-constexpr double kOutline = 0.8;        // pixels, half the width of outlines
+constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed implant's upper end below the ridge's top
+constexpr double kRidge = 10e-3;        // m, radius of the region of bone from which the arch's direction is computed
+constexpr double kOutline = 0.8;        // pixels, half the width of the outlines in a section's picture
 
 /// Distance between canal and implant, m.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
@@ -186,7 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // More surface in bone is better. Between positions with equal surface, distances to canal and teeth decide.
+      // A position with more surface in bone is better. If surfaces are equal, distances to canal and teeth decide.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =
@@ -210,7 +210,7 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  // Angle from u to the bone section's longest axis, rad.
+  // Angle from the vector u to the longest axis of the bone's cross-section, rad.
   const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;

@@ -79,8 +79,8 @@ class ImplantPlanner {
   /// The nearest canal if it is closer than 25 mm to the implant; otherwise empty.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
-  /// The scene's plan; if it has none, a proposal: the vertical implant with the
-  /// most surface in bone, and among equal ones the farthest from canals and teeth.
+  /// The scene's plan; if it has none, a proposal: the vertical implant with the most
+  /// surface in bone; of implants with equal surface, the one farthest from canals and teeth.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 

@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-/// One scan. Its distance field is computed only with a bite scan.
+/// One scan. Its distance field is computed only if there is a bite scan.
 struct Jaw {
   std::string name;
   haptics::IntraoralScan scan;
@@ -35,8 +35,8 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
 /// Registers the bite scan to the jaws, in two rounds. Each point of the bite scan is compared with the nearest jaw.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                 // m, distance between the points of the bite scan
-  constexpr double kMinPoints = 2000, kMaxPoints = 40'000;  // numbers of points
-  // Distance from a jaw up to which points are used in each round, m.
+  constexpr double kMinPoints = 2000, kMaxPoints = 40'000;  // smallest and largest number of the bite scan's points
+  // In each of the two rounds: largest distance from a jaw at which a point of the bite scan is used, m.
   constexpr double kReach[] = {2.5e-3, 1e-3};
   // Fraction of the points near a jaw that must agree with it; some points belong to the other jaw's teeth.
   constexpr double kMinAgreement = 0.6;
@@ -58,7 +58,7 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
     for (std::size_t k = 0; k < jaws.size(); ++k) {
       Jaw& jaw = jaws[k];
       const std::string place = fmt::format("{} on {}", file.filename().string(), jaw.name);
-      constexpr std::size_t kEnough = 500;  // with fewer points near a jaw, the registration is refused
+      constexpr std::size_t kEnough = 500;  // if fewer points are near a jaw, the registration is refused
       if (of_jaw[k].size() < kEnough) {
         throw Error(
             place, "",
@@ -99,7 +99,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    // Voxel size and largest distance of the field, m.
+    // Voxel size and largest stored distance of the distance field of a scan, m.
     constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {

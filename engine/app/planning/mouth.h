@@ -40,7 +40,7 @@ struct ImportedMouth {
   dvec3 top{0};  // m, frame W, highest point along `up`
 };
 
-/// Makes one volume of the files. Their coordinate frames must be the same, or with a bite scan agree within
+/// Makes one volume of the scans. Their coordinate frames must be the same, or with a bite scan agree within
 /// about 2 mm; doubtful registrations are refused. A bite scan or an opened mouth needs the preset kArch.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 

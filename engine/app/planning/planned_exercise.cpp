@@ -68,7 +68,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
         const dvec3 place = dvec3(p) / static_cast<double>(n);
         const glm::ivec3 near(glm::round(place));
         const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
-        // The tissue ends two voxels inside the box, so that its surface is closed.
+        // The copied tissue ends two voxels inside the box, so that its surface is closed.
         const glm::ivec3 in = glm::min(p, site.size - 1 - p);
         const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
         const std::size_t i = site.at(p.x, p.y, p.z);
@@ -81,7 +81,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   return haptics::TissueVolume(site);
 }
 
-/// Replaces the target values of exercise.json by this implant's.
+/// Replaces the target values of exercise.json by those of this implant.
 Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   Text made = Text::array();
   for (Text& rule : rules) {

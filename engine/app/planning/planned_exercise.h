@@ -1,4 +1,4 @@
-// Writes a plan as an exercise: scene, tissue, instruments, steps.
+// Writes an implant plan as an exercise: scene, tissue, instruments, steps.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ struct PlannedExercise {
 };
 
 /// Writes the exercise, checked as by a session. A volume is copied up to 15 mm from the implant,
-/// with voxels of at most 0.15 mm, to a .vdb beside the scene; the platform is moved to the place
+/// with voxels of at most 0.15 mm, to a .vdb beside the scene; the implant's top is moved to the place
 /// that the rigs show. `over`: which files may be replaced (never the planner's volume).
 /// Throws Error, also if the implant leaves the bone, or Cancelled; then nothing has changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,

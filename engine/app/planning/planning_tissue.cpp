@@ -16,7 +16,7 @@ namespace {
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
 constexpr double kShortestCanal = 8e-3;  // m; a shorter piece of nerve tissue is no canal
 constexpr double kSection = 2e-3;        // m, length of a section of a canal
-// Fraction of the median number of voxels in a section; smaller sections are not used.
+// Smallest number of voxels in a used section of a canal, as a fraction of the median of all sections.
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x copied at a time
 
@@ -126,7 +126,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        // Measures the path lengths again from one end of the piece, so that they increase to its other end.
+        // Measures the path lengths again from one end of the nerve tissue, so that they increase to its other end.
         piece = distances_within_piece(piece.back().first);
         // Steps across voxel faces give a length that is up to √3 too large, so the length is measured along the
         // centres of sections.
@@ -141,7 +141,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // The oblique sections at the ends contain fewer voxels.
+        // The end sections of the canal are oblique, so they contain fewer voxels.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];

@@ -16,7 +16,7 @@ namespace typodont {
 /// All positions in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies labels and hardness; above kMaxSamples voxels, only every n-th.
+  /// Copies labels and hardness; of a volume with more than kMaxSamples voxels, only every n-th along each axis.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMaxSamples = 1e8;

@@ -11,14 +11,14 @@ namespace typodont {
 namespace {
 
 constexpr double kMinRegion = 3e-3;  // m, smallest width of the imported region per axis
-// The widest view is this factor wider than the scan, so that a margin remains.
+// The widest view is wider than the scan by this factor, so that a margin remains.
 constexpr double kMargin = 1.06;
 constexpr double kMinWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples for a preview in about a second.
 constexpr double kCoarseSamples = 4e5;
-// Band of stored distances, voxels; a preview needs only labels.
+// Largest stored distance in a preview, voxels. It can be small, because a preview needs only labels.
 constexpr double kCoarseBand = 2;
-constexpr double kTooth = 30e-3;                // m; longer than a single tooth
+constexpr double kTooth = 30e-3;                // m; a region longer than this contains more than a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
@@ -252,7 +252,7 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  // Weight of the label's colour; brightness outside of the region.
+  // Weight of a label's colour in the picture; factor on the brightness outside of the region.
   constexpr double kTint = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();

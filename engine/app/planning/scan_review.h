@@ -20,7 +20,7 @@ namespace typodont {
 inline constexpr std::size_t kScanSections = 3;
 using ScanPlanes = std::array<SectionPlane, kScanSections>;
 
-/// Detail of the computed labels: none, fewer samples, all voxels.
+/// Detail of the computed labels: none, labels of only some voxels, labels of all voxels.
 enum class LabelDetail { kNone, kCoarse, kFull };
 
 /// A request for tissue labels, computed with ScanVolume::import().
@@ -57,7 +57,7 @@ class ScanReview {
   /// Faces of the region closer than `reach` (m) to p_F in this section. For each axis: −1 lower, +1 upper, 0 none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
-  /// While the user drags a face, requests only coarse labels.
+  /// While the user drags a face of the region, requests only coarse labels.
   void set_dragging(bool dragging);
 
   // Functions for the tissue labels of the region.

@@ -29,7 +29,7 @@ void SurfacePicture::look_like(const SurfacePicture& other) {
 }
 
 void SurfacePicture::turn(const dvec2& by) {
-  constexpr double kTurn = 3.5;  // rad, rotation for a drag across the whole picture
+  constexpr double kTurn = 3.5;  // rad, rotation of the surface by a drag across the whole picture
   const dquat R = glm::angleAxis(-kTurn * by.x, up_) * glm::angleAxis(-kTurn * by.y, right_);
   look_along(glm::normalize(R * look_), R * up_);
 }

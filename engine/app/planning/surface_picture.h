@@ -26,7 +26,7 @@ class SurfacePicture {
   void look_along(const dvec3& look, const dvec3& up);
   /// Takes over the direction of view of `other`.
   void look_like(const SurfacePicture& other);
-  /// Turns the surface. `by`: drag, in fractions of the picture.
+  /// Turns the surface. `by`: motion of the mouse, as a fraction of the picture's side.
   void turn(const dvec2& by);
   void zoom(double factor);  // zooms; with a factor above 1, the surface appears larger
 
@@ -34,7 +34,7 @@ class SurfacePicture {
   render::Picture draw(int pixels);
   /// Point of the surface at `place` in the latest picture, if any.
   std::optional<dvec3> at(const dvec2& place) const;
-  /// Place of point p in the current view.
+  /// Place of the point p in the current view, as a fraction of width and height.
   dvec2 place_of(const dvec3& p) const;
 
   /// Adds a mesh in the same frame.

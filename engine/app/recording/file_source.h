@@ -19,7 +19,7 @@ class FileSource {
   /// Session and scene must outlive this object.
   FileSource(const session::SessionReader& session, const Scene& scene);
 
-  /// Writes the next events up to the time t, at most those of one second, so that no reader is overtaken. Returns
+  /// Writes the next events up to the time t, at most one second of them, so that no reader misses events. Returns
   /// false if there are none. Use: while (source.advance(t)) reader.read();
   bool advance(Nanos t);
   /// Starts again: the next advance() begins with the first tick.
@@ -42,7 +42,7 @@ class FileSource {
   std::optional<GumWriter> gum_writer_;
   std::vector<LoosePiece> pieces_;
   const session::StreamData *water_ = nullptr, *left_hand_ = nullptr;
-  // Indices of the next events.
+  // Indices of the next events in the file.
   std::uint64_t tick_ = 0;
   std::size_t cut_ = 0, piece_ = 0, switch_ = 0, left_ = 0;
   std::vector<ServoTick> block_;  // ticks of the file, beginning with index block_first_

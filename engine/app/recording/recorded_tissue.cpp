@@ -43,7 +43,7 @@ void RecordedTissue::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // Recordings with gaps lack cuts; the carver expects consecutive numbers.
+      // In a recording with gaps, cuts are missing. The carver expects consecutive numbers, so cuts are numbered again.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -80,7 +80,7 @@ void RecordedTissue::go_back(Nanos t) {
 std::vector<const Cut*> RecordedTissue::cuts() const {
   // Strokes in the tissue and undone ones: indices in done_. A stroke that changed nothing is in neither count.
   std::vector<std::size_t> kept, undone;
-  std::size_t earlier = 0;  // strokes before this session
+  std::size_t earlier = 0;  // number of strokes made before this session
   for (std::size_t i = 0; i < done_.size(); ++i) {
     const Done& done = done_[i];
     // number of strokes before this change

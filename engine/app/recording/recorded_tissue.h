@@ -34,7 +34,7 @@ class RecordedTissue {
     const Cut* cut = nullptr;  // the cut; null for an undo or redo
     bool redo = false;
   };
-  /// An applied change, with what is needed to revert it.
+  /// An applied change of the tissue, with what is needed to revert it.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change

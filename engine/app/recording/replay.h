@@ -1,4 +1,4 @@
-// Replays a session from its recorded hand motion. The result has the same bits, because the servo begins to use each
+// Replays a session from its recorded hand motion. The result is bit-identical, because the servo begins to use each
 // new copy of the tissue at the recorded tick. A session of another force law is run with the current law.
 #pragma once
 
@@ -45,8 +45,8 @@ struct ReplayResult {
 /// True if the session used a force law other than the current one.
 bool has_other_law(const session::SessionReader& session);
 
-/// Replays a session and compares it with its recording. A session with another force law is run again with today's
-/// law; `what_differs` then states the difference. Throws Error if its tissue is missing or has changed.
+/// Replays a session and compares it with its recording. A session with another force law is run again with the current
+/// law; `what_differs` then states the difference. Throws Error if the session's tissue is missing or has changed.
 ReplayResult replay_session(const session::SessionReader& session, const std::function<void(double)>& progress = {});
 
 /// The session's scene with changes. The keys of the JSON object `overrides` replace keys of the scene; a null value

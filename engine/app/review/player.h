@@ -50,7 +50,7 @@ class SessionPlayer {
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
   std::set<std::uint64_t> shown_;  // the mesh bricks that take_surface() returned with triangles
-  int meshed_ = 0;                 // the tissue's restarts before the last take_surface()
+  int meshed_ = 0;                 // number of restarts of the tissue before the last take_surface()
 };
 
 /// State of the playback: position, speed, loop. It does not read a clock.

@@ -17,7 +17,7 @@ class Progress;
 /// tissue is not available, the report contains only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// Replays a session, and compares with its recording. Throws Error.
+/// Replays a session, and compares the result with its recording. Throws Error.
 session::Verification verify(const session::SessionReader& session);
 
 /// Computes the final surface and its distance from the target shape, for a session without a recording. Throws Error

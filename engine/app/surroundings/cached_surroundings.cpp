@@ -21,7 +21,7 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// Names all members, so that a new member cannot be missing in the key.
+// Names all members of the plan, so that a new member cannot be missing in the key of the cached meshes.
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
@@ -70,7 +70,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   return key.key();
 }
 
-/// Calls `part` for each number and list, in the file's order.
+/// Calls `part` for each number and each array of the bricks, in the order of the cached file.
 template <class Bricks, class Part>
 bool each_brick(Bricks& bricks, Part&& part) {
   return part.list(bricks, [&](auto& brick) {

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kOverGum = 0.25e-3;  // m, height of the dam's sheet above the gum's edge
 constexpr double kSheet = 0.7e-3;     // m, thickness of the rubber dam's sheet over the teeth
-constexpr double kTension = 6e-3;     // m; the sheet does not follow narrower hollows
-// Distance from the teeth's curve to the edge of the sheet, inside the cheek, m.
+constexpr double kTension = 6e-3;     // m; the sheet does not follow hollows narrower than this
+// Distance from the curve through the teeth to the edge of the sheet, inside the cheek, m.
 constexpr double kSheetTo = 13.5e-3;
 // Height by which the frame pulls the sheet up, m.
 constexpr double kLift = 3.2e-3;

@@ -8,7 +8,7 @@
 namespace typodont {
 
 /// Signed distance to the sheet, including everything below it, m. `teeth`, `own`: distances to all teeth and to the
-/// working tooth, m; `gap`: distance between hole and tooth, m.
+/// working tooth, m; `gap`: distance between the edge of the hole and the tooth, m.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
 /// The clamp: two jaws at the tooth's neck, and a bow behind it. Frame of the row of teeth, m.

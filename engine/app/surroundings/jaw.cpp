@@ -14,7 +14,7 @@ constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla, the gum betw
 // Distances along the arch from the working tooth, m. Up to the first
 // distance, the gum's edge is tilted; from the second on, it is level.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// Distances from the teeth's curve, m. The gum's edge follows the teeth up to kEdgeTo, and is level from kEvenFrom on.
+// Distances from the arch's curve, m: the gum's edge follows the teeth up to kEdgeTo, and is level from kEvenFrom on.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without teeth
@@ -24,7 +24,7 @@ constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, 
                  kSwellDepth = 4e-3;
 // m: depths of the folds beside the ridge, radius of the folds, half the width of a jaw without cheek and tongue.
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
-constexpr double kBack = 25e-3;  // m, distance to the back of the mouth
+constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
 // m: width of the attached gum; half the width of the transition from this gum to the mucosa.
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
 // The tongue, m: distance from the teeth, depth of its edge below the chewing plane, height of its dome, edge radius.

@@ -13,7 +13,7 @@ class Jaw {
   struct Place {
     /// Positions along the arch, and beside it (positive towards the cheek), m.
     double along, beside;
-    double depth;       // m, depth below the gum's edge, without papillae
+    double depth;       // m, depth below the gum's edge; papillae do not count
     double half_width;  // m, half the width of the teeth at the gum
     double x, z;        // m, frame of the row of teeth: x to the front, z from root to crown
   };
@@ -24,7 +24,7 @@ class Jaw {
   Place place(const dvec3& p_W) const;
   /// Height of the papilla above the gum's edge, m.
   double papilla(const Place& p) const;
-  /// Fraction of movable mucosa, 0 to 1: 1 below the mucogingival line, small at the gum's edge.
+  /// Fraction of movable mucosa at a point of the gum, 0 to 1: 1 below the mucogingival line, small at the gum's edge.
   double mucosa(const Place& p) const;
 
   /// Signed distances to the bodies of the mouth, m, negative inside. ridge() does not include the gum directly around
@@ -44,12 +44,12 @@ class Jaw {
   double occlusal() const { return occlusal_; }
   double depth() const { return depth_; }  // m, thickness of the jaw below the gum's edge
 
-  /// Distance from the teeth's curve towards the cheek, m. Behind the last tooth: from the end of the row.
+  /// Distance from the curve through the teeth towards the cheek, m. Behind the last tooth: from the curve's end.
   double from_curve(const Place& p) const;
 
  private:
   struct Knot {
-    double along, edge, half_width;  // m: position along the arch; height of the gum's edge there; half width
+    double along, edge, half_width;  // m: position along the arch; height of the gum's edge; half the tooth's width
   };
   const SurroundingsPlan& plan_;
   dvec3 across_;

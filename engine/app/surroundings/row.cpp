@@ -29,7 +29,7 @@ ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)
 
 ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   Place best;
-  // Distance to the nearest segment so far: its square, m²; itself, m.
+  // Distance to the nearest segment of the curve so far: its square, m²; the distance itself, m.
   double nearest = 1e9, reach = 1e9;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     const glm::dvec2 r = p - points_[i];

@@ -17,19 +17,19 @@ namespace typodont {
 
 namespace {
 
-// Voxel sizes for meshing, m. Names with "Far": for bodies farther than kNear from the working tooth.
+// Voxel sizes for meshing, m. A name with "Far" is for bodies farther than kNear from the working tooth.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// Largest distances of fine and coarse mesh from the surface, voxels.
+// Largest distances of the triangles from the true surface, for the fine and the coarse mesh, voxels.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 // The cheek is fine in both meshes: long triangles with a vertex behind the gum would darken it.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// Depth of the coarse mesh below an overlapping fine one, m.
+// Depth of the coarse mesh below the surface where a fine mesh overlaps it, m.
 constexpr double kCoarseBelow = 0.5e-3;
-// Width of the overlap of fine and coarse mesh, m.
+// Width of the strip in which fine and coarse mesh overlap, m.
 constexpr double kOverlap = 1.2e-3;
-// Surface error from which the coarse mesh is used, m.
+// If the picture allows larger surface errors than this, m, the coarse mesh is drawn.
 constexpr double kCoarseFrom = 45e-6;
 // Roots are drawn to this depth below the gum's edge, m.
 constexpr double kRootShown = 2.5e-3;
@@ -42,11 +42,11 @@ constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
 constexpr double kReach = 3e-3;  // m, distance from a tooth up to which the computed distance is exact
 // Depth to which the gum extends into the tooth, so that there is no gap, m.
 constexpr double kGumInside = 0.4e-3;
-// Depth below the gum's edge that hides roots, m.
+// Roots deeper than this below the gum's edge are hidden by the gum, m.
 constexpr double kCoveredBelow = 0.6e-3;
 // Width of the blend between the gum around a tooth and the ridge, m.
 constexpr double kCollarBlend = 1.0e-3;
-constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth up to which it has a collar of gum
+constexpr double kCollarFrom = 4e-3;  // m, the gum forms a collar up to this distance from a tooth
 // Cell sizes of section faces, m.
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
 // Overlap of the gum's section face over the teeth's section faces, m.
@@ -178,12 +178,12 @@ struct SurroundingsShape::Impl {
       }
     return half;
   }
-  /// Height of the chewing surface along the crown's axis, m.
+  /// Height of the tooth's chewing surface along the crown's axis, m.
   double occlusal() const {
     const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
     return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  /// Depth of the roots below the gum's edge, m.
+  /// Depth of the tooth's roots below the gum's edge, m.
   double roots() const {
     double depth = 0;
     Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
@@ -192,7 +192,7 @@ struct SurroundingsShape::Impl {
     });
     return depth;
   }
-  /// Depth of p below the plane of the gum's edge, along the crown's axis, m.
+  /// Depth of the point p below the plane of the gum's edge, along the crown's axis, m.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
@@ -222,7 +222,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// Distance to a neighbour including its root, m.
+  /// Distance from the point p to a neighbouring tooth including its root, m.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -365,7 +365,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Gives all vertices the material `matter`. The tissue `under` shines through by the fraction beneath(p).
+/// Gives all vertices the material `matter`. The tissue `under` shines through by the fraction (0 to 1) beneath(p).
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)

@@ -55,7 +55,7 @@ struct Surroundings {
   std::vector<SurroundingMesh> meshes;
   /// The uncut tooth is hidden by the gum where dot(covered, (p_W, 1)) < 0. Zero: nothing is hidden.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m, surface error from which the coarse mesh is used
+  double coarse_from = 0;  // m; if a picture allows larger surface errors, the coarse mesh is used
   /// Box in which light between bodies is computed (render::LightScene); empty: there is no mouth.
   std::optional<render::BoxInWorld> lit;
 };

@@ -11,7 +11,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTip = 0.45e-3;  // m, radius of a hill's tip
+constexpr double kTip = 0.45e-3;  // m, radius of the tip of a hill (cusp)
 // Factor that keeps the computed distance to the tooth's side below the true distance.
 constexpr double kSideSlope = 0.9;
 // Factor that keeps the computed distance to the tooth's top below the true distance.
@@ -22,7 +22,7 @@ constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kThinnest = 0.1e-3;   // m; a thin edge is never narrower than this
+constexpr double kThinnest = 0.1e-3;   // m, smallest width of the tooth at any height
 constexpr double kRootEnd = 0.35;      // root end's width, as a fraction of the neck's
 
 /// Half the width of the tooth at height z, m.
@@ -36,8 +36,8 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * std::max(widest - (widest - table) * t * t, kThinnest);
 }
 
-/// Height of the fine ridges on a hill, m; zero at its tip and in grooves. `from_tip`: position relative to the tip, m.
-/// `over`: height above the second highest hill, m.
+/// Height of the fine ridges on a hill (cusp), m; zero at its tip and in grooves. `from_tip`: position relative to the
+/// tip, m. `over`: height above the second highest hill, m.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
   // cos(4 φ), with c = cos² φ.
@@ -63,7 +63,7 @@ double ToothForm::distance(const dvec3& p) const {
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // Highest hill at (x, y). Grooves are where two hills meet.
+  // Heights of the highest and second highest hill (cusp) at (x, y). A groove is where two hills meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

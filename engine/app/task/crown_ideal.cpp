@@ -62,7 +62,7 @@ class Outline {
   std::function<double(const glm::dvec2&)> inside_;
 };
 
-/// Unit vectors u, v, w as matrix columns; w is `axis`.
+/// Returns perpendicular unit vectors u, v, w as the columns of a matrix; w is `axis`.
 glm::dmat3 basis(const dvec3& axis) {
   const dvec3 least = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 v = glm::normalize(glm::cross(axis, least));

@@ -10,11 +10,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;  // m, size of the cells that measure the damaged volume
+constexpr double kCell = 0.1e-3;  // m, size of the cells in which the damaged volume is measured
 constexpr double kVolume = kCell * kCell * kCell;
-// Motion of the head between two evaluations, m.
+// Motion of the tool's head between two evaluations of the damage, m.
 constexpr double kMoved = 0.01e-3;
-// Less deep cuts do not count as damage, m.
+// Cuts of a neighbour or the gum that are less deep than this do not count as damage, m.
 constexpr double kTolerance = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {

@@ -26,7 +26,7 @@ class DamageMeter {
  private:
   struct Head {
     bool turns = false;
-    double reach = 0;  // m, from the head's centre to its farthest point
+    double reach = 0;  // m, distance from the head's centre to its farthest point
     haptics::HeadField field;
   };
   void sweep(const ServoTick& tick, const Head& head);
@@ -37,7 +37,7 @@ class DamageMeter {
   std::optional<Pose> last_;                           // pose of the head at the last evaluation
   std::uint32_t last_tool_ = 0;
   std::vector<session::DamageMeasures::Touch> touches_;
-  Nanos touched_[2] = {};     // ns, last touch of neighbour and gum
+  Nanos touched_[2] = {};     // ns, times of the last touches of neighbours and gum
   std::size_t open_[2] = {};  // index of the current touch in touches_ plus 1; 0: no touch
   double most_[2] = {};       // m³, largest volume damaged in one tick of the current touch
 };

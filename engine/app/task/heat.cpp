@@ -15,7 +15,7 @@ using namespace literals;
 
 constexpr double kStep = 0.02;    // s, time step of the heat conduction
 constexpr double kCell = 0.4_mm;  // approximate edge of a cell
-// Distance from the cut at which bone's temperature is measured.
+// Distance from the cut surface at which the temperature of bone is measured.
 constexpr double kFromWall = 0.5_mm;
 constexpr double kLongestTick = 0.1;  // s, longer times between two ticks count as this
 

@@ -35,7 +35,7 @@ class HeatMeter {
  private:
   struct Head {
     haptics::HeadField field;
-    double reach = 0;  // m, from the head's centre to its farthest point
+    double reach = 0;  // m, distance from the head's centre to its farthest point
   };
   void step(const ServoTick& tick, double dt, bool wet);
   void observe(double dt);

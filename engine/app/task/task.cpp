@@ -24,7 +24,7 @@ namespace typodont {
 
 namespace {
 
-// Margin around the changed region, m.
+// Margin around the region in which initial, final and target tissue differ, m.
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
 // Largest distance at which surfaces count as equal, voxels.
 constexpr float kChanged = 0.02f;
@@ -68,7 +68,7 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   return session::redistanced(field).distance;
 }
 
-/// Copies distances from `other` at the same points, and labels where `other` has them.
+/// Copies to `at` the distances of `other` at the same points, and the labels where `other` has them.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;

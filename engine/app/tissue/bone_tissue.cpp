@@ -54,7 +54,7 @@ double noise(std::uint64_t seed, const dvec3& p) {
 struct Bone {
   double scale = 1e-3;  // m, one unit of the mesh's file
   double voxel = 0, band = 0;
-  dvec3 lo{0}, hi{0};  // m, frame W, bounds of the sampled box
+  dvec3 lo{0}, hi{0};  // m, frame W, lower and upper corner of the sampled box
   Pose X_MW;           // pose of the scene's frame W in mesh frame M
   BoneClass made_of;
   BoneGrey grey;
@@ -202,8 +202,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // Blocks far from the jaw are recognised by the distance at their middle, which changes by at most the distance
-  // between two points.
+  // Blocks far from the jaw are recognised by the distance to the jaw at their middle: inside a block, this distance
+  // differs from its value at the middle by at most half the block's diagonal (`reach`).
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {

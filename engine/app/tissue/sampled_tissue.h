@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Gives the same bits as haptics::read_solids() or haptics::rasterize(). Needs `files.find`. Throws Error.
+/// Bit-identical to haptics::read_solids() or haptics::rasterize(), but cached. Needs `files.find`. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

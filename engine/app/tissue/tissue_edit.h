@@ -19,7 +19,7 @@ struct DenseCopy {
   haptics::FilePlace place;
 };
 
-/// Copies the given box; without one, the volume's bounds and two more voxels.
+/// Copies the box of `size` samples from `lo` on; without a box, the volume's bounding box and 2 voxels around it.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 

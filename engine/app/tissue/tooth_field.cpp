@@ -82,7 +82,7 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   return out;
 }
 
-/// Adds distances beyond the band by a chamfer distance transform, forwards and backwards.
+/// Adds distances beyond the largest stored one by a chamfer distance transform, forwards and backwards.
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);

@@ -11,7 +11,7 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Copies the volume. Outside the tissue, adds distances up to `reach` (m) beyond the band, exact within a few
+  /// Copies the volume. Outside the tissue, adds distances up to `reach` (m) beyond the stored ones, exact within a few
   /// percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
