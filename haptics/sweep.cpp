@@ -133,7 +133,7 @@ Sweep::LeafCut Sweep::carve_leaf_path(const glm::ivec3& lo, float* distance) con
 bool Sweep::same_head(const Sweep& other) const noexcept {
   if (sphere_ != other.sphere_ || radius_ != other.radius_ || reach_ != other.reach_) return false;
   return sphere_ || (half_length_ == other.half_length_ && back_.count == other.back_.count &&
-                     std::memcmp(pieces_, other.pieces_, sizeof pieces_) == 0);
+                     std::memcmp(pieces_, other.pieces_, sizeof *pieces_ * static_cast<std::size_t>(back_.count)) == 0);
 }
 
 double Sweep::path_from(const Sweep& before) const noexcept {

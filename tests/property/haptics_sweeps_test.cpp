@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <new>
 #include <random>
 #include <span>
 #include <vector>
@@ -298,6 +299,21 @@ TEST(Sweeps, ADrillThatMovesAlongItsAxisLeavesTheTissueOfTheWholeHeadsSweep) {
     EXPECT_LT(apart, 1e-4f) << "voxels, seed " << seed;
     EXPECT_NEAR(end_removed / whole_removed, 1, 1e-6) << "seed " << seed;
   }
+}
+
+TEST(Sweeps, TheSameHeadIsRecognisedWhateverTheMemoryOfASweepHeldBefore) {
+  Tool tool;
+  tool.shape = HeadShape::kCylinder;
+  tool.diameter = 1.0_mm, tool.length = 3.0_mm;
+  alignas(Sweep) unsigned char memory[2][sizeof(Sweep)];
+  std::fill_n(memory[0], sizeof(Sweep), static_cast<unsigned char>(0));
+  std::fill_n(memory[1], sizeof(Sweep), static_cast<unsigned char>(0x5a));
+  asm volatile("" ::: "memory");  // keeps the compiler from leaving out what a constructor seems to overwrite
+  const auto* const a = new (memory[0]) Sweep(tool, {}, {}, {{}, 0.1_mm});
+  const auto* const b = new (memory[1]) Sweep(tool, {}, {}, {{}, 0.1_mm});
+  EXPECT_TRUE(a->same_head(*b));
+  tool.length = 2.0_mm;
+  EXPECT_FALSE(a->same_head(Sweep(tool, {}, {}, {{}, 0.1_mm})));
 }
 
 TEST(Sweeps, TheRemovedVolumeDoesNotDependOnTheOrderOfTicks) {
