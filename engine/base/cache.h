@@ -23,7 +23,7 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// Adds build_identity() to the key, because a different build may compute a different result.
 void add_build(Sha256& key);
 
-/// Adds path, size and time of change of the file; much faster than its content. False: no such file.
+/// Adds path, size and time of change of the file to the key; much faster than hash_of(). False: no such file.
 bool add_file(Sha256& key, const std::filesystem::path& file);
 
 /// The undamaged file with this key. Empty: there is none, or `in` is empty. Deletes a damaged file.

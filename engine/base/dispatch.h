@@ -1,5 +1,5 @@
 // Compiles a function for several processor types; the loader chooses one at start, so one x86-64 build runs
-// everywhere. All versions compute the same bits, because multiplication and addition are never fused
+// everywhere. The results of all versions are bit-identical, because multiplication and addition are never fused
 // (-ffp-contract=off).
 #pragma once
 

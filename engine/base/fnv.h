@@ -1,4 +1,4 @@
-// A hash that shows whether files, forces or fields have the same bits. It does not protect against deliberate changes.
+// A hash that shows whether files, forces or fields are bit-identical. It does not protect against deliberate changes.
 #pragma once
 
 #include <cstddef>

@@ -25,8 +25,8 @@ struct KindOfInput {
   std::string_view name;
   std::uintmax_t largest;  // bytes, largest size that the file may have
 };
-// Each limit is several times the largest useful file: a day at 1 kHz has 20 GiB, 1024³ voxels of two bytes 2 GiB, half
-// an hour of sound at 192 kHz 1.3 GiB per channel.
+// Each limit is several times the largest useful file: a session of a day at 1 kHz has 20 GiB, 1024³ voxels of two
+// bytes have 2 GiB, half an hour of sound at 192 kHz has 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},

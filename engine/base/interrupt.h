@@ -11,8 +11,8 @@ namespace typodont {
 /// InterruptHandler if there is one. An ignored SIGHUP (nohup) remains ignored. Call once, from the main thread.
 void end_cleanly_on_interrupt();
 
-/// While this object exists, the signals call `handler`; then the previous handler again. Destroy in reverse order.
-/// Main thread.
+/// While this object exists, the signals call `handler`; then the previous handler again. Destroy the newest object
+/// first. Main thread.
 class InterruptHandler {
  public:
   explicit InterruptHandler(void (*handler)(int)) noexcept;

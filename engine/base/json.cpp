@@ -120,10 +120,10 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
   struct Open {
     Node* node;
     std::set<std::string> keys;
-    std::string path;  // long keys are shortened
+    std::string path;  // path of `node` in the document, for messages; long keys are shortened
   };
 
-  /// Line of the last value, from 1. Excludes the last character that was read, which may only end a number.
+  /// Line of the last value, from 1. Ignores the last character that was read: it may be a line end behind a number.
   std::size_t line() {
     const char* end = read_ - 1;
     line_ += static_cast<std::size_t>(std::count(counted_, end, '\n'));
@@ -157,7 +157,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
   }
   template <class T>
   bool enter(T&& empty) {
-    constexpr std::size_t kDeepest = 200;  // deeper, the destructor would overflow the stack
+    constexpr std::size_t kDeepest = 200;  // largest depth of nested values; deeper, the destructor overflows the stack
     if (open_.size() == kDeepest) {
       throw Error(name_, fmt::format("line {}", line()), fmt::format("more than {} nested levels", kDeepest),
                   "a flat document");
@@ -176,7 +176,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
   std::size_t line_ = 1;
   Node root_;
   std::string key_;
-  std::vector<Open> open_;  // a node does not move while it is open
+  std::vector<Open> open_;  // arrays and objects that are not closed yet; their nodes do not move
 };
 
 nlohmann::ordered_json json_of(const Node& node) {

@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// Valid numbers in a file, and the SI value of 1 in the file.
+/// Range of numbers that a file may contain, and the SI value of the number 1 in the file (`unit`).
 struct Range {
   double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();
   double unit = 1;
@@ -25,8 +25,8 @@ struct Range {
 /// Default for a documented variable whose default is no number; the text `meaning` then states it in words.
 inline constexpr double kNoDefault = std::numeric_limits<double>::quiet_NaN();
 
-/// What a key may hold, as tables and as a JSON Schema state it. In `schema`, "$object" stands for the keys of an
-/// object.
+/// The type of a key's value, as text for the tables and as JSON Schema. In `schema`, "$object" stands for the schema
+/// of an object's keys.
 struct Form {
   std::string_view table, schema = "{}";
 };
@@ -43,14 +43,14 @@ inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kTex
     kDirection{"direction", kPoint.schema}, kColour{"colour", kPoint.schema},
     kQuaternion{"[w, x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4})"};
 
-/// A key as tables and schemas state it.
+/// A key as a row of a table; `schema`: JSON Schema of its value.
 struct KeyRow {
   std::string key, value, meaning, schema;
   bool required = false;
   std::vector<KeyRow> keys;  // keys of the value: of an object, or of each object in a list
 };
 
-/// A key's name; optional, unless must() says otherwise.
+/// A key's name. A file may omit the key, unless must() created this object.
 struct Key {
   std::string_view name;
   bool required = false;
@@ -79,9 +79,9 @@ class Keys {
   void operator()(Key key, bool& value, std::string_view meaning);
   void operator()(Key key, std::string& value, std::string_view meaning);
   void operator()(Key key, dvec3& value, double unit, std::string_view meaning);
-  /// A vector that `read` converts: read_direction, read_color, or a function for directions with its own message.
+  /// Reads a vector with `read`: read_direction, read_color, or a function for directions with its own message.
   void operator()(Key key, dvec3& value, dvec3 (*read)(const Json&), std::string_view meaning);
-  /// The value is one of `names`, which have the order of the enumerators.
+  /// Reads an enumerator. The file contains one of `names`, which have the order of the enumerators.
   template <class E>
   requires std::is_enum_v<E>
   void operator()(Key key, E& value, std::span<const std::string_view> names, std::string_view meaning) {
@@ -92,9 +92,9 @@ class Keys {
   void operator()(Key key, E& value, std::initializer_list<std::string_view> names, std::string_view meaning) {
     (*this)(key, value, std::span(names.begin(), names.size()), meaning);
   }
-  /// A value of another form, which the caller reads from the returned JSON; empty: there is nothing to read.
+  /// Declares a key for any other type of value. Returns its JSON, which the caller reads; empty: nothing to read.
   std::optional<Json> operator()(Key key, const Form& form, std::string_view meaning);
-  /// A value of another form that may be an object; the function `of` describes the object's keys.
+  /// Like the function above, for a value that may be an object; the function `of` describes the object's keys.
   template <std::invocable<Keys&> Of>
   std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
   // Declare a key whose value is an object that the function `of` describes, or a list of such objects.
@@ -109,10 +109,10 @@ class Keys {
   void operator()(Key key, std::optional<T>& value, Of&& of, std::string_view meaning);
   template <class T, std::invocable<Keys&, T&> Of>
   void operator()(Key key, std::vector<T>& values, Of&& of, std::string_view meaning);
-  /// A key that nothing reads, such as "source".
+  /// Allows a key that this program does not read, such as "source".
   void ignore(Key key) { (*this)(key, Form{}, ""); }
 
-  /// The object; null if none is read. For checks that concern several keys.
+  /// The JSON object that is read; null while keys are only listed. For checks that concern several keys.
   const Json* json() const { return json_ ? &*json_ : nullptr; }
   const std::vector<std::string_view>& names() const { return names_; }
 
@@ -131,7 +131,7 @@ class Keys {
 dvec3 read_direction(const Json& json);
 dvec3 read_color(const Json& json);
 
-/// Reads an object. `describe(Keys&)` is called twice: first only for the names of its keys.
+/// Reads an object. `describe(Keys&)` is called twice: first only to collect the names of the object's keys.
 template <std::invocable<Keys&> Describe>
 void read_keys(const Json& json, Describe&& describe) {
   Keys names;

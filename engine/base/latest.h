@@ -22,7 +22,7 @@ class Latest {
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // Writer thread, as the next four functions. The slot to fill before publish().
+  // The next five functions are for the writer thread. Returns the slot to fill before publish().
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -47,10 +47,10 @@ class Latest {
     return true;
   }
 
-  // Reader thread, as the next functions. True: a value was published since the last fetch.
+  // The following functions are for the reader thread. True: a value was published since the last fetch.
   bool fetch() noexcept {
-    // Between load and exchange, the writer may take back the new value and leave an old one. An unconditional exchange
-    // would fetch the old one; this one fails and tests again.
+    // Between load and exchange, the writer may call take_back(), which leaves an old value in middle_. An
+    // unconditional exchange would fetch the old value; compare_exchange fails instead, and the loop tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -83,7 +83,7 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // Bits of middle_, the slot that neither thread uses: its index; it contains a new value; the reader returned it.
+  // Bits of middle_ (slot that no thread uses): kIndex: its index; kFresh: unread value; kReturned: by hand_back().
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

@@ -110,7 +110,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns before the deadline: spin instead of sleeping
+  constexpr long long kSpin = 60'000;  // ns; this long before the deadline, the thread spins instead of sleeping
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

@@ -39,8 +39,8 @@ void keep_freed_memory() noexcept;
 /// Treats denormal numbers as zero in the calling thread. With denormals, decaying filters become slow.
 void flush_denormals() noexcept;
 
-/// Sets rounding to nearest and denormals on, whatever a library or the parent has set, so that every thread computes
-/// the same bits.
+/// Sets rounding to nearest and denormals on, whatever a library or the parent has set, so that the results of all
+/// threads are bit-identical.
 void use_ieee_arithmetic() noexcept;
 
 /// Sleeps, then spins from 60 µs before the deadline. It does not always spin, because Linux would stop a SCHED_FIFO

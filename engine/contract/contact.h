@@ -101,7 +101,7 @@ struct LoosePiece {
 };
 
 /// The servo begins to use a new patch (copy of the tissue around the tool). Recordings contain these messages, because
-/// a replay needs them to compute the same bits. Servo → recorder.
+/// a replay needs them to compute bit-identical forces. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the tissue patch: 1, 2, 3 …
   std::uint64_t first_tick = 0;  // number of the first tick computed with this tissue patch

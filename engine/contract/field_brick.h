@@ -23,7 +23,7 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  /// Signed distance in voxels, negative inside the tissue, limited to the volume's band.
+  /// Signed distance in voxels, negative inside the tissue, limited to the largest distance that the volume stores.
   std::array<float, kCount> distance;
   // Tissue of each sample; kAir far from all tissue, and in a brick without a surface.
   std::array<Tissue, kCount> tissue;

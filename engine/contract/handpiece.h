@@ -32,7 +32,7 @@ struct HandpiecePart {
   int repeat = 1;    // number of copies, evenly around the tool's axis
 };
 
-/// Frame H: origin on the tool's axis, z along the shank as in frame T, body towards +x.
+/// Frame H: origin on the tool's axis, z along the shank as in frame T; the handpiece's body lies towards +x.
 struct Handpiece {
   std::string name;
   // true: for a hand instrument; the origin is the head's centre, and the handle replaces the tool's shank. false: the

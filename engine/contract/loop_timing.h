@@ -84,7 +84,7 @@ struct LoopReport {
   // The following members are the state of the safety layer of a device with motors.
   double heat = 0;        // motor windings' heat, as a fraction of the limit
   double worst_heat = 0;  // largest heat so far, as a fraction of the limit
-  // Force without overheating of the motors, N. 0: no motors.
+  // Largest lasting force that does not overheat the motors, N. 0: the device has no motors.
   double bearable_force = 0;
   bool armed = false;        // true: the device may push the hand now
   std::uint32_t safety = 0;  // all SafetyEvents so far, as bits

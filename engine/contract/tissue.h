@@ -56,7 +56,7 @@ using MaterialTable = std::array<Material, kTissueCount>;
 /// One quantity per tissue, e.g. the removed volume, m³.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// Sum over all tissues, always in the same order, so that the result has the same bits.
+/// Sum over all tissues, always in the same order, so that equal quantities give bit-identical sums.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

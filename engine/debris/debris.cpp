@@ -167,8 +167,8 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   // smallest possible number of steps until the particle reaches tissue or the nozzle
   double undisturbed_steps = kMaxSteps;
   if (field.distance && contact.inside) {
-    // Uses the larger of two bounds. The interpolated distance errs by at most half the spacing, and changes by at most
-    // √3 m per m.
+    // Uses the larger of two lower bounds of the way to the tissue: the interpolated distance errs by at most half the
+    // spacing, and changes by at most √3 m per metre of the particle's way.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {

@@ -4,7 +4,7 @@
 //   for (const Cut& cut : cuts) debris.emit(cut, {.head_radius = r}, materials);
 //   debris.step(1.0 / 60, field);
 //
-// One thread. Only the constructor allocates. Equal calls and seed give equal bits.
+// One thread. Only the constructor allocates. Equal calls and seed give bit-identical results.
 #pragma once
 
 #include <cstddef>
@@ -40,9 +40,9 @@ struct DebrisOptions {
   // m³ of tissue per particle; larger if `max_per_cut` or the buffer limits the number of particles
   double parcel_volume = 1e-12;
   int max_per_cut = 32;
-  // m, smallest and largest diameter of a chip at `chip_layer`; the logarithm is uniformly distributed
+  // m, smallest and largest diameter of a chip at `chip_layer`; the diameter's logarithm is uniformly distributed
   double min_chip = 5e-6, max_chip = 50e-6;
-  // Thickness of the removed layer per length of the rim's path (m per m) at which chips have these diameters.
+  // Thickness of the removed layer per length of the rim's path (m per m), at which chips have min_chip to max_chip.
   double chip_layer = 5e-6;
   double decay_time = 2.0;            // s, time in which a particle's mass falls to 1/e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;              // s, age at which a particle is removed

@@ -46,7 +46,7 @@ struct Film::State {
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s, for each cell, the larger of two rates: of its emptying, and of the levelling with its neighbours
+  // 1/s, for each cell the larger of two rates: at which it empties, and at which it levels out with its neighbours
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
@@ -189,7 +189,7 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // Limited, so that no width is negative, which would let the film flow uphill, or very large.
+    // Limits the width: it must not be negative (the film would flow uphill) or very large.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }

@@ -3,7 +3,7 @@
 //   Spray spray({.seed = 7});
 //   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if there is no bur
 //
-// One thread. Without water it costs nothing. Equal calls and seed give equal bits.
+// One thread. Without water it costs nothing. Equal calls and seed give bit-identical results.
 #pragma once
 
 #include <cstddef>

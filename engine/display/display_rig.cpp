@@ -64,7 +64,7 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // {p: n·p = c} is the same plane as {p: n/|n|·p = c/|n|}.
+  // The plane n·p = c is the same as (n/|n|)·p = c/|n|, so both n and c are divided by |n|.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -151,7 +151,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto screen = json.find("screen"))
     rig.screen = parse_screen(*screen);
   else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // throws Error, because a mirror rig needs a measured screen
+    json["screen"];  // throws Error if the key is missing, because a mirror rig needs a measured screen
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
@@ -344,7 +344,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Only the element P23 is a length.
+  // Of the projection's elements, only P23 is a length.
   return row_major_mm(vulkan_projection(frustum));
 }
 

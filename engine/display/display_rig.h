@@ -36,7 +36,7 @@ struct Screen {
 /// the same amount.
 struct Mirror {
   dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in frame W
-  double offset = 0;           // m, distance from W's origin along the normal
+  double offset = 0;           // m, distance of the plane from W's origin along the normal
   double glass_thickness = 0;  // m, thickness of the glass in front of the hand
   double glass_index = 1.52;
 };
@@ -52,7 +52,7 @@ struct Head {
 struct HmdRig {
   // Reference space of OpenXR: true: STAGE (room), false: LOCAL (origin at the user's seat).
   bool stage = true;
-  // Measured pose, for example with an arm; empty: the tissue is placed in front of the user.
+  // Pose of the headset's space D in W, measured for example with an arm; empty: the tissue is in front of the user.
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification, which scales the hand's motion too; only without X_WD
   /// Distance of the tissue in front of and below the eyes, m; only without X_WD.
@@ -123,8 +123,8 @@ dmat4 reflection(const Mirror& mirror);
 /// Returns the mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Shift by the glass for the ray from p_WC to the picture's middle, m, frame W,
-/// equal for both eyes. Error: at most 0.05 mm at 1 cm behind 3 mm of glass at 45°.
+/// Shift by the glass for the ray from p_WC (midpoint of the eyes) to the picture's middle, m, frame W; used for both
+/// eyes. Error: at most 0.05 mm at 1 cm behind 3 mm of glass at 45°.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
 /// View of the eye at p_WE through the screen, or its mirror image (Kooima 2009). `shift`: result of glass_shift().

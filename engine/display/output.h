@@ -124,7 +124,7 @@ class Output {
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// Moves the window to the next monitor if another window covers this one; limits its size to that monitor.
+  /// If the window is on the monitor with this number, moves it to the next one and limits its size to that monitor.
   virtual void leave_monitor(int) {}
   /// Time between two screen refreshes, s; 0 if pictures are drawn only into memory.
   virtual double refresh_period() const { return 0; }
@@ -150,7 +150,7 @@ struct WindowOptions {
   int output = -1;              // number of the monitor for full screen; −1: a window
   bool fits_screen = false;     // true: limits the window to the screen's free area
   bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
-  /// A Compositor fills the targets; with software rendering, they are in memory.
+  /// true: a Compositor fills the targets; with software rendering, the targets are in memory.
   bool composed = false;
   double max_frames_per_second = 120;  // Hz, limits the frame rate if presenting does not wait
   /// Keys handled immediately: with X11, a thread of the window calls `pressed`; otherwise poll() does.

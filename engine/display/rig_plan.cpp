@@ -61,7 +61,7 @@ struct LargestBox {
 LargestBox max_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  // Unknowns: c, then h; divided by `room`, so that numbers are near 1.
+  // Unknowns: the box's middle c, then its half size h; divided by `room`, so that the numbers are near 1.
   std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;

@@ -20,7 +20,7 @@ struct BenchSpec {
   // Angle of the glass to the horizontal, rad; its far edge is higher.
   double mirror_tilt = 0;
   double picture_tilt = 0;      // rad, angle of the picture to the horizontal; π/2: upright
-  double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
+  double glass_above_work = 0;  // m, distance of the glass from the origin, along the glass's normal
   dvec3 arm_box{0, 0, 0};       // m, size of the arm's reach, centred at the origin
   double hand_room = 0.04;      // m, free space for the hand between workspace and glass
   double head_room = 0.1;       // m, smallest distance between the eyes and the panel

@@ -224,7 +224,7 @@ class Painter {
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // One pixel more on each side, for slopes.
+    // `inside` is evaluated for one more pixel on each side, to compute its slope.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -291,7 +291,7 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
   // Angle of half the picture's height at the eye, rad.
   const double half_height = 0.5 * glm::length(seen) / distance;
-  // Height of the letter x / `font::kSize`.
+  // Height of the letter x, divided by `font::kSize`.
   const double x_height = ink_rows(*glyph('x')) / font::kSize;
   return kMinXHeight / (x_height * half_height);
 }

@@ -11,7 +11,7 @@ namespace typodont::render {
 
 inline constexpr Tissue kMucosa{kTissueCount}, kTongue{kTissueCount + 1}, kSkin{kTissueCount + 2},
     kRubber{kTissueCount + 3}, kAcrylic{kTissueCount + 4}, kPlastic{kTissueCount + 5};
-// Number of tissues and drawn materials; length of the arrays in shared.h.
+// Number of tissues and drawn materials; length of the arrays of tissues in shared.h.
 inline constexpr int kMatterCount = kTissueCount + 6;
 
 /// Name of a tissue or material in files, for example "enamel", "rubber". `index`: 0 to kMatterCount - 1.

@@ -20,7 +20,7 @@ constexpr int kMinAround = 8, kMaxAround = 40;
 constexpr double kLongStep = 2;
 // Angle between pieces of the outline above which they meet in an edge, rad.
 constexpr double kSharp = 35 * kDegree;
-constexpr double kBandEdge = 0.02e-3;        // m, soft edge of a coloured band
+constexpr double kBandEdge = 0.02e-3;        // m, width of the soft edge of a coloured band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
 
 /// A ring of the mesh: its position, and the path length up to it.
@@ -108,7 +108,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // The first and the last corner are the same point with different `grip`.
+    // The first and the last corner of a ring are the same point with different `grip`.
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;

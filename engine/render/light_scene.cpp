@@ -26,16 +26,16 @@ constexpr double kInside = 0.25;
 // together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
 constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
-// Exponent of the cosine that weights these rays; half of the weight is within 10°.
+// Exponent of the cosine that weights these kImageRays rays; half of the weight is within 10°.
 constexpr float kImageLobe = 48;
-// distance, in grid spacings, of the samples in open space that have light for mirror reflections
+// distance, in grid spacings, between samples in open space that have light for mirror reflections
 constexpr int kImageStep = 2;
 constexpr float kMargin = 20e-6f;  // m, distance from a surface at which its rays start, so that they do not meet it
 constexpr int kLampRays = 4;
 // Margin around the points at which the shaders look up a triangle's light, grid spacings. On a curved surface, the
 // lookup points may lie outside the box of the flat triangle.
 constexpr float kCurved = 0.15f;
-constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
+constexpr int kOpenStep = 4;  // distance, in grid spacings, between the samples in open space
 // Distance from a surface at which its light is looked up, grid spacings.
 constexpr double kBegin = 0.5;
 constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files

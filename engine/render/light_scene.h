@@ -28,7 +28,7 @@ inline glm::vec3 mirrored_by_film(float film, const glm::vec3& lamp, const glm::
 struct LitTriangle {
   std::array<glm::vec3, 3> corners;  // m, frame W, corners of the triangle
   glm::vec3 color{0.5f};             // diffuse reflectance, linear
-  // Fraction of diffuse light that is mirrored before it reaches the tissue.
+  // Fraction of diffuse light that the saliva mirrors before it reaches the tissue.
   float film = 0;
   std::array<glm::vec3, 3> normals{};  // unit normals of the surface at the corners
   glm::vec3 free_path{0};              // m, mean free path of red, green, blue light in the tissue; 0: opaque

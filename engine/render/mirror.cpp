@@ -34,7 +34,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     m[3] = glm::dvec4(X_WM.p, 1);
     return eye.projection * eye.view * m;
   }();
-  // Projects an octagon around the disc.
+  // Projects the corners of an octagon around the glass to the picture.
   constexpr int kCorners = 8;
   const double r = 0.5 * mirror.diameter / std::cos(kPi / kCorners);
   glm::dvec2 lo(1e9), hi(-1e9);

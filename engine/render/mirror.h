@@ -13,8 +13,8 @@ namespace typodont::render {
 /// Reflection p ↦ p − 2 n·(p − o) n (o: middle of the glass, n: its normal); its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// View of the reflected eye: it first reflects the scene, so objects in front of the glass appear as far behind it, at
-/// the pixels of the glass.
+/// View of the eye in the mirror. It first reflects the scene in the glass, so objects in front of the glass appear as
+/// far behind the glass, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
 /// Clip plane: only objects in front of the glass fulfil dot(plane, (p, 1)) ≥ 0.

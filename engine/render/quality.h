@@ -19,8 +19,8 @@ struct Quality {
   double handpiece_side = 0.5e-3;  // m, side of the handpiece's triangles
   // Parameters of the light inside tissue (tissue_light.h), which is computed once, at the first frame's level.
   double light_cell = 0.3e-3;  // m, edge of a cell
-  int light_walks = 64;        // random walks from each cell
-  // Light between bodies (light_scene.h), computed at the same time: mirrored light at each sample beside wet tissue.
+  int light_walks = 64;        // number of random walks from each cell
+  // Light between bodies (light_scene.h). true: mirrored light is computed at each sample beside wet tissue.
   bool tissue_mirrors = false;
 };
 

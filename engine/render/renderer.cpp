@@ -61,7 +61,7 @@ struct Renderer::Impl {
   VolumeImage images;                      // LightGrid::images; without a grid one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
-  std::uint64_t bounds_version = 0;        // bricks' version of `bounds`
+  std::uint64_t bounds_version = 0;        // version of the bricks from which `bounds` was computed
 
   // State of the last frame. If the new frame's state is equal, nothing has moved.
   int last_views = 0;
@@ -388,7 +388,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
       return fraction;
     };
-    // A common pass for both eyes averages the samples of the whole picture.
+    // A common pass for both eyes averages the samples of the whole picture, so the whole picture is redrawn.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);

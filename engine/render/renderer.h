@@ -265,8 +265,8 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Declares that original bricks completely at dot(beyond, (p_W, 1)) < 0 are inside another
-  /// body. Until they change, kLook and kDifference do not show them. Zero: no plane.
+  /// Declares that original bricks of the mesh that lie completely at dot(beyond, (p_W, 1)) < 0 are inside another
+  /// body. Until these bricks change, kLook and kDifference do not show them. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// Sets the tool and the handpiece that holds it; a handpiece without parts is none. Throws Error for too many
   /// triangles.

@@ -52,7 +52,7 @@ struct FrameData {
   vec4 lamp_middle;       // middle of the spot, m, frame W
   vec4 lamp_right;        // unit vector along the spot's width
   vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
-  // Roughness; dry reflectance at normal incidence, 1: metal; wetness; 1 if in the TissueLightGrid.
+  // x: roughness; y: dry reflectance at normal incidence (metal: 1); z: wetness; w: 1 if in the TissueLightGrid.
   vec4 tissue_look[16];
   vec4 film_origin;          // film: first sample, m, frame W; w: samples per m
   vec4 film_size;            // film: number of samples per axis

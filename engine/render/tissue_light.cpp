@@ -21,16 +21,16 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 24;     // rays from each cell at a surface, which find the light of other surfaces
-constexpr int kLampRays = 6;  // rays from each cell to the lamp
-constexpr int kBounces = 6;   // diffuse reflections between surfaces inside the box
+constexpr int kRays = 24;     // number of rays from each cell at a surface, which find the light of other surfaces
+constexpr int kLampRays = 6;  // number of rays from each cell to the lamp
+constexpr int kBounces = 6;   // number of diffuse reflections between surfaces inside the box
 // Distance (m) from the surface up to which a cell knows its distance. Every path through a surface must meet such a
-// cell; kMinBand: at least 1.75 cell edges.
+// cell, so the distance is at least kMinBand cell edges.
 constexpr float kBand = 0.525e-3f, kMinBand = 1.75f;
 // Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
-// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMaxClear: most blocks in one
-// step.
+// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMaxClear: largest number of
+// blocks in one step.
 constexpr int kBlock = 8;
 constexpr std::uint8_t kMaxClear = 8;
 // Distance up to which the surface at the end of a ray or walk is searched, m.
@@ -40,10 +40,10 @@ constexpr float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light
 constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
 constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
-constexpr int kGathered = 4;  // cells that find their arriving light in the time in which one follows its random walks
-// Values instead of an element's index. kNone: there is none; kFree: the ray leaves the box.
+constexpr int kGathered = 4;  // number of cells that gather light in the time in which one follows its random walks
+// Used instead of the index of an element. kNone: there is no element; kFree: the ray leaves the box.
 constexpr std::int32_t kNone = -1, kFree = -2;
-constexpr int kMaxSteps = 200;  // most steps of a walk; it rarely needs 30
+constexpr int kMaxSteps = 200;  // largest number of steps of a random walk; a walk rarely needs 30
 
 constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".light";
@@ -133,7 +133,7 @@ float scattering_albedo(float reflectance) {
 struct TissueLight::Impl {
   TissueLightGrid grid;
   float spacing = 0, band = 0;  // m; band: cells nearer than this to a surface store their distance to the surface
-  int walks = 0;                // random walks from each cell at a surface
+  int walks = 0;                // number of random walks from each cell at a surface
   glm::vec3 origin{0};
   std::array<Look, kMatterCount> looks;
   std::stop_token stop;
@@ -170,7 +170,7 @@ struct TissueLight::Impl {
   std::vector<std::size_t> fresh;
   std::deque<std::size_t> gathering, walking;
   static constexpr std::uint8_t kForLight = 1, kForWalk = 2, kListed = 3;
-  std::vector<std::uint8_t> waits;  // for each cell: 0, or its waiting list
+  std::vector<std::uint8_t> waits;  // for each cell: number of the list in which it waits; 0: none
 
   std::size_t index(const glm::ivec3& i) const {
     return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(grid.size.y) + static_cast<std::size_t>(i.y)) *
@@ -574,7 +574,7 @@ struct TissueLight::Impl {
     const StepTables& tables = step_tables();
     const float survives = std::max({albedo.x, albedo.y, albedo.z});
     glm::vec3 q = (e.p - e.n * (0.01f * spacing) - origin) / spacing, direction = first;
-    float d = distance_at(q), total = 0;  // m; total: length of the walk
+    float d = distance_at(q), total = 0;  // m; d: distance to the surface; total: length of the walk so far
     bool astray = false;  // true in a region that counts as outside, but has no surface nearby: its sign is wrong
     for (int scattered = 0; scattered < kMaxSteps; ++scattered) {
       const float left = length * e.path[leading];
@@ -845,7 +845,7 @@ struct TissueLight::Impl {
       const Element* const e = element(at);
       grid.values[at] = e ? smoothed(*e) : glm::vec4(0);
     };
-    constexpr std::size_t kMany = 10'000;  // fewer cells take less time than starting other threads
+    constexpr std::size_t kMany = 10'000;  // number of cells; for fewer, starting other threads takes longer
     if (cells.size() > kMany)
       share(cells.size(), [&](std::size_t k) { smooth(cells[k]); });
     else

@@ -13,7 +13,7 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;          // m, height of a depth mark's ring
-constexpr double kMarkEdge = 0.01e-3;     // m, soft edge of a depth mark
+constexpr double kMarkEdge = 0.01e-3;     // m, width of the soft edge of a depth mark
 constexpr int kRingsPerTurn = 10;         // rings per turn of a thread
 constexpr int kFluteRings = 16;           // rings over a fluted head
 constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge

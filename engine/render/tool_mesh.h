@@ -25,8 +25,8 @@ struct ToolShape {
 /// Surface of metal, for shaders/tool.frag.
 enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 
-/// Vertex of a tool, also on the hull, the shape that the tool seems to have in fast rotation. The spindle speed blends
-/// both.
+/// Vertex of a tool, and its position on the hull, the shape that the tool seems to have in fast rotation. The shader
+/// blends both positions according to the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // position, m, and unit normal
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position and normal on the hull

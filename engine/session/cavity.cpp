@@ -33,7 +33,7 @@ constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal 
 constexpr double kMinArea = 0.1e-6;
 // Fraction of the area, omitted at each end of the sorted values, because the values there belong to a face's edges.
 constexpr double kTrimmed = 0.1;
-// Depth below the surface before the work to which walls are always thin, m.
+// m; walls are always thin down to this depth below the surface before the work.
 constexpr double kRim = 1e-3;
 // Half the distance over which the gradient of a wall is computed, voxels. It averages out ripples.
 constexpr double kAcross = 1.5;
@@ -126,8 +126,8 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q and c relative to the mean point, |q|² = 2 q·c + k on the sphere. The equations for c and for k are
-  // independent; k is the mean of |q|².
+  // For a point q of the sphere and its centre c, both relative to the mean point, |q|² = 2 q·c + k. The equations for
+  // c and for the constant k are independent; k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -378,7 +378,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   const TrueDistances& before = known.before;
   const std::size_t count = after.distance.size();
 
-  // Volumes: sums of each voxel's fraction inside each surface.
+  // Volumes are sums, over all voxels, of the fraction of the voxel that is inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {

@@ -49,10 +49,10 @@ struct CavityMeasures {
   std::optional<double> taper;
   // Mean distance of the walls from the surface before the work, along their normal, m. For a crown: axial reduction.
   std::optional<double> wall_depth;
-  // Smallest thickness of hard tissue behind the walls, m. The rim is left out.
+  // Smallest thickness of hard tissue behind the walls, m. The cavity's rim is left out.
   std::optional<double> wall_thickness;
   std::optional<dvec3> thinnest_W;  // m, frame W, place of the smallest thickness
-  std::optional<double> isthmus;    // m, smallest width across the longer axis, at half depth
+  std::optional<double> isthmus;    // m, smallest width across the cavity's longer axis, at half depth
   // Distance of the margin from its own smoothed curve (Gaussian of 0.25 mm), root mean square, m.
   std::optional<double> margin_roughness;
   // Smallest distance from new surface to pulp, m; at most kPulpReach.

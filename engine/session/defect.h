@@ -19,11 +19,11 @@ struct HeadMoment {
 /// A longer pause ends a stroke, s.
 inline constexpr double kStrokePause = 0.75;
 
-/// Cuts, touches or high forces without a pause. Times are those of the recording.
+/// Cuts, touches or high forces without a pause, which caused a part of a defect. Times are those of the recording.
 struct DefectStroke {
   std::uint64_t first = 0, last = 0, worst = 0;  // indices of the first, last and worst tick
   std::uint32_t tool = 0;
-  double amount = 0;                      // part of the defect, in the unit of its item
+  double amount = 0;                      // part of the defect caused by this stroke, in the unit of the score item
   double head_radius = 0, head_half = 0;  // m, radius and half length of the head
   // The next members are read from the ticks. Start and end of the stroke, s.
   double from = 0, to = 0;

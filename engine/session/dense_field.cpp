@@ -13,16 +13,16 @@ namespace typodont::session {
 
 namespace {
 
-// If the surface point of the nearest seed is nearer than this, it is moved to the voxel's own closest point. Voxels.
+// Voxels; if the nearest seed's surface point is nearer to a voxel than this, the voxel's own closest point is used.
 constexpr float kRefineLimit = 20;
 // Distances below this remain unchanged, voxels. More than a voxel's diagonal (1.73), so that all corners at the
 // surface remain.
 constexpr float kUnchangedBand = 1.8f;
-// Largest distance by which the nearest seed's point may be farther away than the surface, voxels.
+// Voxels; a voxel's nearest seed has a surface point at most this much farther away than the surface.
 constexpr float kSeedGap = 0.4f;
 
-/// For each voxel: surface point (voxels) and number of the nearest seed, and a bound: only a seed with a smaller
-/// squared distance replaces it. Separate arrays, so that several voxels are computed at once.
+/// For each voxel: surface point (voxels) and index of the nearest seed (voxel beside the surface), and a bound: only a
+/// seed with a smaller squared distance replaces it. Separate arrays, so that several voxels are computed at once.
 struct Nearest {
   float *bound, *x, *y, *z;
   std::uint32_t* seed;
@@ -35,8 +35,8 @@ struct Nearest {
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
-/// Bound for a squared distance. With kRooted: the square of the rounded distance, which can differ in the last bit,
-/// for callers that use the distance itself.
+/// Bound (see Nearest) for a seed with this squared distance. With kRooted: the square of the rounded distance, which
+/// can differ in the last bit, for callers that use the distance itself.
 template <bool kRooted>
 float bound_of(float square) {
   if constexpr (kRooted) {
@@ -142,7 +142,7 @@ class NearestSeeds {
     for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
     seeds_[at] = seed;
   }
-  /// Results for all voxels: numbers of the seeds, and bounds.
+  /// Return, for each voxel: the index of its nearest seed, and the bound (see Nearest), voxels².
   std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
   std::vector<float> bounds() && { return std::move(bounds_); }
 

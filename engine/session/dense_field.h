@@ -40,7 +40,7 @@ class TrueDistances {
   explicit TrueDistances(DenseField field);
   /// Distance in voxels. `at`: array index.
   float operator[](std::size_t at) const;
-  /// Interpolates as DenseField::sample() does.
+  /// Interpolates the distances as DenseField::sample() does.
   double sample(const glm::dvec3& p) const;
 
  private:
@@ -56,12 +56,12 @@ class TrueDistances {
 
   DenseField field_;
   mutable std::vector<Seed> seeds_;
-  std::vector<std::uint32_t> nearest_;  // number of the nearest seed for each voxel
+  std::vector<std::uint32_t> nearest_;  // index of the nearest seed for each voxel
   std::vector<float> reach_;            // voxels, distance of each voxel from its seed's point
   mutable std::vector<float> known_;    // voxels, distances that were already read; NaN: not yet
 };
 
-/// The field with the distances of TrueDistances at all voxels.
+/// Copy of `field` in which each voxel has its true distance to the surface of `field` (class TrueDistances).
 DenseField redistanced(const DenseField& field);
 
 /// For each voxel: array index of the nearest marked voxel. SIZE_MAX if none is marked.

@@ -1,4 +1,4 @@
-// Hashes that show whether forces have the same bits, and which files a session used.
+// Hashes that show whether forces are bit-identical, and which files a session used.
 #pragma once
 
 #include <filesystem>

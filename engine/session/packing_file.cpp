@@ -85,7 +85,7 @@ bool is_packing(const std::filesystem::path& file) {
 
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing) {
   const H5Quiet quiet;
-  // Session files also end in .h5, so a packing may replace only packings.
+  // Session files also end in .h5, so a sphere packing may replace only files of sphere packings.
   if (std::error_code code; std::filesystem::is_regular_file(file, code) && !is_packing(file)) {
     throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
   }

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 constexpr std::size_t kMaxText = 4000;  // bytes, longest text of a remark
-constexpr double kLongest = 86'400;     // s, largest time of a remark
+constexpr double kLongest = 86'400;     // s, largest recording time that a remark may state
 }  // namespace
 
 fs::path remarks_beside(const fs::path& recording) {

@@ -31,7 +31,7 @@ struct ResultModel {
   TissueLabels labels;                                  // tissue labels inside the model
 };
 
-/// Deviation from the ideal shape drawn in the strongest colour, m.
+/// Deviation from the ideal shape that is drawn in the strongest colour, m.
 inline constexpr double kFullColor = 0.5e-3;
 
 /// Orthographic view along `look_W`; `up_W` points upwards in the picture.

@@ -179,9 +179,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-// Smaller values, in the measure's unit, count as 0.
+// Smaller values of a measure, in the measure's unit, count as 0.
 constexpr double kMinMeasured = 1e-6;
-// If less tissue changed, no work was done, m³.
+// m³; if a smaller volume of tissue changed, no work was done.
 constexpr double kMinChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {

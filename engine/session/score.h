@@ -70,7 +70,7 @@ struct DamageMeasures {
   bool neighbours = false, gum = false;  // true: the scene has neighbouring teeth, or gum
   // Volume that the bur passed through, m³.
   double neighbour_volume = 0, gum_volume = 0;
-  /// One touch, without a pause.
+  /// One touch of a neighbouring tooth or of the gum by the bur, without a pause.
   struct Touch {
     bool gum = false;
     std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: the tick that adds the most volume

@@ -186,7 +186,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
     }
   };
   constexpr std::uint32_t kNone = 0xffffffff;
-  // for each brick: numbers of its points in the file
+  // for each brick: indices of its points in the file
   std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;
   WholeMesh whole;
   std::vector<std::uint32_t> joined;

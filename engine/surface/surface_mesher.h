@@ -4,8 +4,8 @@
 //   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
 //   for (const glm::ivec3& key : mesher.remesh()) upload(*mesher.find(key));
 //
-// Dual contouring (README.md). The mesh is closed and 2-manifold, without cracks: border vertices have equal bits in
-// both bricks.
+// Dual contouring (README.md). The mesh is closed and 2-manifold, without cracks: vertices on the border of two bricks
+// are bit-identical in both.
 #pragma once
 
 #include <cstdint>

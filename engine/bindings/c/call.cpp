@@ -8,8 +8,8 @@ namespace typodont::bindings {
 
 namespace {
 
-// A pointer, not a text: the C library reserves little thread-local memory for libraries that are loaded late. Copied
-// texts are on the heap.
+// The message is stored as a pointer, because the C library reserves little thread-local memory for libraries that are
+// loaded late. Copied texts are on the heap.
 constinit thread_local const char* t_error = "";
 thread_local std::string t_copy;  // the text to which t_error points if it was copied
 

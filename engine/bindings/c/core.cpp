@@ -24,7 +24,7 @@ constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such p
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
 /// Sets the processor's modes for rounding and denormals, and restores the previous modes at the end of the scope.
-/// Hosts such as games change these modes, but equal hand samples must give equal bits in every host.
+/// Hosts such as games change these modes, but equal hand samples must give bit-identical results in every host.
 class IeeeArithmetic {
  public:
 #ifdef __SSE2__

@@ -40,7 +40,7 @@ void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  // Next generation, not locked. An even generation means that the slot is empty.
+  // Increases the slot's generation and unlocks the slot. An even generation means that the slot is empty.
   slot.state.store(state_ + 2, std::memory_order_release);
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;

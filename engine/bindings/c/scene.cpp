@@ -16,7 +16,7 @@ void give_scene(Scene scene, const char* model, typodont_scene** out) {
   *out = make_handle<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
 }
 
-constexpr double kMinRate = 10, kMaxRate = 100'000;  // Hz, as for `typodont servo --rate`
+constexpr double kMinRate = 10, kMaxRate = 100'000;  // Hz, limits of a hand's rate, as for `typodont servo --rate`
 void require_rate(double rate) {
   require(rate >= kMinRate && rate <= kMaxRate, "rate: expected 10 to 100000 Hz");
 }
@@ -33,7 +33,7 @@ bool finite(const double* v, int n) {
 typodont_result typodont_scene_open(const char* scene, const char* model, typodont_scene** out) {
   return guarded([&] {
     require(scene && out, "NULL for the scene's name or for the place of the handle");
-    const SessionFiles files;  // locks access to HDF5: a packing is an HDF5 file
+    const SessionFiles files;  // locks access to HDF5, because a sphere packing is stored in an HDF5 file
     give_scene(read_scene(scene), model, out);
   });
 }

@@ -32,8 +32,8 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Returns the mean speed of air that flows to the nozzle, divided by its distance, 1/s: (1 − ∛(1 − 3q))/dt,
-/// q = pull·dt. For q < 1/3, it is about pull·(1 + 2q); for a larger q, the air reaches the nozzle.
+/// Returns the mean speed of air that flows to the nozzle, divided by its distance, 1/s: (1 − ∛(1 − 3q))/dt, q =
+/// pull·dt (pull: initial ratio). For q < 1/3, it is about pull·(1 + 2q); for a larger q, the air reaches the nozzle.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }

@@ -17,7 +17,7 @@ struct EyePixels {
   ivec2 size{0};
 };
 
-/// Does the same as shaders/compose.frag. If the picture is stretched, the bytes differ by at most two of 255.
+/// Does the same as shaders/compose.frag. If the picture is stretched, bytes differ from the shader's by at most 2.
 class ProcessorComposer {
  public:
   /// Writes the piece `part` of the output's region `place`. `eye`: the eye shown there; with alternating rows: the eye

@@ -12,7 +12,7 @@
 namespace typodont::display {
 
 _XDisplay* x_server() {
-  // Missing if GLFW was built for another desktop.
+  // GLFW lacks this function if it was built without X11.
   static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   return display_of ? display_of() : nullptr;
 }

@@ -33,7 +33,7 @@ KeyThread::KeyThread(const std::string& server, std::uint32_t window, std::vecto
       pressed_(std::move(pressed)),
       server_(xcb_connect(server.c_str(), nullptr)),
       end_(::eventfd(0, EFD_CLOEXEC)) {
-  // Other clients of the server may select the keys of a window, too.
+  // Other clients of the X server may receive this window's key events, too.
   constexpr std::uint32_t kMask = XCB_EVENT_MASK_KEY_PRESS;
   try {
     if (end_ < 0 || xcb_connection_has_error(server_) ||
@@ -63,7 +63,7 @@ void KeyThread::read_labels() noexcept {
   const auto request = xcb_get_keyboard_mapping(server_, setup.min_keycode, static_cast<std::uint8_t>(count));
   const auto reply = owned(xcb_get_keyboard_mapping_reply(server_, request, nullptr));
   if (!reply) return;
-  const std::size_t columns = reply->keysyms_per_keycode;  // two for each layout
+  const std::size_t columns = reply->keysyms_per_keycode;  // columns of the table of labels: two for each layout
   const xcb_keysym_t* const symbols = xcb_get_keyboard_mapping_keysyms(reply.get());
   for (std::size_t key = 0; key < static_cast<std::size_t>(count); ++key)
     for (std::size_t layout = 0; layout < 4; ++layout) {

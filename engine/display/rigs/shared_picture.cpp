@@ -19,7 +19,7 @@ namespace typodont::display {
 
 namespace {
 
-// Rows per request; the server handles keys between two requests.
+// Picture rows per request to the X server, which handles keys between two requests.
 constexpr int kBand = 64;
 
 bool refused;  // true if the X server refused to attach the memory

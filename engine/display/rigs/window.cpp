@@ -23,7 +23,7 @@ namespace typodont::display {
 
 namespace {
 
-/// Initialises GLFW once; it stays until the end, because windows are opened and closed.
+/// Initialises GLFW once. GLFW stays initialised until the program ends, because windows are opened and closed.
 void ensure_glfw() {
   static const bool started = glfwInit() == GLFW_TRUE;
   if (!started) {
@@ -334,7 +334,7 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // Format without conversion, because the bytes are already sRGB.
+    // Selects a format without colour conversion, because the bytes are already sRGB.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");

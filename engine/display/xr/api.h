@@ -20,7 +20,7 @@
 
 namespace typodont::display::xr {
 
-/// The second list: extensions, null if not enabled. (clang-format would change the first one each run.)
+/// First list: OpenXR's functions (clang-format would change it each run); second: of extensions, null if not enabled.
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \

@@ -22,7 +22,7 @@ class Placement {
   void follow(XrTime display_time);
   /// Places the tissue in front of the user again, unless its pose was measured.
   void recentre();
-  /// Tells the user's head pose in D. The first call places the tissue.
+  /// Passes the user's head pose in the headset's space D. The first call places the tissue in front of the user.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }

@@ -60,7 +60,7 @@ struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
   BrickKind kind = BrickKind::kAny;
-  std::uint32_t first = 0, count = 0;  // commands in the indirect buffer
+  std::uint32_t first = 0, count = 0;  // index of the first command in the indirect buffer, and number of commands
 };
 
 /// Whether a mesh is drawn in a view, and whether it is drawn as glass.
@@ -74,12 +74,12 @@ struct SceneBounds {
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // Planes of Renderer::cover(), per mesh.
+  // For each mesh: the plane that Renderer::cover() has set.
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;  // version of all bricks; increases with every change
-  // Increases when a body is placed, removed or covered.
+  // A counter that increases when a body is placed, removed or covered.
   std::uint64_t order = 1;
   std::vector<BoxInWorld> changed;  // boxes of changed bricks before and after the change, since the last frame
   int uploaded = 0;                 // number of bricks uploaded since the last frame

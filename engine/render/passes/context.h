@@ -25,7 +25,7 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// Constants for frame.glsl.
+  /// Specialisation constants for frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
@@ -75,7 +75,7 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  // Rows of R: columns of the transpose in GLM.
+  // The rows of the rotation R are the columns of its transpose, which GLM can return.
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));

@@ -41,7 +41,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
 
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
-    // Rounded to kStep, so that the spot does not move while a tooth is cut.
+    // The middle of the lamp's spot is rounded to kStep, so that the spot does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
@@ -58,7 +58,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
-    // Set only if a body reaches the soft border of the spot. Otherwise the lamp lights all bodies fully.
+    // The spot is set only if a body reaches its soft border. Otherwise the lamp lights all bodies fully.
     if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
       data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
       data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));
@@ -69,7 +69,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   // The shadow map is as wide as the crown and its surroundings, and as deep as the scene.
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
-    // Rounded outward to kStep, so that the map does not move while a tooth is cut.
+    // The map's bounds are rounded outward to kStep, so that the map does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);

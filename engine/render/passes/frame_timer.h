@@ -14,7 +14,7 @@ struct FrameTimer {
   static constexpr std::uint32_t kMaxQueries = 64;  // largest number of queries per frame in flight
   struct Mark {
     std::uint32_t query = 0;
-    FramePart part{};  // the part that ends here
+    FramePart part{};  // the part of the frame that this mark ends
   };
   struct Slot {
     std::array<Mark, kMaxQueries> marks;

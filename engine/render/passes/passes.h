@@ -34,7 +34,7 @@ struct SurfaceEffects {
 struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
-  std::array<VkPipeline, 2> depth{};  // for front faces only; for front and back faces
+  std::array<VkPipeline, 2> depth{};  // pipelines that draw only depth: of front faces; of all faces
   View made_for = View::kLook;        // view for which the pipelines were created
   bool with_cursor = false;           // true: the pipelines draw the cursor's ring
   SurfaceEffects with_effects;

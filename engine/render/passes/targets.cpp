@@ -50,7 +50,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                                          .alias = kColorBytes,
                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  // One layer if each eye has its own pass, because both then use the same images in turn.
+  // One layer is enough if each eye has its own pass, because both eyes then use the same images in turn.
   const std::uint32_t together = context_.view_mask ? layers : 1;
   if (context_.samples > 1)
     color_ =

@@ -36,7 +36,7 @@ void IndexedMesh::destroy(gpu::Device& device) {
 void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   mesh.set(device, std::as_bytes(std::span(shape.vertices)), shape.indices);
   blades = shape.blades;
-  // Shape that casts the shadow: a ball with the head's radius, and the shank.
+  // Shape that casts the tool's shadow: a ball with the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : shape.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
@@ -47,7 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // Radius of a slice: that of the farthest vertex of all triangles that overlap it.
+  // Radius of a slice: distance of the farthest vertex from the axis, of all triangles that overlap the slice.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -97,7 +97,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   body = shape.body;
   boxes.clear();
   if (!mesh.index_count) return;
-  // Boxes of slices along z or x, because a single box would cover the whole picture.
+  // Makes a box for each slice of the handpiece along z or x, because a single box would cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
@@ -115,7 +115,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // Clipped to the slice, so that a long triangle does not enlarge it.
+      // The triangle is clipped to the slice, so that a long triangle does not enlarge the slice's box.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));

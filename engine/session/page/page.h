@@ -36,7 +36,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// A bar. `mark`: pass mark as a fraction; negative: none.
+  /// Writes a bar that is full up to `fraction`. `mark`: pass mark as a fraction; negative: none.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;

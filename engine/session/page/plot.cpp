@@ -133,7 +133,7 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const double lg0 = std::log10(edges.front()), lg1 = std::log10(edges.back());
   const double decades = std::max(1.0, std::ceil(std::log10(most)));
   const auto x_of = [&](double v) { return kLeft + kPlot * (std::log10(v) - lg0) / (lg1 - lg0); };
-  // The count axis begins half a decade below one, so that a single tick is visible.
+  // The axis of counts begins at 10^-0.5, so that a bar of a single servo tick is visible.
   const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
   std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kWidth, kBottom + 38, escaped(label));

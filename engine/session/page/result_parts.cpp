@@ -19,7 +19,7 @@ int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
 
-/// Run-length encoding: tissue in the upper four bits, length in the lower twelve.
+/// Run-length encoding of the labels: tissue in the upper four bits, length in the lower twelve.
 std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
   constexpr std::size_t kLongest = 4095;
   static_assert(kTissueCount <= 16);

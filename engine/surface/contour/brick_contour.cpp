@@ -22,8 +22,8 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface needs several vertices
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// A cell has a crease of 28° or more if its normals vary by kSmoothSpread and one of them lies more than 14° from their
-// mean.
+// A cell has a crease of 28° or more if its normals vary by kSmoothSpread and one of them lies more than 14° (cosine
+// kCreaseCosine) from their mean.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
 // cosine of 64°, the largest angle between normals of a gentle crease (ContourVertex::gentle)
@@ -59,7 +59,7 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
-// A patch in a cell, or the surface of a merged block.
+// A patch (piece of surface) in a cell, or the surface of a merged block; each gets one vertex.
 struct Node {
   CrossingSums sums;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
@@ -324,7 +324,7 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Finds the edges that the surface crosses. Those whose base lies in this brick become polygons (`edges`).
+// Finds the edges that the surface crosses. Those whose lower end lies in this brick become polygons (`edges`).
 void Contourer::Scratch::find_crossings() {
   edges.clear();
   int next[3] = {0, kMaxEdges, 2 * kMaxEdges};

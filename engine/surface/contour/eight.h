@@ -1,5 +1,5 @@
-// Functions of one or eight floats that return equal bits. Compile including files with -Wno-psabi: vectors are passed
-// only between inlined functions.
+// Functions of one float or of eight floats at once, with bit-identical results. Compile the files that include this
+// one with -Wno-psabi: vectors are passed only between inlined functions.
 #pragma once
 
 #include <cmath>

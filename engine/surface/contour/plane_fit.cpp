@@ -46,7 +46,7 @@ PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
                n22 = sums.nn[5];
   const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
                       n02 * m.x + n12 * m.y + n22 * m.z);
-  // Solves A y = b, where y is relative to the mean of the crossings.
+  // Solves A y = b (A: Σ n nᵀ) for the point y, relative to the mean of the crossings.
   const glm::dvec3 b = sums.nd - nm;
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];

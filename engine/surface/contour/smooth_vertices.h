@@ -16,7 +16,7 @@ struct SmoothVertices {
   alignas(32) float position[3][8];  // voxels, relative to the middle of the cell
   alignas(32) float normal[3][8];    // unit normals
 };
-/// Computes smooth_vertex() with s = 1 and unit_normal() for eight cells, with the same bits.
+/// Computes smooth_vertex() with s = 1 and unit_normal() for eight cells, with bit-identical results.
 void smooth_vertices(const CrossingSums* const sums[8], SmoothVertices& out);
 
 /// Returns the mean normal of the crossings as a unit vector, or (0, 0, 1) if it is zero.
