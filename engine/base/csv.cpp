@@ -79,7 +79,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
       throw Error(file.string(), place, "text in UTF-16", "text in UTF-8");
     if (const auto end = line.find('\r'); end < line.find_last_not_of('\r') && end != std::string::npos)
       throw Error(file.string(), place, "lines that end with CR alone", "lines that end with LF or CR LF");
-    const bool is_header = table.columns.empty();  // the first line that is not empty
+    const bool is_header = table.columns.empty();  // true for the first line that is not empty
     if (trim(line).empty() || trim(line).front() == '#') continue;
     if (is_header) separator = separator_of(line);
     // Skips empty rows, which spreadsheet programs also write.

@@ -12,7 +12,7 @@ namespace typodont {
 /// Limits that a child process sets for itself.
 struct ProcessLimits {
   std::uint64_t seconds = 60;                // s, largest processor time and largest elapsed time
-  std::uint64_t memory = 1024ull << 20;      // bytes of address space, with libraries
+  std::uint64_t memory = 1024ull << 20;      // bytes, largest address space, including libraries
   std::uint64_t longest_file = 64ull << 20;  // largest size of a written file, in bytes
 };
 /// Sets these limits for the calling process. Limits that are already lower remain.

@@ -11,7 +11,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPatience = kNanosPerSecond;  // ns; shorter work shows no line
+constexpr Nanos kPatience = kNanosPerSecond;  // ns; no line is shown for work that is shorter than this
 
 std::atomic<Progress*> g_on_terminal{nullptr};  // the work that an interrupt cancels
 

@@ -29,7 +29,7 @@ struct HandpiecePart {
   // Start and end of the knurled length, m along the path. Equal: no knurl.
   std::array<double, 2> knurl{0, 0};
   double width = 1;  // radius along y, divided by `radius`; 1: round
-  int repeat = 1;    // number of copies, evenly around the tool's axis
+  int repeat = 1;    // number of copies of the part, evenly around the tool's axis
 };
 
 /// Frame H: origin on the tool's axis, z along the shank as in frame T; the handpiece's body lies towards +x.

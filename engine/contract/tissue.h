@@ -44,7 +44,7 @@ struct EdgeLaw {
 struct Material {
   // N/m, stiffness that the hand feels through a coupling of 1000 N/m. It is proportional to the coupling's stiffness.
   double stiffness = 1e3;
-  double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
+  double specific_energy = 30e9;  // J/m³, energy needed per removed volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
   double density = 2900;    // kg/m³, density of the tissue

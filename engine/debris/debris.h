@@ -31,7 +31,7 @@ struct CoarseField {
 struct Suction {
   glm::dvec3 p_W{0};     // m, frame W, position of the suction nozzle
   double flow = 5e-3;    // m³/s; a high-volume suction draws about 300 l/min
-  double radius = 4e-3;  // m, particles nearer to `p_W` are removed
+  double radius = 4e-3;  // m, radius around `p_W` within which particles are removed
 };
 
 struct DebrisOptions {

@@ -62,7 +62,7 @@ struct HmdRig {
   double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: its runtime chooses
   double resolution = 1;     // factor by which the headset runtime's recommended size is multiplied
   double wait = 15;          // s, time limit for putting the headset on
-  double stall = 3;          // s without an answer of the runtime, after which the session ends
+  double stall = 3;          // s, time without an answer of the headset's runtime, after which the session ends
   dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
@@ -72,7 +72,7 @@ struct DisplayRig {
   std::optional<Mirror> mirror;
   Head head;
   Pose X_WH;       // pose of the haptic base (frame H) in frame W
-  Pose left_X_WH;  // base of the second hand's device
+  Pose left_X_WH;  // pose of the base of the second hand's device in frame W
   // Addresses of devices with serial number, "woodenhaptics:1234567"; empty: not specified.
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;  // s, largest time that a pedal may be pressed without a break; 0: default
@@ -107,7 +107,7 @@ struct Frustum {
 struct EyeView {
   dvec3 position{0, 0, 0};  // m, frame W, position of the eye
   dmat4 view{1.0};          // maps frame W to frame E, m; determinant −1 if `flip`
-  dmat4 projection{1.0};    // maps E to Vulkan's clip space
+  dmat4 projection{1.0};    // maps the eye's frame E to Vulkan's clip space
   Frustum frustum;
   bool flip = false;  // true in a mirror: reverses the winding of front faces
 };
@@ -148,7 +148,7 @@ dmat2 upright(const DisplayRig& rig);
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Pixels of one eye's picture on a screen, and pixels of the screen for a given size of an eye's picture.
+/// eye_pixels(): size of an eye's picture on a screen of this size, pixels. screen_pixels(): the inverse function.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
 /// Size of an eye's picture in a composed screen; inverse of screen_pixels().

@@ -314,7 +314,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   if (!hud.visible) return changed;
 
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(place.x) / place.y;
-  const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel is mounted on its side
+  const bool turned = std::abs(hud.upright[0].x) < 0.5;  // true: the display panel is mounted on its side
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 

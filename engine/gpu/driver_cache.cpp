@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kList = "left-as";          // lists all files with their hashes
+constexpr const char* kList = "left-as";          // name of the file that lists all cached files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
 // bytes; a smaller cache is only a header or checksum and is not stored
 constexpr std::size_t kEmptyCacheBytes = 64;

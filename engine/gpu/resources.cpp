@@ -10,7 +10,7 @@ namespace typodont::gpu {
 
 namespace {
 
-constexpr std::size_t kRoomToCompile = 128 << 20;  // bytes; without free memory, drivers crash
+constexpr std::size_t kRoomToCompile = 128 << 20;  // bytes that must be free; with less memory, drivers crash
 
 Buffer create_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
                      VkMemoryPropertyFlags preferred) {

@@ -121,7 +121,7 @@ struct PipelineOptions {
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // which corner order is the front is set while recording commands
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // faces that are not drawn; commands set the front's corner order
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

@@ -11,7 +11,7 @@ namespace typodont::render {
 
 /// Vertex in the frame H of the handpiece.
 struct HandpieceVertex {
-  glm::vec3 p{0}, n{0, 0, 1};  // position, m, and unit normal
+  glm::vec3 p{0}, n{0, 0, 1};  // position (m) and unit normal
   // Nearest point on the path, m; parts that would look too thin are widened away from it.
   glm::vec3 middle{0};
   glm::vec3 around{1, 0, 0};      // unit vector around the part, along brushed grooves
@@ -25,7 +25,7 @@ struct HandpieceVertex {
 /// Cone with round ends: a sphere that moves along a line while its radius changes linearly.
 struct RoundCone {
   dvec3 a{0}, b{0};       // m, frame H, centres of the ends
-  double ra = 0, rb = 0;  // m, radii at a and b
+  double ra = 0, rb = 0;  // m, radii of the sphere at a and b
 };
 
 struct HandpieceMesh {

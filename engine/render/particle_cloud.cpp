@@ -19,7 +19,7 @@ struct Step {  // layout as in debris.comp
 };
 static_assert(sizeof(Step) <= 128);
 
-constexpr std::size_t kInstance = 20;  // bytes; layout as in particle_pass.cpp
+constexpr std::size_t kInstance = 20;  // bytes, size of a particle's instance; layout as in particle_pass.cpp
 
 }  // namespace
 

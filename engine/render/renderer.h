@@ -75,7 +75,7 @@ struct Eye {
   glm::dmat4 view{1.0};        // maps frame W to the eye's frame, m
   glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
   dvec3 position{0, 0, 0};     // m, frame W, position of the eye
-  bool flip = false;           // the eye sees through a mirror
+  bool flip = false;           // true: the eye sees through a mirror
 };
 
 struct Particle {
@@ -156,7 +156,7 @@ struct TissueLightGrid {
 struct ToolState {
   bool visible = false;
   Pose X_WG;           // pose of the servo's proxy, outside the tissue
-  double angle = 0;    // rad, rotation about z
+  double angle = 0;    // rad, rotation of the tool about its z axis
   double spindle = 0;  // rad/s, speed for the motion blur of the flutes
   double opacity = 1;  // fraction of the tool's pixels that are drawn; below 1 while the hand is not tracked
   Pose X_GH;           // pose of the handpiece, if there is one
@@ -167,7 +167,7 @@ struct ToolState {
 struct Cursor {
   bool visible = false;
   dvec3 p{0};            // m, frame W, start of the line
-  dvec3 down{0, 0, -1};  // unit vector, frame W
+  dvec3 down{0, 0, -1};  // unit vector, frame W, direction of the line
   double radius = 1e-3;  // m, radius of the ring
 };
 
@@ -182,7 +182,7 @@ struct Lights {
   glm::dvec2 spot{0.15, 0.08};  // m, full width and height; half brightness at the border
   double spot_border = 0.025;   // m, width of the border, from full brightness to zero
   double lamp_width = 0.168;    // m, width of the luminous area, for penumbras
-  double lamp_distance = 0.7;   // m, distance from the working tooth
+  double lamp_distance = 0.7;   // m, distance of the lamp from the working tooth
   double ambient = 1.0;         // factor by which the room's light is multiplied
 };
 

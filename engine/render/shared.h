@@ -33,7 +33,7 @@ struct FrameData {
   mat4 light_from_world;
   /// Shadow map: width, depth, texel size, m; w: 1 if there is a map.
   vec4 light_size;
-  vec4 key;           // unit vector to the lamp; w: strength
+  vec4 key;           // unit vector to the lamp; w: the lamp's strength
   vec4 up;            // unit vector to the ceiling; w: the room's strength
   vec4 window;        // unit vector to the reflected window
   vec4 tool_head;     // centre of the tool's head, m, frame W; w: radius, m; 0: no tool
@@ -42,7 +42,7 @@ struct FrameData {
   vec4 background;    // x: 1 gradient, 0 black; w: opacity
   vec4 picture;       // xy: size of a pixel in clip space
   vec4 clip;          // points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: all
-  vec4 section;       // as clip, but only for tissue
+  vec4 section;       // plane like `clip`, but only for tissue
   vec4 cursor;        // start of the cursor's line, m, frame W; w: radius of the ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the cursor's line
   vec4 mirror;        // mouth mirror: radius, m; fog; 1 / magnification

@@ -14,8 +14,8 @@ using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;          // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;     // m, width of the soft edge of a depth mark
-constexpr int kRingsPerTurn = 10;         // rings per turn of a thread
-constexpr int kFluteRings = 16;           // rings over a fluted head
+constexpr int kRingsPerTurn = 10;         // number of rings per turn of a thread
+constexpr int kFluteRings = 16;           // number of rings along a fluted head
 constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge
 constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
 constexpr double kCoarsest = 5e-4;        // lower limit of kChord / radius, for large heads

@@ -161,7 +161,7 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 /// The margin: curves where the border of the cut meets the surface before the work, as ordered points in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
   constexpr double kLevel = 0.5;           // voxels, depth below the surface before the work at which the margin lies
-  using Key = std::array<std::size_t, 4>;  // an edge between two points of the surface
+  using Key = std::array<std::size_t, 4>;  // edge of a triangle: for each end, the indices of two samples
   struct End {
     dvec3 p;
     std::vector<std::size_t> segments;

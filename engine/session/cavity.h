@@ -19,7 +19,7 @@ struct Preparation {
   DenseField ideal;            // distance field of the target shape; empty if the task has none
   std::vector<Tissue> tissue;  // tissue of each voxel before the work
   std::vector<bool> keep;      // voxels that must not be removed, such as a neighbouring tooth; may be empty
-  // Unit vector out of the opening. For a crown: the direction from which it is placed.
+  // Unit vector out of the cavity's opening. For a crown: the direction from which the crown is placed.
   dvec3 axis_W{0, 0, 1};
 };
 
@@ -43,7 +43,7 @@ struct CavityMeasures {
 
   double cut_area = 0;                   // m², area of the new surface
   std::optional<double> floor_depth;     // m, mean depth below the surface before the work, along axis_W
-  std::optional<double> floor_flatness;  // m, root mean square distance from a plane
+  std::optional<double> floor_flatness;  // m, root mean square distance of the floor from a plane
   std::optional<double> floor_tilt;      // rad, the floor's angle to the plane perpendicular to axis_W
   // Total occlusal convergence: twice the mean inclination of the walls, rad. Positive: the cavity opens outwards.
   std::optional<double> taper;

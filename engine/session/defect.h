@@ -35,7 +35,7 @@ struct Defect {
   std::string item;                   // name of the score item (ScoreItem::name) that lost points
   double amount = 0;                  // size of the defect in unit_of(item)
   dvec3 p_W{0};                       // m, place of the largest deviation
-  bool on_tooth = true;               // false: on a neighbouring tooth or the gum, or a force
+  bool on_tooth = true;               // false: the defect is on a neighbouring tooth or the gum, or it is a force
   bool left = false;                  // true: tissue was left; `strokes` contains the stroke that came nearest to it
   std::vector<DefectStroke> strokes;  // in order of time
 };

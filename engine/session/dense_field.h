@@ -48,7 +48,7 @@ class TrueDistances {
   struct Seed {
     glm::vec3 closest;
     bool has_normal;                   // true: `normal` is computed
-    std::optional<glm::dvec3> normal;  // empty: the gradient is too small
+    std::optional<glm::dvec3> normal;  // normal at `closest`; empty: the gradient is too small
   };
   float computed(std::size_t at) const;
   /// True if one of the 26 neighbours is on the other side of the surface.

@@ -68,7 +68,7 @@ struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // m, for each tool: distance from the tool's origin to its tip
-  std::vector<double> radius;  // for each tool: its radius, m
+  std::vector<double> radius;  // m, radius of each tool
   double max_force = 0;        // N; a larger force counts as over-force
   double max_angle = 0;        // rad, largest angle between tool and planned axis without a warning
   // m, largest depth below the planned depth without a warning

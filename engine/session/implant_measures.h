@@ -61,8 +61,8 @@ struct ImplantPhaseMeasures {
 struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distance of entry and apex from the plan
-  double axis_error = 0;                   // rad, angle to the planned axis
-  double depth = 0;                        // m, depth below the planned entry
+  double axis_error = 0;                   // rad, angle of the drilled hole's axis to the planned axis
+  double depth = 0;                        // m, depth of the drilled hole below the planned entry
   double canal_distance = 1e9;             // m, distance from the drilled hole's wall to the canal's wall
   double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest root
   // From the tissue (measure_bed()): mean diameter, and largest minus smallest diameter, m. Negative: unknown.

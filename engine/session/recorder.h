@@ -38,7 +38,7 @@ struct WriterOptions {
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
-  std::uint64_t ticks = 0, cuts = 0;  // number of rows in the file
+  std::uint64_t ticks = 0, cuts = 0;  // numbers of rows of ticks and of cuts in the file
   Nanos slowest_flush = 0;            // ns, elapsed time of the slowest write
   std::string message;
 };

@@ -181,7 +181,7 @@ using Value = std::optional<double>;
 
 // Smaller values of a measure, in the measure's unit, count as 0.
 constexpr double kMinMeasured = 1e-6;
-// m³; if a smaller volume of tissue changed, no work was done.
+// m³; if a smaller volume of tissue changed, this counts as no work.
 constexpr double kMinChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {

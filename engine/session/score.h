@@ -75,7 +75,7 @@ struct DamageMeasures {
     bool gum = false;
     std::uint64_t first = 0, last = 0, worst = 0;  // indices of ticks; worst: the tick that adds the most volume
     std::uint32_t tool = 0;
-    double volume = 0;  // m³, volume that the bur passed through
+    double volume = 0;  // m³, volume of tissue that the bur passed through
     dvec3 p_W{0};       // m, frame W, point in the head at the worst tick
   };
   std::vector<Touch> touches;
@@ -84,7 +84,7 @@ struct DamageMeasures {
 /// Extreme temperatures of pulp and bone, °C.
 struct HeatMeasures {
   static constexpr double kBody = 37;  // °C, temperature of the body
-  bool pulp = false, bone = false;     // true: the tissue contains pulp; bone
+  bool pulp = false, bone = false;     // true: the tissue contains pulp; true: it contains bone
   double pulp_max = kBody, pulp_min = kBody;
   double bone_max = kBody;  // °C, highest temperature of bone 0.5 mm from the wall of the cut
   double bone_above = 0;    // s, longest uninterrupted time above 47 °C
@@ -139,7 +139,7 @@ enum class Basis {
 struct ScoreItem {
   std::string name;
   Basis basis = Basis::kReplay;
-  double value = 0;  // NaN: not measured, gives no points
+  double value = 0;  // the measure's value in its unit; NaN: not measured, gives no points
   std::string unit;
   // Point where the result is worst, m, frame W. Empty: there is no such point.
   std::optional<dvec3> place_W;
@@ -147,7 +147,7 @@ struct ScoreItem {
   Best best = Best::kAtMost;
   std::string source;
   double points = 0;  // 0 to `full`
-  double full = 0;    // 100 · weight / all weights
+  double full = 0;    // largest possible points: 100 · weight / sum of all weights
 };
 
 /// Points, of 100, that a session needs to pass.

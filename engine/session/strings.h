@@ -33,7 +33,7 @@ std::string quantity_text(double v, std::string_view unit, Language language);
 std::string tool_text(std::string_view name, Language language);
 /// A permission that the servo loop asks for (such as real-time priority), and whether the system has granted it.
 struct Granted {
-  std::string_view name;  // key in the text catalogue
+  std::string_view name;  // key of the permission's name in the text catalogue
   bool yes = false;
 };
 std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);

@@ -313,7 +313,7 @@ struct SurfaceMesher::State {
   PolygonBuilder weaver;
   // The map stores only pointers, which keeps it small for the cache: it is searched often.
   std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
-  std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // becomes the next new brick (16³ cells)
+  std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // unused; becomes the next new brick (16³ cells)
   std::vector<Brick*> queue;                                 // bricks (blocks of 16³ cells) that must be meshed again
   std::vector<glm::ivec3> changed;
 

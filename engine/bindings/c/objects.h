@@ -42,7 +42,7 @@ struct CoreObject {
     std::unique_ptr<haptics::PatchExchange> patch;  // null while the servo runs on the core's thread
   };
   std::shared_ptr<Shared> shared;
-  bool begun = false;  // step() has computed a tick
+  bool begun = false;  // true after step() has computed a tick
   std::optional<SessionRecorder> recording;
   std::optional<CarverSide> side;  // empty while the servo runs on the core's thread
 

@@ -33,7 +33,7 @@ class KeyThread {
   std::array<std::array<char, 4>, 256> labels_{};  // Latin letter by keycode and layout; 0: none
   std::function<void(int)> pressed_;
   xcb_connection_t* server_;
-  int end_;  // event descriptor that ends the thread
+  int end_;  // descriptor of the event that ends the thread
   std::thread thread_;
 };
 

@@ -121,7 +121,7 @@ class Window final : public Output {
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // the frame has the old size
+        unshown_ = false;  // the last frame is not shown, because it has the old size
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;

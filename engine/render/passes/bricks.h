@@ -36,7 +36,7 @@ struct Brick {
   int block = -1;
   BrickKind kind = BrickKind::kAny;
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
-  glm::vec3 lo{0}, hi{0};  // m, in the mesh's frame
+  glm::vec3 lo{0}, hi{0};  // m, corners of the brick's bounding box, in the mesh's frame
   glm::vec3 cone_axis{0, 0, 1};
   // Sine of the largest angle between a triangle's normal and the cone's axis; 1: normals in all directions.
   float cone_cutoff = 1;

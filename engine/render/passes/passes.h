@@ -24,9 +24,9 @@ struct ShadowPass {
 /// Effects that only some scenes and quality levels need.
 struct SurfaceEffects {
   bool handpiece_shadow = false;
-  bool spot = false;        // border of the lamp's spot
-  bool film = false;        // water and slurry
-  bool light_grid = false;  // light of room and other surfaces
+  bool spot = false;        // true: draws the border of the lamp's spot
+  bool film = false;        // true: draws water and slurry on the tissue
+  bool light_grid = false;  // true: light of the room and of other surfaces is in a LightGrid
   bool operator==(const SurfaceEffects&) const = default;
 };
 

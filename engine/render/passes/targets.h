@@ -47,7 +47,7 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // if layered(): scene without particles
+  gpu::Image scene_, scene_depth_;  // if layered(): colour and depth of the scene without particles
 
   /// Samples are averaged in the pass only if both eyes share it. With one pass per eye, a command averages them,
   /// because lavapipe 22.3 always writes the averages to the first layer.

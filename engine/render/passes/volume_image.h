@@ -21,7 +21,7 @@ struct VolumeImage {
   }
   /// Creates an image of `size` texels, filled with zero, in the layout for shaders.
   void create(gpu::Device& device, const glm::ivec3& size, VkFormat format);
-  /// Copies parts from a buffer; outside a rendering pass.
+  /// Copies parts of the image from a buffer; must be recorded outside a rendering pass.
   void copy(VkCommandBuffer commands, VkBuffer from, std::span<const VkBufferImageCopy> parts) const;
   void destroy(gpu::Device& device);
 };

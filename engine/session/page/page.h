@@ -83,7 +83,7 @@ class Page : private Words {
   /// Writes the part about implant surgery: phases and their forces.
   void implant();
 
-  /// An event's text, tools and faults in the reader's language.
+  /// Text of an event, with names of tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   /// Plots the temperature of a tissue. `curve`: °C at the end of each second.

@@ -75,7 +75,7 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
                  escaped(plot.unit));
 
-  // Draws each interval without gaps as one shape: the maxima from left to right, the minima back. Then draws the mean.
+  // Draws each run of bins without gaps as one shape: the maxima forwards, the minima back. Then draws the mean.
   const std::size_t n = series.mean.size();
   for (std::size_t i = 0; i < n;) {
     if (std::isnan(series.mean[i])) {
