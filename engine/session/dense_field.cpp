@@ -13,12 +13,12 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels; if the nearest seed's surface point is nearer to a voxel than this, the voxel's own closest point is used.
+// Voxels; if the surface point of a voxel's seed (nearest voxel beside the surface) is nearer than this, it is refined.
 constexpr float kRefineLimit = 20;
 // Distances below this remain unchanged, voxels. More than a voxel's diagonal (1.73), so that all corners at the
 // surface remain.
 constexpr float kUnchangedBand = 1.8f;
-// Voxels; a voxel's nearest seed has a surface point at most this much farther away than the surface.
+// Voxels; the point of a voxel's seed (nearest voxel beside the surface) is at most so much farther than the surface.
 constexpr float kSeedGap = 0.4f;
 
 /// For each voxel: surface point (voxels) and index of the nearest seed (voxel beside the surface), and a bound: only a
@@ -30,8 +30,8 @@ struct Nearest {
   Nearest operator+(std::size_t by) const { return {bound + by, x + by, y + by, z + by, seed + by}; }
 };
 
-/// kNoBound is larger than any squared distance. kNoPoint is the point of a voxel without seed: too far away for its
-/// neighbours to use it.
+/// kNoBound is larger than any squared distance. kNoPoint is the point of a voxel whose seed (nearest voxel beside the
+/// surface) is unknown: too far away for its neighbours to use it.
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
@@ -47,7 +47,7 @@ float bound_of(float square) {
   }
 }
 
-/// Each voxel (x, y, 0…n-1) of the row `to` takes the seed of its neighbour in the row `from` if that seed is nearer.
+/// Each voxel (x, y, 0…n-1) of row `to` takes the seed (surface voxel) of its neighbour in row `from` if it is nearer.
 template <bool kRooted>
 TYPODONT_INLINE void pass_to_row(int n, float x, float y, const Nearest& from, const Nearest& to) {
   float* const __restrict bound = to.bound;
@@ -75,7 +75,7 @@ void pass_exact(int n, float x, float y, const Nearest& from, const Nearest& to)
   pass_to_row<false>(n, x, y, from, to);
 }
 
-/// Passes seeds along the row of n voxels at (x, y), up or down.
+/// Passes the seeds (nearest voxels beside the surface) along the row of n voxels at (x, y), up or down.
 template <bool kRooted>
 void pass_along(int n, bool up, float x, float y, const Nearest& row) {
   const int step = up ? 1 : -1;
@@ -125,7 +125,7 @@ std::optional<glm::dvec3> normal_at(const DenseField& field, const glm::dvec3& p
   return glm::length(g) > 0.5 ? std::optional(glm::normalize(g)) : std::nullopt;
 }
 
-/// Finds the nearest seed for each voxel of a box.
+/// Finds the seed of each voxel of a box: the nearest voxel beside the surface.
 class NearestSeeds {
  public:
   explicit NearestSeeds(const glm::ivec3& size)
@@ -136,18 +136,18 @@ class NearestSeeds {
         seeds_(count_, kNone) {}
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Sets a voxel's seed. `p`: the seed's point, voxels.
+  /// Sets a voxel's seed (nearest voxel beside the surface). `p`: the seed's surface point, voxels.
   void set(std::size_t at, std::uint32_t seed, const glm::vec3& p, float bound) {
     bounds_[at] = bound;
     for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
     seeds_[at] = seed;
   }
-  /// Return, for each voxel: the index of its nearest seed, and the bound (see Nearest), voxels².
+  /// Return, for each voxel: index of its seed (nearest voxel beside the surface), and the bound, voxels² (Nearest).
   std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
   std::vector<float> bounds() && { return std::move(bounds_); }
 
-  /// Eight passes, one for each combination of directions along x, y and z. A voxel takes the seed of a neighbour if
-  /// that seed is nearer. A finished row passes its seeds to a whole neighbouring row at once.
+  /// Eight passes, one for each combination of directions along x, y and z. A voxel takes the seed (surface voxel) of a
+  /// neighbour if that seed is nearer. A finished row passes its seeds to a whole neighbouring row at once.
   template <bool kRooted>
   void pass_all() {
     const auto nz = static_cast<std::size_t>(size_.z), nyz = static_cast<std::size_t>(size_.y) * nz;
@@ -216,7 +216,7 @@ TrueDistances::TrueDistances(DenseField field)
         const glm::dvec3 g = field_.gradient(p);
         const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
         const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-        // Starts with the distance that the field states; a nearer point of another seed replaces it.
+        // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
         nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
         seeds_.push_back({closest, false, {}});
       }
@@ -258,8 +258,8 @@ float TrueDistances::computed(std::size_t at) const {
   const bool in_band = std::abs(given) <= kUnchangedBand;
   if (in_band && (reach_[at] <= std::abs(given) + kSeedGap || is_beside_surface(at))) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
-  // Moves the seed's point along the surface to the voxel's own closest point. Many voxels share a seed, so its normal
-  // is computed once.
+  // Moves the surface point of the seed (nearest voxel beside the surface) along the surface to the voxel's own closest
+  // point. Many voxels share a seed, so its normal is computed once.
   const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
   const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
   Seed& seed = seeds_[nearest_[at]];

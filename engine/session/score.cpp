@@ -582,7 +582,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     }
     if (input.cavity && rule.name == "wall_thickness_mm") item.place_W = input.cavity->thinnest_W;
     if (input.cavity && rule.name == "pulp_distance_mm") item.place_W = input.cavity->nearest_pulp_W;
-    // Points fall as a hyperbola: a worse value always costs more.
+    // Points decrease as a hyperbola of the excess: a worse value always costs more.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));

@@ -107,7 +107,7 @@ struct Gltf {
 };
 
 Gltf gltf(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
-  // numbers of component types and buffer targets in glTF 2.0
+  // codes of component types and buffer targets in glTF 2.0
   constexpr int kByte = 5121, kUint32 = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
   Gltf made;
   std::string& buffer = made.buffer;
