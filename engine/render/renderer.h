@@ -288,7 +288,7 @@ class Renderer {
   void keep_depth(bool keep);
 
   /// Records the frame, unless it is equal to the last one. The caller submits the commands. `slot`: frame in flight;
-  /// `submitted`: number of the frame submitted last; `finished`: number of the newest finished frame.
+  /// `submitted`: number of this frame; `finished`: number of the newest finished frame.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
