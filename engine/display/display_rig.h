@@ -144,7 +144,7 @@ std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 /// Columns: the user's right and up in coordinates of the picture, ±1 or 0; a mirror reverses one axis.
 dmat2 upright(const DisplayRig& rig);
 
-/// Matrices row-major in mm, as in frame.json.
+/// Converts a matrix to row-major order with lengths in mm, as in frame.json.
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 

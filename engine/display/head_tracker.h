@@ -78,7 +78,7 @@ class HeadTracker {
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
-  // DisplayRig::scale, which scales the measured motion.
+  // Factor for the measured motion: DisplayRig::scale.
   double scale_;
   MotionFilter center_, right_;
   Stats stats_;

@@ -39,7 +39,7 @@ class RangeAllocator {
   std::size_t pieces() const { return ranges_.size(); }
 
  private:
-  // free ranges: first number → count
+  // free ranges: first number of each range → count of its numbers
   std::map<std::uint64_t, std::uint64_t> ranges_;
   std::uint64_t size_ = 0, free_ = 0;
 };

@@ -144,7 +144,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     }
     from = to;
   }
-  // Flat discs close both ends.
+  // Adds flat discs, which close both ends of the part.
   for (const bool last : {false, true}) {
     const std::size_t i = last ? n - 1 : 0;
     if (rings[i].radius <= 0) continue;

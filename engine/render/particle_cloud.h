@@ -15,7 +15,7 @@
 
 namespace typodont::render {
 
-/// Parameters as in debris::DebrisOptions and debris::CoarseField.
+/// Parameters of the particles' motion, as in debris::DebrisOptions and debris::CoarseField.
 struct CloudLaw {
   std::size_t capacity = 100'000;
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
@@ -46,7 +46,7 @@ static_assert(sizeof(CloudParticle) == 48);
 
 class ParticleCloud {
  public:
-  /// `distance`: samples of the distance field, m.
+  /// `distance`: samples of the signed distance to the tissue, m.
   ParticleCloud(gpu::Device& device, const CloudLaw& law, std::vector<float> distance);
   ~ParticleCloud();
   ParticleCloud(const ParticleCloud&) = delete;

@@ -24,7 +24,7 @@ struct Quality {
   bool tissue_mirrors = false;
 };
 
-/// The levels, best first.
+/// The quality levels, best first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4, 0.5e-3, 0.15e-3, 192, true},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4, 0.7e-3},

@@ -465,7 +465,7 @@ struct Renderer::Impl {
     const auto views = static_cast<std::size_t>(frame.views);
 
     prepare_tip(frame.suction);
-    // Finds what has changed.
+    // Finds what has changed since the last frame.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);

@@ -110,7 +110,7 @@ glm::vec2 spread(int i, float u, float v) {
   return p - glm::floor(p);
 }
 
-/// Surface near a cell.
+/// The piece of surface that belongs to a cell.
 struct Element {
   std::size_t cell = 0;
   glm::vec3 p{0}, n{0, 0, 1};  // m, frame W: point of the surface that is nearest to the cell, and its normal

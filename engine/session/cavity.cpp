@@ -138,7 +138,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
     square += f.area * glm::dot(q, q);
   }
   const double spread = square / 3;
-  // Almost all facets are in one plane.
+  // Almost all facets are in one plane, so they determine no sphere.
   if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;
   const dvec3 c = glm::inverse(normal) * right;
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};

@@ -16,7 +16,7 @@ struct HeadMoment {
   double force = 0;  // N, size of the force on the hand
 };
 
-/// A longer pause ends a stroke, s.
+/// A pause longer than this ends a stroke, s.
 inline constexpr double kStrokePause = 0.75;
 
 /// Cuts, touches or high forces without a pause, which caused a part of a defect. Times are those of the recording.

@@ -31,7 +31,7 @@ struct HeatConstants {
   double wet_flow = 0;   // m³/s, flow to which wet_film refers; wet_film grows with the square root of the flow
   double wet_reach = 0;  // m, radius around the tool's head that the spray wets
 };
-/// Reads the file's contents. Throws Error.
+/// Reads the constants from their file's content. Throws Error.
 HeatConstants read_heat_constants(const Json& json);
 
 /// The key "heat" of a scene.

@@ -46,7 +46,7 @@ enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose 
 inline constexpr std::array<std::string_view, 7> kImplantActions = {"smooth", "mark",  "drill", "check",
                                                                     "tap",    "place", "close"};
 
-/// One phase of the procedure. SI units.
+/// One phase of the implant surgery. SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;

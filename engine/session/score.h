@@ -68,7 +68,7 @@ class HandMeter {
 /// Damage by a rotating bur to tissue beside the tooth.
 struct DamageMeasures {
   bool neighbours = false, gum = false;  // true: the scene has neighbouring teeth, or gum
-  // Volume that the bur passed through, m³.
+  // Volume of neighbouring teeth and of gum that the bur passed through, m³.
   double neighbour_volume = 0, gum_volume = 0;
   /// One touch of a neighbouring tooth or of the gum by the bur, without a pause.
   struct Touch {
@@ -177,7 +177,7 @@ std::string_view unit_of(std::string_view score_name);
 /// Default target of a measure, used if neither the rule nor the ideal shape has one. Empty: there is none.
 std::optional<double> default_target(std::string_view score_name);
 
-/// Rules for scenes that state none.
+/// Default rules, for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}. A rule replaces
 /// the default rule of this name. "defaults": false removes all defaults. A missing target is the value of the target

@@ -389,7 +389,7 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // One semaphore more than frames in flight.
+    // Creates one semaphore more than there are frames in flight.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }

@@ -132,7 +132,7 @@ struct BytesDriver {
     return of(f).bytes->read(out, size, place) ? 0 : -1;
   }
   static herr_t write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, std::size_t, const void*) { return -1; }
-  // Recordings have their own lock (layout.h).
+  // Does nothing, because recordings have their own lock (layout.h).
   static herr_t lock(H5FD_t*, hbool_t) { return 0; }
   static herr_t unlock(H5FD_t*) { return 0; }
   // Two readers of one file never share a handle, because one of them may close it first.

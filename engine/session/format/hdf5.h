@@ -75,7 +75,7 @@ bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
 /// Writes text of any length as a scalar dataset, UTF-8.
 bool write_text(hid_t group, const char* name, std::string_view text);
-/// Reads the text. `dataset`: from open_dataset().
+/// Reads a text that write_text() has written. `dataset`: from open_dataset().
 bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

@@ -268,7 +268,7 @@ void Page::items() {
                               : item.basis == Basis::kTicks                                    ? "guarantee.ticks"
                                                                                                : "guarantee.replay"));
   };
-  // Sorts the items by weight.
+  // Sorts the score's items by weight.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });

@@ -31,7 +31,7 @@ struct CrossingSums {
   glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
   glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
   float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
-  // returns Σ p·n
+  // returns Σ p·n over the crossings
   float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
 };
 

@@ -36,7 +36,7 @@ struct PlaneSums {
 struct PlaneFit {
   glm::vec3 point{0};
   float residual = 0;  // voxels, root-mean-square distance of the point from the planes
-  /// 1: flat, 2: edge, 3: corner
+  /// Shape of the surface: 1: flat, 2: edge, 3: corner.
   int rank = 0;
 };
 
