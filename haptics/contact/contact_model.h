@@ -9,8 +9,8 @@
 
 namespace typodont::haptics {
 
-/// Input of a contact model: the state of the hand, and the force of the last tick. SI units; vectors in the workbench
-/// frame W.
+/// Input of a contact model in one tick: the state of the hand, and results of the last tick. SI units; vectors in the
+/// workbench frame W.
 struct ContactInput {
   Nanos t = 0;             // time of the hand's sample, ns
   std::uint64_t tick = 0;  // index of this tick
@@ -23,7 +23,7 @@ struct ContactInput {
 
   // The following members describe the contact in the last tick.
   double normal_force = 0;  // N, magnitude of the contact force
-  dvec3 normal{0};          // unit normal, pointing out of the tissue
+  dvec3 normal{0};          // unit normal of the tissue in contact, pointing out of the tissue
   // factor on ServoSettings::stiffness; its value follows from the tissue under the head
   double relative_stiffness = 1;
 
@@ -59,31 +59,31 @@ struct Contact {
   // true: the servo must call cut() although the tool does not cut: the model inserts an implant, or must finish an
   // earlier cut
   bool places = false;
-  // Direction from the head at the hand's pose to the position at which the contacts would hold it without a speed
-  // limit. Only the direction is used. Zero without contact.
+  // Direction from the head's centre at the hand's pose to the position at which the contacts would hold the head
+  // without a speed limit. Only the direction is used. Zero without contact.
   dvec3 contact_direction{0};
   double area = 0;            // m², contact area of the head; 0: none
   bool own_friction = false;  // true: p_WG includes friction, so the servo adds none
   bool gives_force = false;   // true for a penalty method: feel() sets the force
-  // 0..1; fraction of its power that the head uses at a wall of harder tissue; 0: no such wall
+  // 0..1; fraction of the motor's power that the head uses at a wall of harder tissue; 0: no such wall
   double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for methods with several; 0: finest
-  // Unit normal of a boundary to harder tissue that stops the tool like a wall, out of the wall. Zero: no wall.
+  // Unit normal of a boundary to harder tissue that stops the tool like a wall, out of the harder tissue. Zero: none.
   dvec3 side_normal{0};
-  // Smallest allowed stiffness of the coupling (spring between hand and proxy) along side_normal /
-  // ServoSettings::stiffness.
+  // Smallest allowed stiffness of the coupling (spring between hand and proxy) in the direction of side_normal, divided
+  // by ServoSettings::stiffness.
   double side_stiffness = 0;
   // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
   bool holds_turn = false;
-  // Orientation of the proxy if `holds_turn` is true. The rotation from the hand to R_WG determines `torque` and
-  // `stored`.
+  // Orientation of the proxy if `holds_turn` is true. The rotation from the hand's orientation to R_WG determines
+  // `torque` and `stored`.
   dquat R_WG{1, 0, 0, 0};
   // N·m, torque that the cutting by the rotating spindle exerts on the tool; used only if `holds_turn` is true
   dvec3 spindle_torque{0};
 
-  // The following members are results of feel(). Contact i pushes the tool at x_i along the unit vector n_i with the
-  // weight w_i (a length). The first `own` contacts belong to the head, the others to shank or safe end.
+  // The following members are results of feel(). Contact i pushes the tool at point x_i along the unit vector n_i with
+  // weight w_i (a length). The first `own` contacts belong to the head, the others to the shank or the safe end.
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;   // m, length by which other members are divided (comment "in `unit`"): 1 m, or the size of a voxel
@@ -94,7 +94,7 @@ struct Contact {
   // from the hand to the proxy that the contacts cause.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps the fractions of the last tick
-  PerTissue tissue{};         // fraction of each tissue below the contacts; sum 1
+  PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
   bool graded = false;        // true: `hardness` is valid; false: full hardness of every tissue
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (dense_tissue.h)
 
@@ -104,7 +104,7 @@ struct Contact {
   dvec3 force{0};     // N, force on the tool, including the damper's force
   dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the springs of the method
-  double depth = 0;   // m, largest penetration depth
+  double depth = 0;   // m, largest penetration depth of the head in tissue
 };
 
 /// The part of a contact method on the servo thread. All functions are noexcept; none allocates, locks or waits. The
@@ -114,7 +114,7 @@ class ContactModel {
   virtual ~ContactModel() = default;
 
   /// Makes `fresh` the snapshot in use, by exchanging contents, and repeats the servo's cuts that `fresh` lacks.
-  /// `removed`: m³, volume removed so far; corrected by the volumes of undone cuts and of loose pieces.
+  /// `removed`: m³, volume removed by all cuts; corrected here by the volumes of undone cuts and of loose pieces.
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
   /// Snapshot in use. Always the same object; adopt() changes its content.
   virtual const Snapshot& snapshot() const noexcept = 0;
@@ -122,8 +122,8 @@ class ContactModel {
   /// Infinity if a snapshot contains the whole tissue.
   virtual double travel() const noexcept = 0;
 
-  /// Distance in m that the proxy may move from X_WG before it can touch tissue; 0 or less: unknown. Valid until
-  /// adopt() is called; if turns_matter() is true, only for this orientation.
+  /// Distance in m that the proxy may move from the pose X_WG before it can touch tissue; 0 or less: unknown. Valid
+  /// until adopt() is called; if turns_matter() is true, only for the orientation of X_WG.
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
@@ -132,9 +132,9 @@ class ContactModel {
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue: the model discards the state of the last contact.
   virtual void release() noexcept = 0;
-  /// Returns true if the user may change to `tool` while the proxy is at X_WG: neither the current nor the new tool
-  /// touches anything there. Must not change what later ticks compute, because a recording does not contain refused
-  /// changes.
+  /// Returns true if the user may change to the tool with the index `tool` while the proxy is at X_WG: neither the
+  /// current nor the new tool touches anything there. Must not change what later ticks compute, because a recording
+  /// does not contain refused changes.
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
@@ -142,7 +142,7 @@ class ContactModel {
   /// spindle_torque.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
   /// Removes tissue with the energy of this tick, or adds filling. If tissue changed, returns true and sets `cut`
-  /// except its normal. `energy`: J, energy used. Called only if the tool cuts or fills, or if Contact::places is true.
+  /// except the normal. `energy`: J, energy used. Called only if the tool cuts or fills, or if Contact::places is true.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// Returns true if the volumes of cuts are estimates, which adopt() replaces by measured volumes.
   virtual bool estimates_volume() const noexcept { return false; }

@@ -16,7 +16,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // number of first samples of a row with weight zero
+constexpr int kLead = 2;  // number of samples at the start of a row that have the weight zero
 
 /// Weight and derivative of each sample of a row, as polynomials in the fraction 0..1.
 struct Polynomials {
@@ -38,11 +38,11 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// A number to add: it rounds doubles below 2 to multiples of 2^-29, so that products with floats are exact without FMA.
+// Added to a double below 2, this rounds it to a multiple of 2^-29; products with floats are then exact without FMA.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// Sums of the weights from sample j to the end. Weights are differences of rounded sums, so they add up to exactly 1
-/// (derivatives to 0).
+/// For each sample j, sums of the weights from j to the last sample. A weight is the difference of two rounded sums, so
+/// all weights add up to exactly 1 (their derivatives to 0).
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;

@@ -22,8 +22,8 @@ TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // `after`: sum of the weights of all later samples. All sums contain kGrid, which rounds them; the difference cancels
-  // it.
+  // `after`: sum of the weights of all later samples of the row. Both sums contain kGrid, which rounds them; their
+  // difference does not contain it.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
@@ -41,7 +41,7 @@ TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Weights in memory, so that one broadcast load fills all lanes.
+  // Forces the weights into memory, so that one broadcast load copies a weight to all lanes of a vector.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
   // Sample k is added to the partial sum k mod 4, so that all vector widths add in the same order.
   alignas(64) double sums[4][4] = {};

@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// The newest kLength cuts in a ring buffer. Cuts are numbered 1, 2, 3 … Allocates only at construction. Servo thread
-/// only.
+/// The newest kLength cuts of the servo in a ring buffer. Cuts are numbered 1, 2, 3 … Allocates only at construction.
+/// Servo thread only.
 template <class Made>
 class RecentCuts {
  public:
@@ -40,15 +40,15 @@ class RecentCuts {
   std::uint64_t last_ = 0;
 };
 
-/// A servo's cut, which is repeated in snapshots that lack it.
+/// A cut by the servo, with the data to repeat it in snapshots that lack it.
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
   PerTissue removed{};  // m³, removed volume of each tissue
 };
 
-/// Counts removed volume so that the count never decreases: if a cut of a mesh adds a little volume, later cuts count
-/// less.
+/// Counts removed volume so that the count never decreases: if a cut of a mesh adds a little volume, the next cuts
+/// count that much less.
 class RisingCount {
  public:
   /// Returns the volume (m³) to count for a cut.
@@ -79,7 +79,7 @@ class CutLog {
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative: filling
   };
 
-  /// Adds a cut that may have changed samples in the box from `lo` to `hi` (inclusive).
+  /// Adds a cut that may have changed samples in the box from `lo` to `hi` (voxels, inclusive).
   void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
     boxes_.add(index, {lo, hi, cut.fill_radius > 0});
     made_.add(index, cut);
@@ -93,8 +93,8 @@ class CutLog {
     const Box& box = boxes_[index];
     return glm::all(glm::greaterThanEqual(box.lo, lo)) && glm::all(glm::lessThanEqual(box.hi, hi));
   }
-  /// Computes the box of all cuts after cut `index`; false: there is none. The box is unlimited if some are no longer
-  /// stored. `filled`: one may be a filling.
+  /// Computes the box around all samples changed after the cut `index`; returns false if there was no cut. The box is
+  /// unlimited if some of these cuts are no longer stored. `filled`: true if one of them may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

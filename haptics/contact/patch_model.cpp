@@ -52,7 +52,7 @@ void PatchModel::step_to(TissuePatch& fresh) noexcept {
   take_step(patch_, fresh);
   if (late) {
     mark_merged(patch_, glm::max(lo, old_lo), glm::min(hi, old_hi), filled);
-    // A cut across the tissue patch's old border also changes new samples.
+    // A cut across the old border of the tissue patch must also change the new samples, so it is repeated.
     for (std::uint64_t i = log_.first_after(patch_.cuts); i <= log_.last(); ++i) {
       if (!log_.is_inside(i, old_lo, old_hi)) repeat(log_.made(i), i, patch_);
     }

@@ -19,7 +19,7 @@ const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // position in the cell, 0..1
+  double u, v, w;  // position in the cell between eight samples, 0..1
 };
 
 Cell cell_at(const TissuePatch& patch, const dvec3& p_V) {

@@ -13,7 +13,7 @@ namespace typodont::haptics {
 
 struct TissuePatch;
 
-/// Carver writes, servo reads. Allocates at set-up only.
+/// Written by the carver, read by the servo. Allocates at set-up only.
 class PatchStep {
  public:
   static constexpr int kSide = 8, kSamples = kSide * kSide * kSide;  // samples of a leaf along each axis, and in total
@@ -39,7 +39,7 @@ class PatchStep {
     const auto cube = [](std::size_t n) { return n * n * n; };
     return edge < 1 ? 0 : cube(static_cast<std::size_t>(edge)) - cube(static_cast<std::size_t>(edge) - 1);
   }
-  /// Allocates memory for `leaves` leaves.
+  /// Allocates memory for `leaves` leaves (8³ samples each).
   void reserve(std::size_t leaves) {
     leaves_.reserve(leaves);
     distances_.resize(leaves * kSamples);

@@ -12,7 +12,7 @@ double square(const dvec3& v) {
 
 }  // namespace
 
-/// Sets far_: number of the path's first points far from c.
+/// Sets far_: number of points at the start of the path that are all far from c.
 void RetreatPath::find_far_points(const dvec3& c) noexcept {
   far_ = 0;
   far_from_ = c;

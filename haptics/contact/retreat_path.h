@@ -46,7 +46,7 @@ class RetreatPath {
  private:
   static constexpr std::size_t kMost = 512;
   static constexpr double kSpacing = 0.5;  // voxels, smallest distance between consecutive points of the path
-  // smallest cosine between path and pull towards the hand for which the proxy moves back
+  // smallest cosine between the path back and the direction to the hand for which the proxy moves back
   static constexpr double kTowards = 0.3;
   // voxels; points nearer to each other count as the same point
   static constexpr double kSamePlace = 0.7;
@@ -58,8 +58,8 @@ class RetreatPath {
 
   std::vector<dvec3> points_;
   double longest_ = kSpacing;  // voxels, largest distance between consecutive points
-  // All points before index far_ are farther than kFar + kSamePlace from far_from_, so a proxy within kFar of far_from_
-  // is not near them.
+  // All points of the path before index far_ are farther than kFar + kSamePlace from the point far_from_. So a proxy
+  // within kFar of far_from_ is not near them.
   std::size_t far_ = 0;
   dvec3 far_from_{0};
 };

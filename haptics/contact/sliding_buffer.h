@@ -43,7 +43,7 @@ class SlidingBuffer {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Keeps the elements if the size remains the same; otherwise sets all to T{}.
+  /// Keeps all elements if `count` is the current size; otherwise sets `count` elements to T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }
@@ -98,7 +98,7 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  // number of elements after which the memory repeats
+  // number of elements after which the memory, which is mapped twice, repeats
   std::size_t ring_ = 0;
   std::size_t first_ = 0;  // index of the array's first element in the ring
 };

@@ -12,8 +12,8 @@
 
 namespace typodont::haptics {
 
-/// Owns the tissue in the form that a contact method needs. Used only by the carver thread. Equal calls give equal
-/// bits. The class Carver determines the order of cuts, strokes and edits; a body executes them.
+/// Owns the tissue in the form that a contact method needs. Carver thread only. Equal calls give bit-identical tissue.
+/// The class Carver determines the order of cuts, strokes, undo and redo; this class executes them.
 class TissueBody {
  public:
   virtual ~TissueBody() = default;
@@ -35,7 +35,7 @@ class TissueBody {
   /// no such stroke. Never called during a stroke.
   virtual bool undo() = 0;
   virtual bool redo() = 0;
-  /// Volume that all undos have restored, minus the volume that redos have removed again, m³.
+  /// Volume of each tissue that all undos have restored, minus the volume that redos have removed again, m³.
   virtual PerTissue taken_back() const = 0;
   /// Number of strokes that can be undone and redone, including the current stroke.
   virtual TissueVolume::Strokes strokes() { return rasterize().strokes(); }
@@ -58,7 +58,7 @@ class TissueBody {
   /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
   /// record.
   virtual void remember_writes(bool wanted) = 0;
-  /// Updates the newest snapshot by the recorded changes.
+  /// Updates `snapshot`, the newest one, by the recorded changes.
   virtual void bring_up_to_date(Snapshot& snapshot) = 0;
 
   /// Returns the tissue as a distance field with labels, for rendering, scores, reports and files. A body with another
@@ -67,7 +67,7 @@ class TissueBody {
   /// The body's own triangles, which the renderer then shows instead of the field's surface; null if there are none.
   /// The first call creates the object; later calls return the same object.
   virtual TissueSurface* surface() { return nullptr; }
-  /// Number of elements: voxels with tissue, spheres, or vertices.
+  /// Number of elements of the tissue: voxels with tissue, spheres, or vertices of the mesh.
   virtual std::uint64_t elements() const = 0;
 };
 

@@ -24,12 +24,12 @@ struct TissuePatch : Snapshot {
   glm::ivec3 lo{0};  // voxels, position of sample (0,0,0)
   int n = 0;
   bool whole = false;   // true: the tissue patch contains all tissue; outside it there is only air
-  double band = 1e300;  // voxels, largest distance that is stored
-  // true: outside the tissue, no distance is too large, except near cuts and fillings
+  double band = 1e300;  // voxels, largest distance from the surface that is stored
+  // true: outside the tissue, no stored distance is larger than the true one, except near cuts and fillings
   bool exact_outside = false;
-  // box around all cuts and fillings, inclusive
+  // voxels, box around all samples that cuts or fillings have changed, inclusive
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box around all fillings, inclusive
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // voxels; box around all filled samples, inclusive
   SlidingBuffer<float> distance;
   SlidingBuffer<Tissue> tissue;  // label of each sample (label.h)
   // Hardness of each sample (dense_tissue.h); at filled samples, the value before filling. Empty if the tissue has no
@@ -39,8 +39,8 @@ struct TissuePatch : Snapshot {
   // its own, larger voxels.
   std::vector<TissuePatch> coarse_levels;
   int every = 1;
-  // Allows the carver to copy only samples that are new or have changed. copied_at: TissueVolume::mark() at the last
-  // copy; 0: copy all. written_lo, written_hi: box that the servo has changed since that copy, inclusive.
+  // Allows the carver to copy only new or changed samples. copied_at: TissueVolume::mark() at the last copy; 0: copy
+  // all. written_lo, written_hi (voxels): box of the samples that the servo has changed since that copy, inclusive.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
   // Has one element with an intermediate surface (offset/intermediate_surface.h), in a complete tissue patch: a copy of
@@ -110,7 +110,7 @@ struct TissuePatch : Snapshot {
 inline void mark_written(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
-/// Adds the samples `lo` to `hi` to the box of all cuts.
+/// Adds the samples from `lo` to `hi` to the box cut_lo..cut_hi of all cuts.
 inline void mark_cut(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
@@ -131,7 +131,7 @@ struct FieldSample {
   dvec3 gradient{0, 0, 0};
 };
 
-// The following functions do not check bounds: call holds() first.
+// The following functions do not check whether the tissue patch contains the samples around p_V: call holds() first.
 
 /// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
 /// ns. For searches, never for a force. Outside a whole tissue patch, returns a lower bound.
@@ -149,8 +149,8 @@ PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Tissue at p_V (voxels) if all eight labels around it are equal; otherwise kAir.
 Tissue sole_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
-/// Weight × hardness of each tissue at p_V (voxels), with the weights of sample_tissue(). Without hardness per voxel:
-/// the weights.
+/// For each tissue, sum of weight × hardness at p_V (voxels), with the weights of sample_tissue(). If the tissue has no
+/// hardness per voxel: only the weights.
 PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept;
 
 /// Tissue of the voxel nearest to p_V (voxels). The tissue patch must contain it.
@@ -159,8 +159,8 @@ inline Tissue tissue_at(const TissuePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Number of samples along an edge of a tissue patch, for the tools' reach, the interpolation, and the motion until the
-/// next patch. A multiple of 8, because patches are copied by leaves.
+/// Number of samples along an edge of a tissue patch: enough for the reach of all tools, for interpolation, and for the
+/// tool's motion until the next patch. A multiple of 8, because patches are copied by leaves of 8³ samples.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
 /// Distance in voxels that a tool may move from the tissue patch's centre before it needs a new patch.
 double patch_travel_for(std::span<const Tool> tools, double voxel);

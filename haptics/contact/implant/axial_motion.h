@@ -10,8 +10,8 @@ struct AxialState {
   double speed = 0;  // m/s, speed along the axis
 };
 
-/// Returns the motion in m during `dt` s. The hand, `ahead` m away, pulls with the stiffness `k` (N/m). `mass`: kg; 0:
-/// spring and drag balance. `drag`: N·s/m. Eq. 5 of Zhao 2020 by implicit Euler, stable for all k and dt.
+/// Returns the motion in m during `dt` s. A spring of stiffness `k` (N/m) pulls to the hand, `ahead` m away. `mass`:
+/// kg; 0: spring and drag balance. `drag`: N·s/m. Eq. 5 of Zhao 2020 by implicit Euler, stable for all k and dt.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -24,9 +24,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Limits the motion (eq. 7–9, corrected): an obstacle limits only the advance. `as_printed`: eq. 7 as in the paper,
-/// where the tool moves only at an obstacle. In m: `wanted` inward motion, `free` distance to the obstacle, largest
-/// `step` per tick.
+/// Limits an axial step (eq. 7–9 of Zhao 2020, corrected): an obstacle limits only inward motion. `as_printed`: eq. 7
+/// as in the paper, where the tool moves only at an obstacle. Lengths in m: `wanted` inward motion, `free` distance to
+/// the obstacle, `step`: largest motion per tick.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

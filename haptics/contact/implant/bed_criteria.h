@@ -13,8 +13,8 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// `can_begin`: the tool can drill this bone, and touches it with its tip. In this case, if only criterion 4 (pushed)
-/// is met, the tool begins a new bed.
+/// `can_begin`: the tool can drill the bone at its tip, and touches it with the tip. If `can_begin` is true and only
+/// criterion 4 (pushed) is met, the tool begins a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

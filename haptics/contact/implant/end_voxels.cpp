@@ -24,17 +24,17 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels ahead of a tool voxel at which the distance from bone is evaluated again
+// voxels (tissue); the distance from bone is read again this far ahead of a tool voxel, along the feed
 constexpr double kAhead = 1.5;
-// voxels; an obstacle is ahead if the distance from bone decreases by this much
+// voxels; an obstacle lies ahead of a tool voxel if the distance from bone decreases by this much over kAhead
 constexpr double kFalls = 0.5;
-// voxels; an obstacle nearer than this stops the tool
+// voxels; bone nearer to a tool voxel than this, which the tool cannot cut, stops the tool
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 
 /// Functions that read samples at kBlock indices per call.
 struct Reader {
-  /// Reads two neighbouring samples at each index.
+  /// Reads two samples that are neighbours along z, at each index.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
   void (*samples)(const float* from, const std::int32_t* at, float* to);
   void (*bytes)(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to);
@@ -114,27 +114,27 @@ struct Task {
   float slowness;  // s/rad, 1 / spindle speed; 0: at rest
 };
 
-/// Data of kBlock voxels, one array per property. Flags are 0 or 1 and as wide as floats, so that loops are vectorised.
+/// Data of kBlock tool voxels, an array per property. Flags are 0 or 1, as wide as floats, so loops are vectorised.
 struct alignas(64) Block {
   using Flag = std::int32_t;
 
-  // voxels, positions in frame V
+  // voxels, positions of the tool voxels in frame V (tissue grid)
   float x[kBlock], y[kBlock], z[kBlock];
   float field[kBlock];        // voxels, distance from bone
   float gap[kBlock];          // m, distance from the bone to the tool's surface
-  Flag touches[kBlock];       // 1: in contact
+  Flag touches[kBlock];       // 1: the tool voxel is in contact with bone
   Flag stops[kBlock];         // 1: touches bone that it cannot cut
   float ahead[kBlock];        // voxels, distance from bone at Task::beyond
   std::int32_t at[kBlock];    // index of the tissue patch's sample to read
   Flag label[kBlock];         // tissue label at Task::beyond
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // Area in contact (m²), and area × hardness. cut, thrust: eq. 2 of Zhao 2020 per feed speed: torque about the axis
-  // (N·s), and axial force × EndLaw::thrust_ratio (N·s/m).
+  // area: area in contact (m²); hard_area: area × hardness (m²). cut, thrust: eq. 2 of Zhao 2020 divided by the feed
+  // speed: torque about the axis (N·s), and axial force × EndLaw::thrust_ratio (N·s/m).
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
-/// Interpolates trilinearly, like sample_linear(). Returns true if a voxel is within one voxel of bone.
+/// Interpolates the distance from bone trilinearly, like sample_linear(). Returns true if some result is below 1 voxel.
 TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -188,8 +188,8 @@ TYPODONT_INLINE std::int32_t rounded(float v) {
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Removes contact from voxels that only touch bone beside them: an obstacle must continue ahead of the tool. Returns a
-/// bit mask of the labels in contact.
+/// Removes the contact of tool voxels that only touch bone beside them: an obstacle must continue ahead of the tool.
+/// Returns a bit mask of the labels in contact.
 TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, Block& b) {
   using Flag = Block::Flag;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
@@ -218,8 +218,8 @@ TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, Block& b) {
   return static_cast<std::uint64_t>(labels);
 }
 
-/// Eq. 2 of Zhao 2020 for a feed along -z. Components perpendicular to the axis cancel, so they are left out (unlike
-/// add_cutting()). Returns true if a voxel stops the tool.
+/// Eq. 2 of Zhao 2020 for a feed along -z. Components perpendicular to the tool's axis cancel, so they are left out
+/// (unlike in add_cutting()). Returns true if a tool voxel stops the tool.
 TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t labels, Block& b) {
   using Flag = Block::Flag;
   const EndLaw& law = task.law;
@@ -281,7 +281,7 @@ TYPODONT_INLINE void add_stops(const Task& task, std::size_t first, const Block&
   }
 }
 
-/// A sum as kBlock partial sums, which are vectorised.
+/// A sum that is kept as kBlock partial sums, so that the additions are vectorised.
 struct Sum {
   alignas(64) float parts[kBlock] = {};
   TYPODONT_INLINE void add(const float* summands) {
@@ -354,7 +354,7 @@ Task task_of(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& la
 
 namespace {
 
-/// Merges 2 × 2 equal voxels, side by side at equal depth, into one; not near the axis, where 1/r changes quickly.
+/// Merges 2 × 2 equal tool voxels, side by side at equal depth, into one; not near the axis, where 1/r changes quickly.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
   constexpr double kNearAxis = 8;  // voxels from the axis; nearer voxels are not merged

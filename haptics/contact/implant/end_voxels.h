@@ -11,15 +11,15 @@
 
 namespace typodont::haptics::implant {
 
-/// The first ToolVoxels::ahead voxels of ToolVoxels::outer, which move into the bone, as arrays. Padding fills the last
-/// block; it never has contact.
+/// Arrays of the first ToolVoxels::ahead voxels of ToolVoxels::outer; these move into the bone. Padding fills the last
+/// block of kBlock voxels; it never has contact.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
   /// Stores all voxels of the tool's end in their order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
-  /// Merges four voxels into one where the tool is flat, up to an edge of `coarsest` (m). The bone's field is linear in
-  /// a voxel, so finer voxels give no better result.
+  /// Merges four tool voxels into one where the tool is flat, up to an edge length of `coarsest` (m). The bone's
+  /// distance field is linear in a tissue voxel, so finer tool voxels give no better result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
   std::vector<float> x, y, z;  // m, positions in frame T
@@ -31,38 +31,38 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // cutting ability 0..1, and its reciprocal (0 for 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // area of the whole end / area of the stored voxels
+  // area of the tool's whole end / area that the stored voxels represent
   double fraction = 1;
 };
 
 /// Parameters of the cutting law in this tick. SI.
 struct EndLaw {
   double voxel = 0;  // m, voxel size of the tissue patch
-  // m; within this distance from the axis, a voxel that cannot cut stops the tool
+  // m; only within this distance from the axis does a tool voxel that cannot cut stop the tool
   double width = 0;
   bool cuts = false;    // false: the tool cannot cut, for example at rest
   double max_grey = 0;  // Hounsfield units, densest bone that can be cut
   double speed = 0;     // rad/s, speed of the spindle
   double thrust_ratio = 1;
   PerTissue energy{};  // J/m³, specific cutting energy at hardness 1
-  // Hounsfield units; the grey value is grey + grey_per_hardness · hardness.
+  // Hounsfield units; the grey value of a tissue is grey + grey_per_hardness · hardness (0..1).
   PerTissue grey{}, grey_per_hardness{};
 };
 
 /// Result of scan_end().
 struct EndScan {
   CuttingWrench wrench;  // force and torque per feed speed along -z, frame T
-  double free = 1e9;     // m, motion until a voxel that cannot cut touches bone
+  double free = 1e9;     // m, motion along -z until a voxel that cannot cut touches bone
   double engaged = 0;    // m², area of the end in contact
-  // m², area of blocked voxels: num_cd of Zhao 2020
+  // m², area of the tool voxels that touch bone which they cannot cut: num_cd of Zhao 2020
   double collided = 0;
   double max_grey = 0;   // Hounsfield units, largest grey value in contact
-  PerTissue tissue{};    // m², `engaged` for each tissue
+  PerTissue tissue{};    // m², part of `engaged` in each tissue
   PerTissue hardness{};  // m² × hardness, for each tissue
 };
 
-/// Sums the cutting law over the end, and finds obstacles ahead. `center_V`: head's centre, voxels. The tissue patch
-/// must extend two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Same bits on every processor.
+/// Sums the cutting law over the tool's end; finds obstacles ahead. `center_V`: head's centre, voxels. The patch must
+/// reach two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Bit-identical on every processor.
 EndScan scan_end(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center_V,
                  const dquat& R_WT) noexcept;
 

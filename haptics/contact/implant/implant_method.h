@@ -17,7 +17,7 @@ struct Bed {
   dvec3 axis_W{0, 0, -1};  // unit vector to the bottom
   double depth = 0;        // m, from the entry to the bottom
   double radius = 0;       // m, radius of the widest tool so far
-  double tapped = 0;       // m, depth of the cut thread; 0: none
+  double tapped = 0;       // m, depth to which a thread was cut; 0: none
   bool bore = false;       // true: the bore of a placed implant
 };
 
@@ -30,11 +30,11 @@ struct Parameters {
   double centre_tolerance = 0.5e-3;
   // m; criterion 1 for entering a bed: largest height of the tip above the entry (a wide tool meets the rim first)
   double rim_above = 1.5e-3;
-  // m; criterion 2 for entering a bed: a tool that does not widen the bed may be wider by this
+  // m; criterion 2 for entering a bed: a tool that does not widen the bed may be wider than the bed by this
   double radius_tolerance = 0.1e-3;
-  // m; criterion 2 for entering a bed: a drill, or the core of an implant, may be wider by this
+  // m; criterion 2 for entering a bed: a drill, or the core of an implant, may be wider than the bed by this
   double widening = 0.6e-3;
-  // m; criterion 2 for entering a bed: a tool may be narrower by this; a narrower one moves freely in the bed
+  // m; criterion 2 for entering a bed: a tool may be narrower than the bed by this; a narrower one moves freely in it
   double loose = 0.75e-3;
   // rad (10 degrees); criterion 3 for entering a bed: largest angle between the axes of tool and bed
   double axis_tolerance = 0.175;
@@ -43,7 +43,7 @@ struct Parameters {
   // m; the tool leaves the bed when its tip is this far outside the entry
   double leave = 0.3e-3;
   double min_depth = 0.5e-3;  // m; a shallower hole is not a bed
-  // Parameters of the motion in a bed.
+  // kg, tool's mass for the motion along a bed (Zhao 2020, eq. 5); 0: no inertia
   double mass = 0;              // kg (Zhao 2020, eq. 5); 0: no inertia
   double turn_stiffness = 1.0;  // N·m/rad, spring that turns the tool to the bed's axis
   double switch_slew = 8;       // N/s, largest rate of the force after the tool has entered or left a bed
@@ -56,15 +56,15 @@ struct Parameters {
   // Hounsfield units, grey value of each tissue at hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // grey value of nerve and gum
-  // N·m, insertion torque of the reference implant (torque_surface) in reference bone (torque_grey). In other bone: ×
-  // (grey / torque_grey)^torque_exponent; in a cut thread: × tapped_fraction.
+  // N·m, insertion torque of a reference implant (surface torque_surface) in reference bone (grey value torque_grey).
+  // In other bone, multiplied by (grey / torque_grey)^torque_exponent; in a bed with a cut thread, by tapped_fraction.
   double torque = 0.489;
-  // Hounsfield units of the reference bone, 0.64 g/cm³
+  // Hounsfield units, grey value of the reference bone with the density 0.64 g/cm³
   double torque_grey = 1050;
-  // fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
+  // exponent of the bone's grey value, fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
-  // torque in a cut thread / torque without thread
+  // insertion torque in a bed with a cut thread / torque in a bed without thread
   double tapped_fraction = 0.6;
   std::vector<Bed> beds;  // beds at the start of the session
 };

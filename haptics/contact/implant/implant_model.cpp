@@ -11,17 +11,17 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as at rest
-// m; if the tip is farther from the bed's axis, the tool does not cut
+// m; a tool whose tip is farther than this from the bed's axis does not cut
 constexpr double kAtPlace = 2e-6;
-// The tip touches if the cosine between force and axis is larger than this.
+// The tip counts as touching if the cosine between contact force and tool axis is larger than this.
 constexpr double kTipContactCosine = 0.5;
-constexpr double kThreadGrips = 0.2e-3;  // m, depth at which a thread engages
-// m from the final depth or the bottom at which an implant is seated
+constexpr double kThreadGrips = 0.2e-3;  // m, depth of the tip at which a thread engages
+// m; an implant counts as seated if it is nearer than this to its final depth or to the bottom of the bed
 constexpr double kSeated = 0.05e-3;
 // The motor keeps its full speed up to (1 - this) × stall torque; above, the speed decreases linearly to zero.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the filter for the axial torque
-// m between samples along the axis when the depth of a bed is measured
+// m, distance between samples along the axis when the depth of a bed is measured
 constexpr double kAcross = 0.05e-3;
 
 dvec3 axis_of(const dquat& R_WT) {
@@ -83,8 +83,8 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// Returns false while a drill is in an implant bed: it must be withdrawn first. A placed implant stays in the bone, so
-/// another tool can be taken.
+/// Returns false while a drill is in an implant bed: the drill must be withdrawn first. A placed implant stays in the
+/// bone, so another tool can be taken then.
 bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
@@ -129,7 +129,7 @@ EndScan ImplantModel::scan_ahead(const Pose& X_WT, bool cuts, double speed, doub
   return scan_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// Measures the depth of a bed in m. The stored depth may be too large after an undo.
+/// Measures the depth of a bed along its axis, in m. The stored depth may be too large after an undo.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
@@ -163,7 +163,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Adds the rest of the pose's jump at the last entering or leaving of a bed, which decreases gradually to zero.
+/// Adds the pose's jump at the last entering or leaving of a bed (offset_, turn_), after reducing it gradually to zero.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -322,7 +322,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = scan_.engaged;
 }
 
-/// Axial motion of drill or gauge in this tick, m.
+/// Axial motion in this tick of a drill or a depth gauge, m. `wanted`: motion to the hand, m.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
   // Cuts only if the tip is on the axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
@@ -345,7 +345,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Limits the step by switch_slew until the tool has caught up with the hand. A perforating drill is not limited.
+/// Limits the step by switch_slew until the tool has caught up with the hand; not the step of a perforating drill.
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), max_step = parameters_.switch_slew * in.dt / stiffness(in);
@@ -354,13 +354,13 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Motion of a thread cutter, implant or screw in this tick, m: one pitch per turn once the thread has engaged.
+/// Axial motion of a thread cutter, implant or screw in this tick, m: one pitch per turn once the thread has engaged.
 /// `wanted`: motion to the hand, m.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
   const double most = parameters_.steps * voxel();
-  double turn;  // rad, positive: clockwise
+  double turn;  // rad, rotation of the tool in this tick; positive: clockwise
   if (implant.by_hand) {
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
@@ -396,10 +396,10 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   return step;
 }
 
-/// Torque of the thread with the tip at the depth `tip` (m), N·m (README.md, "Insertion torque").
+/// Torque of the thread in N·m when the tip is at the depth `tip` (m) in the bed (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr double kApart = 1e-3;  // m along the axis between samples
+  constexpr double kApart = 1e-3;  // m, distance along the axis between samples
   const double r = tool().radius(), core = tool().implant->core_diameter / 2, outward = r - 0.5 * (r - core);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
@@ -417,7 +417,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
   const double lever = r / 2e-3;  // radius / reference radius (2 mm)
-  // bone that the thread displaces / bone that it displaces in a bed as wide as the core
+  // volume of bone that the thread displaces, divided by the volume in a bed as wide as the core
   const auto displaced = [&](double bore) { return outward * outward - bore * bore; };
   const double narrow = displaced(std::min(bed.radius, core)) / displaced(core);
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever * narrow;

@@ -15,8 +15,8 @@
 
 namespace typodont::haptics::implant {
 
-/// Kind of motion, reported in ServoTick::level. `kFree`: outside a bed, free in all directions. 1 to 4: in a bed,
-/// along and about its axis. `kPlaced`: the implant stays in bone, and the hand holds nothing.
+/// Kind of motion, reported in ServoTick::level. `kFree`: outside a bed, free in all directions. Values 1 to 4: in a
+/// bed, along and about its axis. `kPlaced`: the implant stays in the bone, and the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -45,7 +45,7 @@ class ImplantModel final : public offset::OffsetModel {
 
   /// Beds in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
-  /// Voxels of the current tool, for benchmarks.
+  /// Tool voxels of the current tool, for benchmarks.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
@@ -53,7 +53,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool tool_cuts(const ContactInput& in) const noexcept;
   Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
   dquat turned_into(const Bed& bed, const dquat& R_WT) const noexcept;
-  /// `widest`: m, radius beyond which bone is no obstacle.
+  /// Evaluates the tool voxels at the tool's end. `widest`: m; bone farther than this from the axis is no obstacle.
   EndScan scan_ahead(const Pose& X_WT, bool cuts, double speed,
                      double widest = std::numeric_limits<double>::infinity()) const noexcept;
   double scan_wall(const Contact& contact) noexcept;
@@ -83,7 +83,7 @@ class ImplantModel final : public offset::OffsetModel {
   std::vector<EndVoxels> ends_;     // voxels at the end of each tool
   // Cutting law with the properties of the tissues; scan_ahead() adds the properties of the tool and the current speed.
   EndLaw law_;
-  // For each tissue and hardness byte: torque of a thread in it / torque in reference bone.
+  // For each tissue and hardness byte: torque of a thread in this bone / torque in reference bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   // directions around the tool's axis, frame T
   std::array<dvec3, 12> around_thread_;
@@ -94,7 +94,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool easing_ = false;  // true: the tool is in a bed, but has not reached the hand yet
   std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tip below the entry
-  double entered_ = 0;   // m, depth of the tip when it entered
+  double entered_ = 0;   // m, depth of the tip when the tool entered
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
@@ -104,7 +104,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool seated_ = false;     // true: the implant is at its final position
   bool placed_ = false;     // true: an implant was placed; the hand holds nothing
 
-  // Jump of the pose when the tool last entered or left a bed; decreases to zero, so that the tool does not jump.
+  // m, jump of the position when the tool last entered or left a bed; added to the pose, and decreases to zero.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick

@@ -10,15 +10,15 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// A voxel belongs to the end if the cosine between its normal and the feed direction -z is larger than this.
+// A tool voxel belongs to the end if the cosine between its normal and the feed direction -z is larger than this.
 constexpr double kFacingEnd = 0.5;
-// voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
+// tool voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // number of parts of a voxel's edge for this average
+constexpr int kParts = 8;           // number of parts of a voxel's edge for this average of 1/r
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// voxels, depth below the surface at which a second normal is computed
+// tool voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.05;
-// a rim is sharp if the cosine between the two normals is smaller than this
+// a rim of the tool is sharp if the cosine between the normals at the surface and at kWithin is smaller than this
 constexpr double kSmooth = 0.97;
 
 /// Mean of 1/r (r: distance from the axis) over the voxel's cross-section.
@@ -28,7 +28,7 @@ double mean_inverse_r(double x, double y, double edge) {
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {
-      // The number of parts is even, so that none is centred on the axis.
+      // kParts is even, so that no part of the voxel is centred on the axis, where 1/r is infinite.
       const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
       sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
     }
@@ -58,7 +58,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
       for (int z = -below; z <= above; ++z) {
-        // Layers along the axis; a flat end lies half-way between two of them.
+        // Layers of tool voxels along the axis; a flat end lies half-way between two layers.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);

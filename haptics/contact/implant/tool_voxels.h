@@ -27,12 +27,12 @@ struct ToolVoxels {
   // Number of voxels at the end whose centres are outside the head; these touch bone first.
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that the first `ahead` voxels represent; voxels inside the head represent the rest
+  // fraction of the end's area that the first `ahead` voxels represent; the end's other voxels represent the rest
   double ahead_fraction = 1;
 };
 
-/// Makes the voxels of a tool. `edge`: m; `layers`: thickness in voxels. A threaded tool has only voxels of its core,
-/// because the thread moves in its groove. Cutting ability: from "implant" in the tool's file, otherwise 1.
+/// Makes the voxels of a tool. `edge`: m; `layers`: shell's thickness in voxels. A threaded tool has only voxels of its
+/// core, because the thread moves in its groove. Cutting ability: from "implant" in the tool's file, otherwise 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
 /// Force and torque on the tool, divided by the feed speed, in frame T about its origin.
@@ -41,14 +41,14 @@ struct CuttingWrench {
   dvec3 torque{0};  // N·s, torque per feed speed
 };
 
-/// Adds one voxel of eq. 2 (Zhao 2020), if it faces the feed. `u`: J/m³; `along`: unit vector of the feed, frame T;
-/// `speed`: rad/s about z; `alpha`: tangential / normal force.
+/// Adds to `sum` eq. 2 of Zhao 2020 for one voxel, if it faces the feed. `u`: specific energy, J/m³; `along`: unit
+/// vector of the feed, frame T; `speed`: rad/s about z; `alpha`: tangential force / normal force.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);
   const double facing = glm::dot(n, along);
   if (!(facing > 0)) return;
-  // In the paper, N is in revolutions per second: 1/(2 pi N) is 1/speed.
+  // In the paper, N is in revolutions per second: its 1/(2 pi N) is 1/speed here.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
   // The tangential force acts against the motion of the edges.

@@ -7,10 +7,10 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// m, overlap that counts as rounding error
+// m; a smaller overlap of head and tissue counts as rounding error
 constexpr double kOverlap = 1e-9;
-// Tolerated overlap at rest, in radii. Without it, a sharp rim could not enter its own hole again, which has the same
-// width.
+// Tolerated overlap of a head at rest with tissue / the head's radius. Without it, a sharp rim could not enter its own
+// hole again, which has the same width.
 constexpr double kAllowedDepth = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list of contact points is begun
 constexpr double kAhead = 0.4;
@@ -55,7 +55,7 @@ void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (lister_.work(grid, head_, next_, kMaxListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
 }
 
-/// Smallest distance of a contact point from a head with its centre at c, m.
+/// Smallest distance of a contact point from a head with its centre at c, m; negative: overlap.
 double HeadContact::min_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = list_.margin - moved_since(list_, c);

@@ -24,7 +24,7 @@ double longest_edge2(const Face& face) noexcept {
   return longest2;
 }
 
-/// Number of additional points on a face whose edges are divided into n parts.
+/// Number of contact points on a face in addition to its corners, if each of its edges is divided into n parts.
 std::size_t points_on(int n) noexcept {
   return static_cast<std::size_t>((n + 1) * (n + 2) / 2 - 3);
 }
@@ -62,7 +62,7 @@ void HeadLister::begin(const TriangleGrid& grid, const vertex::VertexHead& head,
 bool HeadLister::work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most) noexcept {
   const dvec3 c = list.points.listed_at().p;
   const glm::vec3 axis(R_WT_[2]);
-  // First selects the faces near the head, by the distances of their centres.
+  // First selects the faces near the head, by the distance of each face's centre from the head.
   near_.clear();
   distances_.clear();
   std::size_t effort = 0;
@@ -119,12 +119,12 @@ void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_a
 void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept {
   const glm::vec3 axis(R_WT_[2]);
   const dvec3 c = list.points.listed_at().p;
-  // Each small triangle's area is divided equally among its corners.
+  // The face is divided into small triangles; the area of each is divided equally among its three corners.
   const auto each_point = [&](const Face& face, int n, auto&& use) {
     vertex::each_face_point(face.a, face.b, face.c, n, use);
   };
   for (std::size_t first = 0, last = 0; first < near_.size(); first = last) {
-    // Computes distances for as many faces as the buffer holds.
+    // Computes the distances of faces' centres from the head, for as many faces as the buffer holds.
     distances_.clear();
     std::uint32_t number = 0;
     for (last = first; last < near_.size(); ++last) {

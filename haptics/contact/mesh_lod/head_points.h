@@ -29,8 +29,8 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<PointArea> areas;  // one for each contact point
-  // m. margin: the list contains all points within this distance of the head at its pose points.listed_at(). kept:
-  // motion of the head up to which the list is used.
+  // m. margin: the list contains all contact points within this distance of the head at the pose points.listed_at().
+  // kept: motion of the head from this pose up to which the list is used.
   double margin = 0, kept = 0;
 
   HeadPoints() { areas.reserve(kMost); }
@@ -51,7 +51,7 @@ class HeadLister {
   /// Continues the list with the arguments of begin(), until the effort (faces + contact points) reaches about `most`.
   /// Returns true if the list is complete. The result does not depend on the number of calls.
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
-  /// Returns true while a list is incomplete: after begin(), until work() has returned true.
+  /// Returns true while the list of contact points is incomplete: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }
   /// Returns true if no contact point is inside the head.
   static bool is_free(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W) noexcept;

@@ -27,7 +27,7 @@ constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level by default
 // largest number of attempts to get the requested number of vertices
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // allowed difference in the number of vertices / requested number
+constexpr double kNear = 0.005;  // allowed difference from the requested number of vertices / requested number
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// Function type of meshopt_simplify.
@@ -66,7 +66,7 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
-    // Vertices at borders of tissues are copied for each tissue, because the simplifier preserves such seams.
+    // A vertex at a border between tissues is copied for each tissue, because the simplifier preserves such seams.
     std::unordered_map<std::uint64_t, unsigned> copies;
     const dvec3 from = mesh.vertices[mesh.triangles.front().x];
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -160,7 +160,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // A mesh has about two triangles per vertex, fewer with open borders.
+  // A closed mesh has about two triangles per vertex, one with open borders fewer.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -189,7 +189,7 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // Returns true if the vertex indices, read from the smallest on, increase. Opposite triangles give different results.
+  // Returns true if the vertex indices of a triangle, read from the smallest on, increase. Differs for its opposite.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);

@@ -1,4 +1,4 @@
-// Makes the levels of detail: subdivides a mesh that is too coarse, simplifies with meshoptimizer. Set-up only.
+// Makes a mesh's levels of detail: subdivides a mesh that is too coarse, simplifies with meshoptimizer. Set-up only.
 #pragma once
 
 #include <memory>
@@ -14,36 +14,36 @@ namespace typodont::haptics::mesh_lod {
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Divides each triangle into four. The surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies in one pass to about the fraction `part` of the triangles; more remain if borders must be preserved.
-/// Carver thread.
+/// Simplifies the mesh in one pass to about the fraction `part` (0..1) of its triangles; more remain if borders must be
+/// preserved. Carver thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// Simplifies to `vertices` vertices, within 1 % if possible. Vertices do not move; open borders and borders of tissues
-/// remain.
+/// Simplifies the mesh to `vertices` vertices, within 1 % if possible. The remaining vertices do not move; open borders
+/// of the mesh and borders between tissues remain.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
 /// Numbers of vertices that the scene requests.
 struct LevelOptions {
-  // number of vertices of the base mesh; empty: the given mesh is used
+  // number of vertices of the mesh from which the levels are made; empty: the given mesh is used
   std::optional<std::size_t> vertices;
-  // numbers of vertices of the levels, finest first; empty: 100 %, 40.15 % and 22.46 %
+  // numbers of vertices of the levels of detail, finest first; empty: 100 %, 40.15 % and 22.46 % of the base mesh
   std::vector<std::size_t> levels;
 };
 
-/// The meshes of all levels, finest first. Constant, and shared by servo and carver thread.
+/// The meshes of all levels of detail, finest first. Constant, and shared by the servo and the carver thread.
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // number of vertices of each level, finest first
   TissueMesh finest;                  // mesh of the finest level
 };
-/// Throws Error if a level has more vertices than is possible, if levels increase, or if the list is empty.
+/// Throws Error if a level has more vertices than is possible or than the level before, or if there is no level.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Mesh from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
-/// Removes pairs of opposite triangles with the same corners, which simplification leaves on flat surfaces. With such
-/// pairs, an edge would have four faces and count as a border.
+/// Removes pairs of opposite triangles with the same three corners, which simplification leaves on flat surfaces. With
+/// such a pair, an edge would have four faces and count as a border.
 TissueMesh without_double_faces(const TissueMesh& mesh);
 
-/// Larger of the two one-sided Hausdorff distances, m, measured at corners and midpoints.
+/// Larger of the two one-sided Hausdorff distances of two meshes, m, measured at corners and midpoints of faces.
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

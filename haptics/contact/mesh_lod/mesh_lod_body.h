@@ -48,8 +48,8 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  // m. travel_: the tool may move this far until the next snapshot. reach_: largest distance of a point of the tool
-  // from the origin of frame T.
+  // m. travel_: distance that the tool may move until the next snapshot. reach_: largest distance of a point of any
+  // tool from the origin of the tool's frame T.
   double travel_, reach_ = 0;
   bool cut_ = false;            // true: the tissue was cut
   std::optional<Nanos> first_;  // ns, time of the first cut since the last snapshot

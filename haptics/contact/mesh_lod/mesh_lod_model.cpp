@@ -19,19 +19,19 @@ constexpr double kSearchDistance = SurfacePoint::kFarthest;  // m, search distan
 // m; tissue_at() uses the nearest face up to this distance
 constexpr double kNearby = 0.2e-3;
 constexpr double kMinStep = 1e-9;  // m; a cut with a shorter step is not made
-// weight of each new value in the running mean measured_
+// weight of each new ratio in the running mean measured_ of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
 // While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur.
-// kMaxOverlap: overlap of head and faces. kMaxAdvance: distance that the bur may cut without a new snapshot.
+// kMaxOverlap: depth of a face in the bur's head. kMaxAdvance: distance that the bur may cut without a new snapshot.
 constexpr double kMaxOverlap = 0.5, kMaxAdvance = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
 // smallest and largest ratio of measured to estimated removed volume
 constexpr double kMinMeasured = 0.02, kMaxMeasured = 4.0;
-// m; a shorter vector offset_ counts as zero
+// m; a shorter vector offset_ (shift of the contact point after a change of level) counts as zero
 constexpr double kNoOffset = 1e-12;
 // smallest allowed ratio of a tissue's stiffness to ServoSettings::stiffness
 constexpr double kMinStiffness = 1e-3;
-constexpr double kClear = 0.3e-3;  // m; a bur farther than this from the mesh has left its cut
+constexpr double kClear = 0.3e-3;  // m; a bur farther than this from the mesh has left the hole that it cut
 constexpr double kEase = 15;       // N/s, largest change of a bur's force while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
@@ -97,7 +97,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     }
     for (std::size_t t = 1; t < removed.size(); ++t) {
       measured += fresh.removed[t] - snapshot_.removed[t];
-      // A cut of the mesh may add a little volume, but the count may decrease only by undo.
+      // A cut of the mesh may add a little volume, but the count of removed volume may decrease only by undo.
       removed[t] = edited ? fresh.removed[t] : std::max(removed[t], fresh.removed[t]);
     }
     if (estimated > 0 && !edited) {
@@ -169,7 +169,7 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
 }
 
 /// Moves the contact point to the mesh of another level; `hip_`: the hand's position in the last tick. `anew`: computes
-/// the point from the hand's position alone; otherwise the change of the force is applied gradually.
+/// the contact point from the hand's position alone; otherwise the change of the force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -268,8 +268,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of a bur's force, which would jump if the bur loses its contacts far from the hand, or if a new
-/// snapshot shifts the contact point.
+/// Limits the rate of a bur's force, which would jump when the bur loses its contacts far from the hand, or when a new
+/// snapshot shifts the contact point. `give`: the snapshot lacks cuts.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -310,7 +310,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // The budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
+  // The energy budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kMinStep)) return false;
   const dvec3 to = c + step / left * displacement;

@@ -94,7 +94,7 @@ class MeshLodModel final : public ContactModel {
   std::size_t level_ = 0;
   // true: the contact shape (ball or other head) is at the tool's current position
   bool placed_ = false;
-  // true: the servo moved the tool without contact since the last tick; placed_ is then false
+  // true: since the last tick, the servo moved the tool without contact and without this model; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick (HIP)
   // m, vector that is added to the contact point after a change of the level, or of the wall between tissues that stops
@@ -120,7 +120,7 @@ class MeshLodModel final : public ContactModel {
   bool in_own_cut_ = false;     // true from a cut until the head is clear of the mesh
   RetreatPath path_;            // path while in_own_cut_, voxels
   Pose end_;                    // pose of the tool after the last cut
-  bool adopted_ = false;        // true: a snapshot was adopted in this tick
+  bool adopted_ = false;        // true: a new snapshot was adopted in this tick
   // filtered ratio of measured to estimated removed volume, for the cuts in the last snapshot
   double measured_ = 1;
 };

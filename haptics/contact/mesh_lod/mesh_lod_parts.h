@@ -13,14 +13,14 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s, increasing speeds of the hand. Above the first, the second-finest level is used, and so on.
+  // m/s, increasing speeds of the hand. Above the first speed, the second-finest level of detail is used, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
   double hysteresis = 0.1;  // width of the hysteresis / switching speed
-  // true: at a change of level, the contact is mapped to the new mesh; false: it is computed again from the hand's
-  // position
+  // true: when the level of detail changes, the contact point is mapped to the new mesh; false: it is computed again
+  // from the hand's position
   bool maps = true;
   double ramp = 5;          // N/s, largest rate of the force after a change of level; 0: the force may jump
-  double wall_limit = 0.5;  // N, force at which a wall between tissues yields
+  double wall_limit = 0.5;  // N, force above which a wall between tissues lets the tool through
 };
 
 /// Before the first cut, contains the constant levels of detail; afterwards, the faces around the tool.
@@ -40,12 +40,12 @@ struct MeshSnapshot : Snapshot {
 
 /// Parameters of snapshots for a tool set that can cut.
 struct LocalParameters {
-  static constexpr double travel = 2e-3;  // m that the tool may move until the next snapshot
-  // m; the snapshot reaches this far beyond the tool and its possible motion `travel`
+  static constexpr double travel = 2e-3;  // m, distance that the tool may move until the next snapshot
+  // m; the snapshot contains faces up to this far beyond the tool and its possible motion `travel`
   static constexpr double margin = 0.5e-3;
-  // radii that the head may move while the carver's contact points are valid
+  // distance that the head may move while contact points listed by the carver are valid / head's radius
   static constexpr double listed = 0.45;
-  // ns, smallest time between snapshots (30 Hz, paper S3)
+  // ns, smallest time between two snapshots (30 Hz, paper S3)
   static constexpr Nanos interval = 33'000'000;
 };
 

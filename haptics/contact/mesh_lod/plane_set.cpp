@@ -6,7 +6,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// The planes of a set for the active-set solver; x is the displacement from c, m.
+/// The planes of a PlaneSet for the active-set solver; x is the displacement (m) from the planes' common centre c.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
@@ -18,7 +18,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.gap; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m, a smaller violation is ignored
+    constexpr double kSlip = 1e-13;  // m; a smaller violation of a plane is ignored
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

@@ -1,4 +1,4 @@
-// Finds the allowed point nearest to a goal.
+// Finds the point nearest to a goal that a set of planes allows.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace typodont::haptics::mesh_lod {
 struct Plane {
   dvec3 n{0};               // unit normal
   double gap = 0;           // m, distance that the point may move from c against n
-  dvec3 p{0};               // m, point on the surface
-  std::uint64_t order = 0;  // of equally violated planes, the lowest order is used
+  dvec3 p{0};               // m, point where the tool touches the surface
+  std::uint64_t order = 0;  // if several planes are equally violated, the one with the lowest order is used
   std::uint32_t face = 0;   // index of the face that gives the plane
   // edge of the face at which the plane is a wall between tissues; -1: no wall
   std::int8_t wall = -1;

@@ -16,7 +16,7 @@ struct Hold {
   // unit normal, pointing out of the tissue; for a wall between tissues, towards the softer tissue
   dvec3 n{0};
   double push = 0;               // m, distance by which this contact displaces the tool
-  Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
+  Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall between tissues, the harder one
   bool wall = false;
 };
 
@@ -31,9 +31,9 @@ class SurfaceContact {
   bool touching() const noexcept { return count_ > 0; }
   int count() const noexcept { return count_; }
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// Returns true if a wall yielded in the last follow() and the contact shape moved past it.
+  /// Returns true if a wall between tissues let the contact shape (ball or other head) through in the last follow().
   bool gave_way() const noexcept { return gave_way_; }
-  /// Returns true if the last follow() moved the tool out.
+  /// Returns true if the last follow() moved the tool out of tissue that it overlapped.
   bool leading_out() const noexcept { return leading_out_; }
 
   /// Radius of the contact shape, m: of a ball, or the largest radius of any other head.
@@ -55,14 +55,14 @@ class SurfaceContact {
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
   /// Moves the centre of the contact shape (ball or other head) to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;
-  /// Transfers the contact to another mesh: moves to the point outside that mesh nearest to the old position (SCP
-  /// mapping, paper S3, section 3.2).
+  /// Transfers the contact to another mesh: moves the centre of the contact shape to the point outside that mesh
+  /// nearest to its old position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
   /// Follows the hand's position `hip` (haptic interface point). `give`: overlapping tissue counts as removed down to
   /// the depth of the overlap, so it does not push the head out.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre of the contact shape into tissue. The next follow() with `give` = true treats the overlapping
-  /// tissue as removed.
+  /// Moves the centre of the contact shape (ball or other head) to c, inside tissue. The next follow() with `give` =
+  /// true treats the overlapping tissue as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
   /// Distance (m) from the surface to the contact shape with its centre at p, at most `most`.

@@ -13,36 +13,36 @@ namespace typodont::haptics::mesh_lod {
 namespace {
 
 constexpr int kMaxIterations = 24;  // largest number of iterations per follow()
-constexpr double kStays = 1e-11;    // m, shorter steps end the iteration
-constexpr double kMinReach = 5e-6;  // m from the ball, smallest search distance for faces
-// m, largest search distance; longer motions are divided
+constexpr double kStays = 1e-11;    // m; a shorter step of the ball ends the iteration
+constexpr double kMinReach = 5e-6;  // m from the ball's surface, smallest search distance for faces
+// m, largest search distance for faces; longer motions of the hand are divided
 constexpr double kMaxReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // search distance for faces / expected motion
-// m, largest motion for which collected faces are used; also limited by the width of a grid cell
+constexpr double kAhead = 1.1;  // search distance for faces / expected motion of the ball
+// m, largest motion of the ball for which collected faces are used; also limited by the width of a grid cell
 constexpr double kMaxKept = 0.3e-3;
-// Search distance for faces / radius, while cutting or in the cut.
+// Search distance for faces / ball's radius, while the tool cuts or is in the hole that it cut.
 constexpr double kReachInCut = 0.5;
-// Motion / radius for which collected faces are used, while cutting or in the cut.
+// Motion / radius of the ball up to which collected faces are used, while the tool cuts or is in the hole that it cut.
 constexpr double kKeptInCut = 0.15;
 constexpr double kMinInCut = 50e-6;  // m, lower limit of kReachInCut × radius
-// search distance of the next iteration / last step
+// search distance for faces in the next iteration / length of the last step
 constexpr double kNextReach = 0.25;
-// number of collected faces that take as long as one tested face
+// Collecting this number of faces takes as long as testing one face.
 constexpr int kCollectedPerTest = 4;
 // m; a face no higher than this above the plane of another face needs no plane
 constexpr double kBelow = 1e-11;
-// m, like kBelow, but for a test in single precision
+// m, like kBelow (height above a plane), but for a test in single precision
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wall between tissues
 // m, search distance for the surface of a new mesh
 constexpr double kMapReach = 2e-3;
 constexpr int kMaxLifts = 16;
-// round_edge() extends a step only if the cosine between normal and direction to the hand is larger than this
+// round_edge() extends a step only if the cosine between the plane's normal and the direction to the hand is above this
 constexpr double kMinAlong = 0.3;
-// m; if the point is nearer to a face, the face's normal gives the direction
+// m; if the ball's centre is nearer to a face than this, the face's normal gives the direction
 constexpr double kNoDirection = 1e-13;
 
-/// Lists the boxes (`lo`, `hi`) within `far` of p. May read up to seven elements beyond the end.
+/// Lists the boxes (from `lo` to `hi`) within `far` of p. May read up to seven elements beyond the end of the arrays.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -67,8 +67,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Lists the planes that q is behind, or less than `clear` in front of. A plane: normal · x = -distance; x and q are
-/// relative to the same centre.
+/// Lists the planes that the point q is behind, or in front of by less than `clear`. A plane: normal · x = -distance; x
+/// and q are relative to the same centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -101,10 +101,10 @@ struct EightFaces {
   double square[kLanes], distance[kLanes];  // m² and m, squared distance and distance
   // index of the edge with the nearest point; -1: interior
   double edge[kLanes];
-  unsigned corner = 0;  // bit mask: the nearest point is a corner
+  unsigned corner = 0;  // bit mask, one bit per face: its nearest point is a corner
 };
 
-/// Computes nearest_on() for eight faces at once, with the same operations.
+/// Computes nearest_on() for eight faces at once, with the same operations and so the same result.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void find_nearest(EightFaces& faces, const double* point) {
   const D8 zero = {};
@@ -283,7 +283,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    // the ball is behind this wall already, so it cannot stop the ball
+    // the ball is already behind this wall between tissues, so the wall cannot stop the ball
     if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
@@ -298,7 +298,7 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
   planes_.clear();
   const double r = radius();
   bool fits = true;
-  // Planes of interiors come first; edges of faces below them then need no plane.
+  // Planes of faces' interiors come first; edges of faces below these planes then need no plane.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -354,7 +354,7 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
-  std::uint32_t found = kNoPlane;  // the plane that last covered a face
+  std::uint32_t found = kNoPlane;  // index of the plane that last covered a face
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
@@ -409,7 +409,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kMinAlong)) return;
   const double direction = (glm::dot(plane.n, c_ - at.p) - plane.gap) / along;
   const dvec3 other = at.p + direction / size * off - c_;
-  // Ends on the line from c_ to the face's point. If the extension exceeds `step`, at.p is elsewhere on the border.
+  // `other` ends on the line from at.p to the hand. If the extension is longer than `step`, at.p is too far away.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].gap - kStays) return;

@@ -63,9 +63,9 @@ class SurfacePoint final : public SurfaceContact {
   SurfaceOptions options_;
   Stiffness stiffness_;
   Tissue ground_ = Tissue::kAir;  // tissue in contact; kAir: no contact
-  // true: a wall has yielded, and walls are ignored until the contact is on the harder tissue `beyond_`
+  // true: a wall has let the ball through, and walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
-  Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
+  Tissue beyond_ = Tissue::kAir;  // harder tissue behind the wall that let the ball through
   // Bounding boxes of the collected faces. kMaxNear: largest number of faces; kBatch: faces per vector instruction.
   static constexpr int kMaxNear = 4096, kBatch = 8;
   struct Boxes {
@@ -77,7 +77,7 @@ class SurfacePoint final : public SurfaceContact {
   Boxes boxes_{};
   // grid of the collected faces; null: collect again
   const TriangleGrid* collected_ = nullptr;
-  // Faces of the current iteration, as indices into near_.
+  // Faces near the ball in the current iteration, as indices into near_.
   std::array<std::uint32_t, kMaxNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
@@ -93,8 +93,8 @@ class SurfacePoint final : public SurfaceContact {
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMaxNear> edges_;
   PlaneSet planes_;
-  // Planes of the faces whose nearest point is in their interior; they come first in planes_. Components of the normal,
-  // and distance from the ball's centre.
+  // Planes of the faces whose point nearest to the ball is in their interior; these planes come first in planes_.
+  // Components of the unit normals, and distances from the ball's centre (m).
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

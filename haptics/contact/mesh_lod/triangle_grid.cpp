@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // edge of a grid cell / mean edge of the mesh
 constexpr double kMaxCells = 4e6;
-// Largest number of entries of all cells per face, plus kFewEntries; otherwise cells become larger.
+// Largest sum of the numbers of faces in all cells / number of faces, plus kFewEntries; otherwise cells become larger.
 constexpr double kEntriesPerFace = 16;
-// entries allowed beyond kEntriesPerFace × faces
+// additive part of this limit, so that cells of small meshes need not become larger
 constexpr double kFewEntries = 1e6;
 constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding error of a box
 
@@ -25,7 +25,7 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m, largest distance of the neighbour's third vertex from the plane of a flat pair of faces
+// m; two adjacent faces count as flat if the third vertex of one is no farther from the plane of the other
 constexpr double kFlat = 1e-10;
 
 /// Sets the bits hollow_front and hollow_back of an edge. `beyond`: third vertex of the face beyond the edge.
@@ -123,7 +123,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // Lists the faces of each cell in the order of the mesh.
+  // Sorts the faces of each cell into the order of the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
@@ -164,7 +164,7 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Sets the tissue and the face beyond each edge.
+/// Sets, for each edge of each face, the adjacent face, and its tissue if this differs.
 void TriangleGrid::join_faces(const TissueMesh& mesh) {
   // An edge of one face. After sorting, the faces of an edge are consecutive.
   struct Side {
@@ -214,7 +214,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // Enlarges the search until the nearest face is certain.
+  // Doubles the search distance until the nearest face is certain.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;
@@ -249,7 +249,7 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      // m, distance to the face along the ray
+      // m, distance of the face from p along the ray
       const double above = glm::dot(n, f.a - p) / n[axis];
       sixths += (above > 0) == left ? 1 : -1;
     });

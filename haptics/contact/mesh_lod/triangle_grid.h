@@ -15,19 +15,19 @@ namespace typodont::haptics::mesh_lod {
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // Tissue beyond the edges ab, bc, ca if it differs from this face's tissue; otherwise kAir.
+  // For the edges ab, bc, ca: tissue of the adjacent face if it differs from this face's tissue; otherwise kAir.
   std::array<Tissue, 3> across{};
-  // Face beyond each edge; ~0: none or several. hollow_front, hollow_back: bit k is set if edge k is flat or concave
-  // from this side, so that the face's plane is also valid beyond it.
+  // Adjacent face at each edge; ~0: none or several. hollow_front, hollow_back: bit k is set if the surface at edge k
+  // is flat or concave, seen from the front or back, so that the face's plane is also valid beyond the edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
   dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
-  /// Normal whose length is twice the face's area; zero: degenerate.
+  /// Normal of the face; its length is twice the face's area; zero: degenerate face.
   dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
 };
 
-/// Point of a face nearest to a given point. Exact also for slivers, by their edges.
+/// Point of a face nearest to a given point. Exact also for slivers, because their edges are used.
 struct OnFace {
   dvec3 p{0};
   int edge = -1;        // edge with the point (ab, bc, ca); -1: in interior
@@ -36,7 +36,7 @@ struct OnFace {
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// Point of the face's border nearest to p.
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
-// Squared sine of an angle below which a face is a sliver, so only its edges are used.
+// Squared sine of an angle of a face; below this, the face is a sliver, so only its edges are used.
 inline constexpr double kSliver = 1e-12;
 /// Point of the segment a–b nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
@@ -62,8 +62,8 @@ class TriangleGrid {
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
   /// Returns true if for_near_blocks() can be used instead of for_near().
   bool has_blocks() const noexcept { return !blocks_.empty(); }
-  /// Finds the faces of for_near() in another order. Faster for many faces (99.9 % of a round bur's ticks in a cavity:
-  /// 360 instead of 590 µs), slower for few faces in a large mesh.
+  /// Calls use() for the same faces as for_near(), in another order. Faster for many faces (99.9 % of a round bur's
+  /// ticks in a cavity take at most 360 instead of 590 µs), slower for few faces in a large mesh.
   template <class Use>
   void for_near_blocks(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
@@ -80,7 +80,7 @@ class TriangleGrid {
     const float far = static_cast<float>(most) + kBoxRounding;
     return glm::dot(off, off) <= far * far;
   }
-  /// Edge length of a cell, m: about 1.5 mean edges.
+  /// Edge length of a grid cell, m: about 1.5 mean edges of the mesh.
   double cell() const noexcept { return cell_; }
 
   struct Nearest {
@@ -92,9 +92,9 @@ class TriangleGrid {
   /// Surface point nearest to p within `most` (m).
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
-  /// Winding number × 6 by rays along the axes: 6 inside a closed mesh, 0 outside.
+  /// Winding number of the surface around p × 6, by rays along the axes: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// Returns true if p is inside. For a part of a mesh, the nearest face decides.
+  /// Returns true if p is inside the mesh. For a part of a mesh, the nearest face decides.
   bool inside(const dvec3& p) const noexcept;
 
  private:
@@ -114,7 +114,7 @@ class TriangleGrid {
   void choose_cells(const glm::vec3& extent);
 
   bool part_ = false;
-  // index in the mesh of each face; empty: order of the mesh
+  // for each face: its index in the mesh; empty: the faces have the order of the mesh
   std::vector<std::uint32_t> rank_;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
@@ -123,7 +123,7 @@ class TriangleGrid {
     Box box;
     std::uint32_t first = 0, last = 0;  // faces from `first` to `last` - 1
   };
-  std::vector<Block> blocks_;  // all groups, for a part of a mesh
+  std::vector<Block> blocks_;  // all groups of neighbouring faces; only for a part of a mesh
   // index in entries_ of each cell's first face; the last element is the end
   std::vector<std::uint32_t> start_;
   std::vector<std::uint32_t> entries_;  // face indices of all cells, cell by cell
@@ -150,7 +150,7 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // A face lies in several cells: only the first of them calls use().
+          // A face that lies in several cells is passed to use() only in the first of them.
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }
