@@ -160,7 +160,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // A closed mesh has about two triangles per vertex, one with open borders fewer.
+  // A closed mesh has about two triangles per vertex; a mesh with open borders has fewer.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;

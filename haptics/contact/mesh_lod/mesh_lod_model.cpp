@@ -269,7 +269,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
 }
 
 /// Limits the rate of a bur's force, which would jump when the bur loses its contacts far from the hand, or when a new
-/// snapshot shifts the contact point. `give`: the snapshot lacks cuts.
+/// snapshot shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // edge of a grid cell / mean edge of the mesh
 constexpr double kMaxCells = 4e6;
-// Largest sum of the numbers of faces in all cells / number of faces, plus kFewEntries; otherwise cells become larger.
+// The cells of the grid together list at most this × (number of faces) + kFewEntries faces; else cells become larger.
 constexpr double kEntriesPerFace = 16;
 // additive part of this limit, so that cells of small meshes need not become larger
 constexpr double kFewEntries = 1e6;

@@ -27,7 +27,7 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools, bool inte
 
 namespace {
 
-/// Returns true if all six sides of the box are in air; false for tissue that ends at the volume's border.
+/// Returns true if all six sides of the box are in air; false if tissue reaches the border of the volume.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
   constexpr int kThick = 4;      // voxels, depth to which the sides of the box are examined
   constexpr float kAway = 2.5f;  // voxels; a side is in air if tissue is farther away than this
@@ -146,12 +146,12 @@ VoxelBox box_of(const TissuePatch& patch) {
   return {patch.lo, patch.lo + patch.n - 1};
 }
 
-/// Calls visit(slab) for the parts of `box` outside `known`; for the whole box if they have nothing in common.
+/// Calls visit(slab) for the parts of `box` outside the box `known`; for the whole `box` if the two do not overlap.
 template <class Visit>
 void for_new_slabs(VoxelBox box, const VoxelBox& known, Visit visit) {
   const VoxelBox stays = common(box, known);
   if (stays.empty()) return visit(box);
-  // Visits the parts on both sides of `stays` along each axis, and removes them from `box`.
+  // Along each axis, visits the parts of `box` on both sides of the common part `stays`, and removes them from `box`.
   for (int axis = 0; axis < 3; ++axis) {
     VoxelBox slab = box;
     slab.hi[axis] = stays.lo[axis] - 1;
@@ -173,8 +173,8 @@ glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
 }
 
 /// Moves a tissue patch to `lo` and updates it. If all changes since its last copy are known, copies only these, the
-/// servo's changes and the new parts. copy_part(box) copies a box, copy_written(written, inside) the changes in
-/// `inside`.
+/// servo's changes and the new samples. copy_part(box) copies the samples in a box, copy_written(written, inside) the
+/// changed samples in `inside`.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(TissuePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
@@ -232,7 +232,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
 /// Copies a complete tissue patch that starts at `lo`.
 void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
   const auto copy_part = [&](VoxelBox part) {
-    // Rounds to whole leaves, which are copied faster.
+    // Rounds the box to whole leaves (8³ samples), which are copied faster.
     for (int axis = 0; axis < 3; ++axis) part.lo[axis] &= -Sweep::kLeaf, part.hi[axis] |= Sweep::kLeaf - 1;
     volume_.copy_part(whole(patch), common(part, box_of(patch)));
   };
@@ -241,14 +241,14 @@ void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
       std::erase_if(written.leaves, [&](const glm::ivec3& leaf) { return common({leaf, leaf}, inside).empty(); });
       return volume_.copy_leaves(whole(patch), written.leaves);
     }
-    // Labels next to changed samples may also have changed.
+    // Labels of samples next to changed samples may also have changed.
     const VoxelBox changed = common({written.box.lo - 1, written.box.hi + 1}, inside);
     if (!changed.empty()) copy_part(changed);
   });
 }
 
-/// Copies only the new leaves, if the servo will hold the last copied tissue patch `held`. Returns false after a change
-/// that the servo did not make itself (foreign_changes), or if there are too many leaves.
+/// Copies only the new leaves (8³ samples), if the servo will hold the patch with the number `held`, copied last.
+/// Returns false after a change that the servo did not make itself (foreign_changes), or if there are too many leaves.
 bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
@@ -270,7 +270,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot, 0);
 }
 
-/// Sets the tissue patch's boxes around cut and around filled samples.
+/// Sets the tissue patch's boxes around all cut samples and around all filled samples.
 void FieldBody::mark_cut_boxes(TissuePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

@@ -58,15 +58,15 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // search for pieces that are cut off from the tissue
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
-  // The last tissue patch that was copied: its number, its first voxel, and the volume's foreign changes before it.
+  // The tissue patch that was copied last: its number, its first voxel, and the volume's foreign changes before it.
   struct {
     std::uint32_t number = 0;
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
   bool intermediate_;  // true: complete tissue patches contain a copy for an intermediate surface
-  double travel_ = 0;  // m that a head may move before it needs a new tissue patch
-  int edge_ = 0;       // samples of a tissue patch along each axis
+  double travel_ = 0;  // m, distance that a head may move before it needs a new tissue patch
+  int edge_ = 0;       // number of samples of a tissue patch along each axis
   // First voxel of a tissue patch that contains all tissue. nullopt: patches follow the tool.
   std::optional<glm::ivec3> whole_;
   // Sample spacing and size of the coarse tissue patch around the shank; 0: no tool has a shank.

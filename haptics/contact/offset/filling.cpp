@@ -48,8 +48,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::max_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Only the part of the ball's surface in air can grow. Its fraction is taken from the last tick, so less than the
-  // delivered volume may be added.
+  // Only the part of the ball's surface in air can grow. The fraction of this part is taken from the last tick, so less
+  // than the delivered volume of filling may be added.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::max_step);
@@ -76,9 +76,9 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Searches the nearest open place from the first ball of filling, through filled voxels, when the ball cannot grow.
-/// The ball grows there, or a new one begins. Beyond search_cost, the next tick continues. Returns false if there is
-/// none.
+/// Searches the nearest place with room for filling when the ball of filling cannot grow, from the first ball on,
+/// through filled voxels. The ball grows there, or a new one begins. If the search takes longer than search_cost, the
+/// next tick continues it. Returns false if there is no such place.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.current) {
@@ -118,8 +118,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// Begins a new ball of filling if there is none, or if the instrument has moved. Returns false if no tissue is in
-/// reach.
+/// Begins a new ball of filling if there is none, or if the instrument has moved. Returns false if no tissue is within
+/// `reach` of the instrument.
 bool OffsetModel::begin_ball(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;

@@ -13,10 +13,10 @@ namespace typodont::haptics::offset {
 namespace {
 
 constexpr int kSide = PatchStep::kSide;
-// Largest number of leaves that move at a time, about 0.1 ms a tick. Any other takes its target at once.
+// Largest number of leaves whose samples move at a time, about 0.1 ms a tick. Others get their final samples at once.
 constexpr std::size_t kMaxMoving = 4096;
 
-/// Calls visit(offset in the patch, offset in the leaf) for each row of eight samples.
+/// Calls visit(offset in the patch, offset in the leaf) for each row of eight samples in a leaf.
 template <class Visit>
 void for_rows(const TissuePatch& patch, const glm::ivec3& leaf, Visit visit) noexcept {
   const glm::ivec3 at = leaf - patch.lo;
@@ -40,7 +40,7 @@ void for_leaves(const TissuePatch& patch, const glm::ivec3& changed_lo, const gl
       for (int z = lo.z; z <= hi.z; z += kSide) visit(glm::ivec3(x, y, z));
 }
 
-/// Moves each sample towards its target by at most `step`. Returns true if all have arrived.
+/// Moves each sample of a leaf towards its target by at most `step` (voxels). Returns true if all have reached it.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool approach(float* field, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const float* target, float step) {
   I8 moving{};
@@ -111,15 +111,15 @@ void IntermediateModel::take_up(std::uint32_t tool) noexcept {
   felt_.take_up(tool);
 }
 
-/// Keeps the felt field wherever it may differ from the tissue, so that steps and complete tissue patches give the same
-/// bits.
+/// Keeps the felt field wherever it may differ from the tissue, so that steps and complete tissue patches give a
+/// bit-identical result.
 void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   PerTissue ignored{};
   handed_over_ = std::min(handed_over_, fresh.cuts);
   if (fresh.from != 0) {
     cutter_.adopt(fresh, removed);
     felt_.adopt(fresh, ignored);
-    // A step exchanges the coarse tissue patch, which only the cutter has.
+    // A step exchanges the coarse tissue patch, which the model cutter_ has and the model felt_ lacks.
     felt_.patch_.coarse_levels.swap(static_cast<TissuePatch&>(fresh).coarse_levels);
   } else {
     auto& copy = static_cast<TissuePatch&>(fresh).intermediate.front();
@@ -155,7 +155,7 @@ void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf
   });
 }
 
-/// The felt patch's boxes of cuts and fillings contain those of the target.
+/// Enlarges the felt patch's boxes of cuts and fillings so that they contain those of the target patch.
 void IntermediateModel::copy_marks() noexcept {
   const TissuePatch& from = cutter_.patch_;
   TissuePatch& to = felt_.patch_;
@@ -164,8 +164,8 @@ void IntermediateModel::copy_marks() noexcept {
   to.filled_lo = from.filled_lo, to.filled_hi = from.filled_hi;
 }
 
-/// Makes the current tissue the target. Where the felt surface is still on its way to the last one, it goes on from
-/// there.
+/// Makes the current tissue the target of the felt surface. Where the felt surface is still moving to an earlier
+/// target, it moves on from its current position.
 void IntermediateModel::hand_over() noexcept {
   glm::ivec3 lo, hi;
   bool filled = false;

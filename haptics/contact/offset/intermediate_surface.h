@@ -1,6 +1,6 @@
 // The intermediate surface of Kim & Park 2006, section 4.4, for comparison with the default, which cuts the felt
-// surface in every tick. The hand feels a surface of its own. It learns of cuts and fillings only a few times a second,
-// and moves to each new state continuously.
+// surface in every tick. With it, the hand feels a separate surface, which receives cuts and fillings only a few times
+// a second and moves to each new state continuously.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace typodont::haptics::offset {
 
-/// The felt surface moves at `removal` · force / (contact area · stiffness relative to enamel). Without contact: at
-/// max_speed.
+/// Speed of the felt surface: `removal` · force / (contact area · stiffness of the tissue / stiffness of enamel).
+/// Without contact: max_speed.
 struct IntermediateSurface {
-  double update_rate = 30;  // Hz, rate at which the felt surface learns of cuts and fillings
-  double removal = 2e-9;    // m³/(N·s)
-  double max_speed = 5e-3;  // m/s
+  double update_rate = 30;  // Hz, rate at which the felt surface receives cuts and fillings
+  double removal = 2e-9;    // m³/(N·s), volume that the felt surface passes per force and time
+  double max_speed = 5e-3;  // m/s, largest speed of the felt surface
 };
 
-/// Two models: `cutter_` removes and fills tissue in every tick, as without an intermediate surface; `felt_` holds the
-/// hand, in a field that approaches the cutter's. Servo thread only.
+/// Two models: `cutter_` removes and fills tissue in every tick, as without an intermediate surface; `felt_` computes
+/// the contact with the hand, in a distance field that gradually becomes equal to that of `cutter_`. Servo thread only.
 class IntermediateModel final : public ContactModel {
  public:
   /// `mean_stiffness`: as for OffsetModel.
@@ -39,7 +39,7 @@ class IntermediateModel final : public ContactModel {
   void feel(const ContactInput& in, Contact& out) noexcept override;
   Tissue tissue_at(const dvec3& p_W) const noexcept override { return cutter_.tissue_at(p_W); }
 
-  /// The felt field, for tests.
+  /// The distance field that the hand feels, for tests.
   const TissuePatch& felt() const noexcept { return felt_.patch_; }
 
  private:
@@ -74,16 +74,16 @@ class IntermediateModel final : public ContactModel {
   std::uint32_t& slot_of(const glm::ivec3& leaf) noexcept;
 
   IntermediateSurface parameters_;
-  double voxel_;  // m
+  double voxel_;  // m, voxel size
   Part cutter_, felt_;
   Pose X_WC_;              // pose of the cutter's head
   bool has_pose_ = false;  // true: X_WC_ is valid
   ContactInput cutter_in_;
   Contact cutter_contact_;
   double area_ = 0;                   // m², contact area of the last tick
-  double since_update_ = 0;           // s
-  std::uint64_t handed_over_ = 0;     // last cut that the targets contain
-  std::vector<Moving> moving_;        // never grows beyond its reserve
+  double since_update_ = 0;           // s, time since the felt surface last received cuts
+  std::uint64_t handed_over_ = 0;     // number of the last cut that the targets contain
+  std::vector<Moving> moving_;        // leaves that still move; never grows beyond its reserve
   std::vector<std::uint32_t> slots_;  // for each leaf of the patch: index in moving_ + 1; 0: none
 };
 

@@ -162,7 +162,7 @@ void OffsetModel::feel(const ContactInput& in, Contact& out) noexcept {
   if (total > 0) out.lever /= total;
 }
 
-/// Mean over the points of the head that lie in tissue. Returns false if there is none.
+/// Computes the mean tissue over the points of the head that lie in tissue. Returns false if no point does.
 bool OffsetModel::feel_mean(const ContactInput& in, Contact& out) const noexcept {
   const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
   const bool graded = !patch_.hardness.empty();

@@ -47,18 +47,18 @@ class OffsetModel : public PatchModel {
     dvec3 start{0}, c{0};  // voxels, head's centre: at the start of the tick; current
     dvec3 target{0};       // voxels, the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
-    // voxels, sinking depth that the energy budget allows
+    // voxels, depth by which the head may sink into tissue with the energy budget of this tick
     double allowed_depth = 0;
     double allowed_depth_at_walls = 0;  // 0..1, fraction of `allowed_depth` at a wall of harder tissue
     double overlap_before = 0;
-    // Voxels by which the proxy's lag behind the hand changes per tick if the force changes by 1 N/s.
+    // Voxels by which the proxy's lag behind the hand changes in this tick if the force changes at a rate of 1 N/s.
     double step_per_slew = 0;
-    // voxels, longest steps of the proxy relative to the hand, in contact and while it breaks through
+    // voxels, longest steps of the proxy relative to the hand: in contact, and while it breaks through
     double cut_step = 0, free_step = 0;
     bool limits_step = false;  // true: the proxy's speed is limited in this tick
-    // Unit vector against the hand's acceleration when it falls because tissue under the bur is gone. Zero: no fall.
+    // Unit vector against the hand's acceleration, when the tissue that supported the bur is gone. Zero: it is not.
     dvec3 fall_normal{0};
-    // voxels, largest motion of this tick against fall_normal
+    // voxels, largest motion against fall_normal in this tick
     double fall_limit = 0;
     // Voxels; vector from the hand to the proxy without the speed limit, caused by contacts and missing energy. Zero
     // without contact.
@@ -68,7 +68,7 @@ class OffsetModel : public PatchModel {
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
-  /// State of one search, kept from iteration to iteration.
+  /// State of one search for the proxy's position, kept from iteration to iteration.
   struct Search {
     dvec3 found_at{0};  // voxels, the head's centre at the last contact search
     dvec3 last_step{0};
@@ -80,7 +80,7 @@ class OffsetModel : public PatchModel {
     double best_merit = 1e300;
     // true: the proxy's speed limit ends the search
     bool at_max_step = false;
-    // voxels, head's centre by contacts alone, without speed limit
+    // voxels, head's centre as the contacts alone would hold it, without a speed limit
     dvec3 held_at{0};
     // voxels, target of the head: the hand's position, corrected for the grip of the cutting edges
     dvec3 led_to{0};
@@ -92,9 +92,9 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Lower bound of the head's distance from tissue, voxels. Valid if it is positive.
+  /// Lower bound of the distance of the head with its centre at c from tissue, voxels. Valid if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the result for the
+  /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the same bound for the
   /// head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
@@ -118,7 +118,7 @@ class OffsetModel : public PatchModel {
   bool within_overlap_tolerance(const ContactInput& in) const noexcept;
   /// Returns true if the head neither cuts nor fills.
   bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
-  /// Returns true if the head neither cuts nor fills. For implant instruments, which their bed guides, returns false.
+  /// Returns true if the head neither cuts nor fills. Always false for implant instruments, which the bed guides.
   bool probes(const ContactInput& in) const noexcept { return only_touches(in) && !tool().implant; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
   double deficit_fraction(const ContactInput& in) const noexcept;
@@ -136,8 +136,8 @@ class OffsetModel : public PatchModel {
 
   // The following functions are defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Cuts the sweep from in.X_WG to X_WB in the fine and the coarse tissue patch. If tissue changed, returns true and
-  /// sets `cut`.
+  /// Cuts the volume that the head sweeps from in.X_WG to X_WB out of the fine and the coarse tissue patch. If tissue
+  /// changed, returns true and sets `cut`.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
@@ -168,12 +168,12 @@ class OffsetModel : public PatchModel {
   // voxels, tolerated overlap of head and tissue; decreases over time
   double overlap_ = 0;
   bool deep_penetration_ = false;  // true: the head is deep in tissue and is being moved out
-  // 0..1, fraction of power used at a harder wall in the last tick; 0: no wall
+  // 0..1, fraction of the motor's power that the head used at a wall of harder tissue in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time that the tool has been outside its tissue patch
-  // N, contact force when the tissue patch became late. Until the next patch, a plane replaces the tissue and yields to
-  // a larger force. 0: not late.
+  // N, contact force when a new tissue patch became overdue. Until it arrives, a plane replaces the tissue; under a
+  // larger force, the plane moves back. 0: no patch is overdue.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when the tissue patch became late
   // s, remaining time of the proxy's smooth return to the surface
@@ -189,11 +189,11 @@ class OffsetModel : public PatchModel {
   } retreat_;
   struct Fall {
     dvec3 push_mean{0};  // N, low-pass filtered push on the head
-    // m/s, the hand's velocity, filtered with a short and a long time constant
+    // m/s, the hand's velocity, low-pass filtered with a short and with a long time constant
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // State of the removal between ticks. A front contains the samples that the head can still change.
+  // Removal, kept between ticks. The fronts contain the samples that the head can still change.
   CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse tissue patch
   Pose cut_end_;                   // pose of the head after the last cut
   std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut
@@ -202,23 +202,23 @@ class OffsetModel : public PatchModel {
     Pose X_WA, X_WB;         // poses of the head at start and end
     std::uint64_t cut = 0;   // number of the last fine cut that it contains
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // true: the last coarse cut ended at X_WA
-    int waits = 0;           // ticks that the cut has waited; 0: no cut waits
+    bool goes_on = false;    // true: the coarse cut before this one ended at X_WA
+    int waits = 0;           // number of ticks that the cut has waited; 0: no cut waits
   } coarse_;
 
   struct Filling {
     double owed = 0;     // m³, filling delivered but not placed yet
     double radius = -1;  // voxels, radius of the ball of filling; negative: there is no ball
-    // fraction of the ball's surface that could grow in the last tick
+    // fraction of the surface of the ball of filling that could grow in the last tick
     double free_fraction = 1;
-    // voxels: centre of the ball; the instrument's free end when the ball began
+    // voxels: centre of the ball of filling; position of the instrument's free end when the ball began
     dvec3 center{0}, end{0};
-    // voxels, centre of the first ball, where the search begins
+    // voxels, centre of the first ball of filling, where the search for an open place begins
     dvec3 root{0};
     bool idle = false;  // true: hardly any filling could be added in the last tick
   } filling_;
   // Search for a place with room for filling, along rays from the first ball of filling. All rays advance together, so
-  // the nearest place is found first.
+  // the place nearest to this ball is found first.
   struct OpenPlaceSearch {
     struct Ray {
       int next = 0;       // index of the next sample to examine

@@ -9,152 +9,152 @@ namespace typodont::haptics::offset {
 
 /// Contact search, projection and motion, repeated until the proxy no longer moves (proxy.cpp).
 struct SearchParameters {
-  // voxels; tissue nearer to the head is a contact
+  // voxels; tissue whose distance from the head is below this is a contact
   static constexpr double contact_range = 0.8;
-  // voxels, largest step per iteration with several contacts. Below contact_range, so that no contact is missed.
+  // voxels, largest step of the proxy per iteration with several contacts; below contact_range, to miss no contact
   static constexpr double contact_step = 0.6;
-  // voxels, largest step per iteration with at most one contact. The head cannot pass through thicker tissue.
+  // voxels, largest step of the proxy per iteration with at most one contact. The head cannot pass thicker tissue.
   static constexpr double free_step = 1.5;
-  // voxels of motion before contacts are searched again
+  // voxels that the head moves before contacts are searched again
   static constexpr double reuse_distance = 0.3;
-  // voxels; with one contact, a shorter step ends the search
+  // voxels; with one contact, a step of the proxy shorter than this ends the search
   static constexpr double converged = 1e-6;
-  // voxels, one contact: the search ends if the sum of all further steps (geometric series) is smaller than this
+  // voxels; with one contact, the search ends if the sum of all further steps (geometric series) is smaller than this
   static constexpr double foreseen = 1e-7;
-  // voxels; with several contacts, a shorter step ends the search
+  // voxels; with several contacts, a step of the proxy shorter than this ends the search
   static constexpr double settled = 2e-5;
-  // voxels; like `settled`, but while cutting. The remaining error is about the square of this, because the search
-  // converges quadratically.
+  // voxels; like `settled` (with several contacts, a shorter step ends the search), but while cutting. The remaining
+  // error is about the square of this, because the search converges quadratically.
   static constexpr double settled_cutting = 0.03;
   // largest number of iterations per tick
   static constexpr int iterations = 48;
-  // Largest number of iterations in contact: without cutting, and while cutting.
+  // Largest number of iterations per tick in contact: without cutting, and while cutting.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Largest number of long steps opposite to the step before; with more, the search would not converge.
+  // Largest number of long steps opposite to the step before; with more, the search ends, as it does not converge.
   static constexpr int reversals = 2;
-  // Voxels. A longer last step has not converged (the hand is deeper than the surface's radius of curvature); the best
-  // position of all iterations is used, with overlaps counted this many times.
+  // Voxels. If the last step is longer, the search has not converged (the hand is deeper than the surface's radius of
+  // curvature); then the best position of all iterations is used: distance to the hand + overlap_weight × overlap.
   static constexpr double unsettled = 0.02, overlap_weight = 4;
-  // voxels; an approximate contact nearer to the head's next position may block it
+  // voxels; a contact with an approximate plane may stop the head if it is nearer than this to the head's next position
   static constexpr double may_block = 0.4;
-  // Without cutting: largest number of times per iteration that exact planes of the blocking contacts are computed.
+  // Without cutting: largest number of times per iteration that exact planes of stopping contacts are computed.
   static constexpr int refining_rounds = 6;
-  // The secant method lengthens a step only if step / previous step is below this.
+  // The secant method lengthens a step of the proxy only if step / previous step is below this.
   static constexpr double still_converges = 0.95;
-  // largest factor that lengthens a step of the refinement, for a head with one contact
+  // for a head with one contact: largest factor by which the secant method lengthens a step of the proxy
   static constexpr double max_gain = 10;
-  // largest factor that lengthens a step of the refinement, for a head with several contacts
+  // for a head with several contacts: largest factor by which the secant method lengthens a step of the proxy
   static constexpr double max_gain_of_many = 2;
   // voxels, largest sinking depth per tick; the contact planes are not valid deeper
   static constexpr double max_allowed_depth = 1;
-  // voxels; overlap up to this comes from cutting or rounding. A deeper head is inside tissue, and is moved out slowly.
+  // voxels; overlap of head and tissue up to this comes from cutting or rounding. A deeper head is moved out slowly.
   static constexpr double deep = 0.6;
-  // voxels; a head deep in tissue is moved out along the field's gradients until its overlap is below this
+  // voxels; a head deep in tissue is moved out along the field's gradients until its overlap with tissue is below this
   static constexpr double led_out = 0.1;
 };
 
-/// Limits within which a ball on one smooth wall is placed directly (ContactFinder::seat). Otherwise the search
-/// iterates.
+/// Limits within which the position of a ball on one smooth wall is computed directly (ContactFinder::seat). Otherwise
+/// the search iterates.
 struct WallPlacementParameters {
-  // voxels, largest overlap with an approximate plane
+  // voxels, largest overlap of the ball with an approximate contact plane
   static constexpr double overlap = 0.1;
   // voxels, largest overlap of the ball with another wall
   static constexpr double other_wall = 4e-3;
-  // planes are the same wall above this cosine between normals
+  // two contact planes belong to the same wall if the cosine between their normals is above this
   static constexpr double same_wall = 0.9;
-  // voxels, largest overlap with another plane of the same wall
+  // voxels, largest overlap of the ball with another contact plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  // voxels, largest displacement of the ball by one checking iteration
+  // voxels, largest displacement of the ball by the iteration that checks its position
   static constexpr double alone = 2e-4;
 };
 
 /// Limits the change of the force while cutting to at most 0.02 N per tick, by limiting the proxy's speed relative to
 /// the hand.
 struct StepLimitParameters {
-  static constexpr double cut_slew = 6;  // N/s, limit in contact
-  // N/s, limit when the head breaks through
+  static constexpr double cut_slew = 6;  // N/s, limit of the force's rate in contact
+  // N/s, limit of the force's rate when the head breaks through
   static constexpr double free_slew = 14;
-  // N/s, limit for a head that slips without cutting, for example off a ridge
+  // N/s, limit of the force's rate for a head that slips without cutting, for example off a ridge
   static constexpr double slip_slew = 60;
-  // N/s, largest change of the cutting edges' lateral force
+  // N/s, largest rate of the cutting edges' lateral force
   static constexpr double grip_slew = 9;
-  // largest lateral force of the cutting edges / pressing force
+  // largest lateral force of the cutting edges / force that presses them
   static constexpr double tooth_grip = 0.15;
-  static constexpr double tolerance = 1.02;  // factor by which the limit may be exceeded
+  static constexpr double tolerance = 1.02;  // factor by which the limit of the force's rate may be exceeded
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
-  // s; energy that past cuts used beyond the motor's work / the motor's power. Above this, the bur is slowed down.
+  // s; energy that cuts have used beyond the motor's work / the motor's power. Above this, the bur is slowed down.
   static constexpr double free_deficit = 3e-3;
-  static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit`, but the bur stops
+  static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit` (energy / power), but the bur stops
 };
 
-/// A fall: tissue under the bur is gone, and the hand accelerates. The speed at the next contact is limited
-/// (follow_fall).
+/// Fall: the tissue that supported the bur is gone, and the pressing hand accelerates until the next contact. The bur's
+/// speed is limited, so that it does not hit tissue hard (follow_fall).
 struct FallParameters {
   // s, time constant of the filter for the hand's current velocity
   static constexpr double rough_time = 2e-3;
   // s, time constant of the filter for the hand's mean velocity
   static constexpr double speed_time = 0.1;
-  // s, time constant of the filter for the push, whose direction before the fall is used
+  // s, time constant of the filter for the contact force, whose direction before the bur lost its support is used
   static constexpr double push_time = 0.05;
-  // N/s; a fall begins only if (current - mean velocity of the hand) × stiffness is larger than this
+  // N/s; the bur has lost its support only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // A fall begins only if the cosine between mean push and minus the gained velocity is larger than this.
+  // The bur has lost its support only if cos(mean contact force, minus the hand's gain of velocity) is above this.
   static constexpr double along = 0.3;
-  // N/s; speed × stiffness up to which a falling bur is never slowed down
+  // N/s; a bur that lost its support is never slowed down below the speed this / stiffness
   static constexpr double landing_slew = 12;
-  // speed of a falling bur / the hand's mean speed up to which the bur is never slowed down
+  // a bur that lost its support is never slowed down below this × the hand's mean speed
   static constexpr double growth = 1.2;
-  // N/s, largest (hand's speed - bur's speed) × stiffness while the bur falls
+  // N/s; a bur that lost its support is at most this / stiffness slower than the hand
   static constexpr double brake = 12;
 };
 
-/// Walls of harder tissue that stop a head which comes from softer tissue (Wang 2009, "boundary walls").
+/// Walls: borders to harder tissue that stop a head which comes from softer tissue (Wang 2009, "boundary walls").
 struct WallParameters {
-  // m in harder tissue up to which its wall acts
+  // m, depth in harder tissue up to which its border still stops the head
   static constexpr double felt_depth = 0.1e-3;
-  // voxels; nearer to a border, a sample may have either label
+  // voxels; nearer to a border between tissues, a sample may have either label
   static constexpr double border = 0.5;
   // smallest fraction of a bur's power at a harder wall
   static constexpr double min_power = 0.1;
-  // Borders with a smaller softer / harder specific energy are walls.
+  // A border is a wall if (specific energy of the softer tissue / specific energy of the harder tissue) is below this.
   static constexpr double from_ratio = 0.2;
-  // Largest number of rounds per iteration that reduce the depth at walls and project again.
+  // Largest number of rounds per iteration that reduce the sinking depth at walls and compute the position again.
   static constexpr int rounds = 4;
 };
 
 /// Recovery of a head inside tissue or outside the tissue patch.
 struct RecoveryParameters {
-  // s, time constant with which the tolerated overlap decreases
+  // s, time constant with which the tolerated overlap of head and tissue decreases
   static constexpr double recovery_time = 6e-3;
   static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
-  // s outside the old tissue patch after which the new one is late
+  // s that the head is outside the old tissue patch, after which the new patch is late
   static constexpr double patch_wait = 0.01;
-  // m; if a fast hand is less than this ahead of a moving proxy, its tissue patch is not late. Farther away, the hand
-  // has jumped.
+  // m; if a fast hand is less than this ahead of a moving proxy, a missing tissue patch is not late. If it is farther
+  // ahead, the hand has jumped.
   static constexpr double longest_lag = 20e-3;
-  // m that the head has moved since the tissue patch became late; beyond this, the plane's force decreases
+  // m that the head has moved since the tissue patch became late; beyond this, the replacing plane's force decreases
   static constexpr double bridge_reach = 5e-3;
-  // N; the plane yields to a force above the last contact force + this
+  // N; the plane that replaces the tissue moves back under a force above the last contact force + this
   static constexpr double bridge_yield = 0.5;
-  // s, duration of the smooth return after a plane replaced the tissue
+  // s, duration of the proxy's smooth return to the surface after a plane replaced the tissue
   static constexpr double rejoin_time = 0.3;
 };
 
 /// If the hand has moved away but contacts hold the proxy, the proxy is led back along its recorded path.
 struct RetreatParameters {
-  // m from hand to proxy; beyond, the hand has left
+  // m, distance from hand to proxy; beyond this, the hand has left the contact
   static constexpr double far = 2e-3;
-  static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held
-  // m from hand to proxy; beyond this, the hand has moved away. At 1 N/mm, nobody presses so hard.
+  static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held by contacts
+  // m, distance from hand to proxy; beyond this, the hand has moved away: at 1 N/mm, nobody presses so hard
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s for which the proxy is held before it is led back
   static constexpr double report_after = 1;  // s; a proxy that is held for longer without a way back is a fault
-  // m by which a point of the path must be nearer to the hand than the proxy is
+  // m; a point of the path is a goal only if it is nearer to the hand than the proxy is by this
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, rate of force while the proxy is led back
-  // m from tissue; beyond this, the recorded path starts again
+  // m, distance of the proxy from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
-  // voxels between samples on the line from proxy to hand
+  // voxels between the examined points on the line from proxy to hand
   static constexpr double search_step = 1;
 };
 
@@ -168,30 +168,30 @@ struct CoarseParameters {
 
 /// Placing of filling by a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s; if there is no room for the filling, only that of this time is kept for later
+  // s; if there is no room for the filling, only what the instrument delivers in this time is kept for later
   static constexpr double waits = 0.05;
-  // Length of the field's gradient above which one surface is nearest: about 1 near one surface, smaller midway between
-  // two surfaces.
+  // Length of the distance field's gradient above which only one surface is near: about 1 near one surface, smaller
+  // midway between two surfaces.
   static constexpr double one_surface = 0.5;
-  // voxels between samples in front of the instrument
+  // voxels between the examined points in front of the instrument
   static constexpr double search_step = 0.25;
-  static constexpr double step = 0.25;   // voxels by which the radius may always grow per tick
-  static constexpr double max_step = 1;  // voxels, largest growth of the radius per tick
-  // s; per tick, the ball of filling may grow by what still waits plus the filling of this time
+  static constexpr double step = 0.25;   // voxels by which the ball of filling may always grow per tick
+  static constexpr double max_step = 1;  // voxels, largest growth of the ball's radius per tick
+  // s; per tick, the ball of filling may grow by the filling that still waits plus the filling delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
-  // smallest free fraction of its surface with which a ball of filling grows
+  // the ball of filling grows only if at least this fraction of its surface is free
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // largest distance of the search for free space / the instrument's reach
+  // filling flows to free space at most this × the instrument's reach away: largest distance of the search
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
-  // Number of consecutive samples in tissue that do not end a ray: filled walls consist of both tissue and filling.
+  // Number of consecutive samples in tissue with which a ray goes on: filled walls consist of both tissue and filling.
   static constexpr int thin = 3;
   // ns, approximate time for the search per tick
   static constexpr int search_cost = 60000;
-  // ns, approximate time of a skipped ray, a sample, a test for room
+  // ns, approximate times: to skip a ray, to read a sample, to test whether a place has room for filling
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
   static constexpr std::size_t directions = 2048;  // number of search rays
 };

@@ -12,7 +12,7 @@ using P = StepLimitParameters;
 using Q = SearchParameters;
 
 /// Grip of the cutting edges: a pressed, rotating head moves sideways only if its lag behind `target` exceeds a limit.
-/// Returns the target with a limited lag, which changes by at most `most`. `moved`: motion of the hand. Voxels.
+/// Returns the target with a limited lag, which changes by at most `most`. `moved`: motion of the hand. All in voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -27,8 +27,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Limits the proxy's speed relative to the hand. `shift`: the hand's displacement. Returns how far the proxy's
-/// displacement may differ from it: `max_step`, or slightly more than `step` requires, so that a stuck head can sink.
+/// Limits the proxy's speed relative to the hand. `shift`: the hand's displacement. Returns how far the proxy's may
+/// differ from `shift`: `max_step`, or slightly more than `step` requires, so that a stuck head can sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -82,8 +82,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   }
 }
 
-/// Limits the speed of a bur in a fall: the tissue under it is gone, so the hand accelerates until the next contact. A
-/// fall is detected if the tissue's push decreases while the hand gains speed against it.
+/// Limits a bur's speed when it loses its support (a fall): the tissue is gone, so the hand accelerates until the next
+/// contact. This is the case if the tissue's push decreases while the hand gains speed against the push.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.limits_step && in.cuts && !in.scrapes)) {
@@ -100,7 +100,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // The gained speed must exceed F::gain / stiffness plus the noise of one encoder count.
+  // The hand's gain of speed must exceed F::gain / stiffness plus the noise of one encoder count.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -235,7 +235,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
   return Ending::kDone;
 }
 
-/// Remembers the position that is nearest to the target and out of the contacts.
+/// Stores the head's position if distance from the target + weighted overlap is the smallest so far.
 void OffsetModel::keep_best(Search& s) const noexcept {
   const Step& p = step_;
   double overlap = 0;
@@ -296,8 +296,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts of the head at p.c; reuses the last ones after a short motion. Always searches again for a head
-/// that is neither ball nor cutting, deep in tissue or in a groove, and after at most one contact.
+/// Finds the contacts of the head at p.c; after a short motion, uses the last ones again. Always searches again for a
+/// head that is neither ball nor cutting, deep in tissue or in a groove, and after at most one contact.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -334,7 +334,7 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
   step_.active = guess_active(contacts_, held_);
 }
 
-/// Position nearest to the target that contacts and speed limit allow.
+/// Returns the position nearest to the target that contacts and speed limit allow.
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
@@ -344,7 +344,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // In a fall, an additional plane under the head limits the speed. The plane sinks at the allowed landing speed.
+  // When the bur loses its support, an additional plane under the head limits the speed: it sinks at the allowed speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
@@ -369,8 +369,8 @@ bool OffsetModel::refine_nearest(const ContactInput& in, const dvec3& next) noex
   return nearest >= 0 && finder().refine(patch_, {step_.c, in.X_WT.R}, contacts_, nearest, true);
 }
 
-/// Computes the exact planes of the contacts that block the head, and projects again. Repeats this, because the exact
-/// planes may change which contacts block.
+/// Computes the exact planes of the contacts that stop the head, and the nearest allowed position again. Repeats this,
+/// because other contacts may stop the head at the exact planes.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   if (probes(in) && p.active.count == 0 && refine_nearest(in, next))
@@ -463,8 +463,8 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// Fraction of its power with which the head cuts at this plane. At a wall (the head comes from much softer tissue), it
-/// is the ratio of the specific energies; elsewhere 1.
+/// Fraction of its power with which the head cuts at this contact plane. At a wall (the head comes from much softer
+/// tissue), it is the ratio of the specific energies; elsewhere 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -510,7 +510,7 @@ void OffsetModel::follow_hand() noexcept {
 }
 
 /// Leads a trapped proxy (under an overhang, behind a ledge) back along its recorded path, to the point nearest to the
-/// hand. Nothing is cut. Returns true if it is led in this tick.
+/// hand. Nothing is cut. Returns true if the proxy is led back in this tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -598,7 +598,7 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Replaces the tissue by the plane of the last contact until a new tissue patch arrives (Adachi 1995, Mark 1996). If
-/// the patch is late, the plane yields to larger forces, and its force decreases to zero beyond bridge_reach.
+/// the patch is late, the plane moves back under larger forces, and its force decreases to zero beyond bridge_reach.
 /// Measurements: docs/safety.md.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
@@ -648,8 +648,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.contact_push;
   out.wall = wall_;
-  // The area is measured on the samples of the head's surface. With a single exact contact there are none, so it is
-  // estimated for a ball on a plane.
+  // The contact area is measured on the samples of the head's surface. With a single exact contact there are no
+  // samples, so the area is estimated for a ball on a plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

@@ -30,7 +30,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  // voxels³ × hardness of removed tissue; gives the cut's energy
+  // voxels³; for each tissue, removed volume × hardness, from which the cut's energy follows
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
@@ -48,8 +48,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
 }
 
 /// Cuts the coarse tissue patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: the
-/// fine cut took long, so this one may be made later, because only the shank, behind the head, touches the coarse
-/// patch.
+/// fine cut took long, so this coarse cut may be made later, because only the shank, behind the head, touches the
+/// coarse patch.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -86,7 +86,7 @@ void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
     front_.forget();
     contacts_.forget_creases();
   }
-  // The new coarse tissue patch comes from the volume, which was cut in shorter steps, so its front is not valid.
+  // The new coarse tissue patch comes from the volume, which was cut in shorter steps, so coarse_front_ is not valid.
   coarse_front_.forget();
   smooth().forget();
 }
