@@ -12,7 +12,7 @@ constexpr double kCellEdges = 1.5;  // edge of a grid cell / mean edge of the me
 constexpr double kMaxCells = 4e6;
 // The cells of the grid together list at most this × (number of faces) + kFewEntries faces; else cells become larger.
 constexpr double kEntriesPerFace = 16;
-// additive part of this limit, so that cells of small meshes need not become larger
+// constant part of this limit, so that the cells of small meshes need not become larger
 constexpr double kFewEntries = 1e6;
 constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding error of a box
 

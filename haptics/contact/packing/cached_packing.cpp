@@ -25,7 +25,7 @@ bool each_part(Packing& p, Use&& use) {
          list(p.center) && list(p.radius) && list(p.tissue);
 }
 
-/// Writes a packing to a file. Throws Error.
+/// Writes a packing of spheres to a file. Throws Error.
 void write(const fs::path& path, const SpherePacking& packing) {
   std::ofstream out(path, std::ios::binary);
   const bool written = each_part(packing, [&](const auto* data, std::size_t bytes) {

@@ -30,8 +30,8 @@ namespace packing {
 
 namespace {
 
-constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate
-// A pass on the GPU with more results than this fails.
+constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
+// Largest number of results of a pass on the GPU; a pass with more results fails.
 constexpr std::size_t kExpected = 65536;
 
 /// Sorts results by the tool's ball; for equal balls, by the order of the tissue's spheres in the tree.
@@ -51,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Pass 1 on the CPU, with the tree.
+/// Pass 1 (first contact) on the CPU, by a search in the tree.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -160,7 +160,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // The tool's first sphere moves into a sphere of the tissue, by a fifth of its radius.
+    // For the test, the tool's first sphere moves into a sphere of the tissue, by a fifth of that sphere's radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

@@ -1,4 +1,4 @@
-// The three passes of a tick on a GPU. Sums are added in the order of the CPU, so both give the same bits.
+// The three passes of a tick on a GPU. Sums are added in the CPU's order, so both give bit-identical results.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::packing {
 
-/// Smallest number of spheres for a GPU; with fewer, the CPU finishes before a GPU has started.
+/// Smallest number of tissue spheres for a GPU; with fewer, the CPU finishes before a GPU has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
 /// Servo thread only; noexcept; allocates only in the GPU's driver. After a failure, ready() is false until load() is
@@ -28,14 +28,14 @@ class ComputePasses {
 
   /// Pass 1: finds the first contact of moving balls. Returns false after a failure.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2, like estimate_surface(). `X_WP`: proxy; `p_WC`: contact point.
+  /// Pass 2 on the GPU, like estimate_surface(). `X_WP`: pose of the proxy; `p_WC`: contact point.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3 without changing the tissue: energy (J) for the head's motion. `near_to`: end of the longest motion in this
-  /// tick; spheres near it are searched only once.
+  /// Pass 3 without changing the tissue: returns the energy (J) to cut along the head's motion. `near_to`: end of the
+  /// longest motion in this tick; tissue spheres near it are searched only once.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: cuts from X_WA to X_WB, like packing::carve().
+  /// Pass 3 on the GPU: cuts from X_WA to X_WB, like packing::carve().
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -52,15 +52,15 @@ class ComputePasses {
   std::vector<CutSphere> loaded_;  // all spheres by index, to copy them to the GPU
 };
 
-/// Mean times of the three passes on CPU and GPU.
+/// Mean times of the three passes together, on CPU and on GPU.
 struct PassTimes {
   double processor = 0, gpu = 0;  // s, mean time per position of the tool
-  bool same = true;               // true: the results had equal bits in all tests
-  /// Returns true if the GPU is faster, with equal bits.
+  bool same = true;               // true: both gave bit-identical results in all tests
+  /// Returns true if the GPU is faster and its results are bit-identical.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures and compares the passes at `looks` positions of the tool. Takes as long as several ticks: set-up only,
-/// after `tissue` was loaded.
+/// Measures and compares the passes on CPU and GPU at `looks` positions of the tool. Takes as long as several ticks, so
+/// at set-up only, after `tissue` was loaded.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -46,8 +46,8 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Labels are dithered, so that volumes are exact (solid.cpp). Packing needs smooth borders, so each voxel gets the most
-// frequent label of its neighbours.
+// Labels at borders alternate irregularly (dithering), so that volumes are exact (solid.cpp). Packing needs smooth
+// borders, so each voxel gets the most frequent label of its neighbours.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -79,8 +79,8 @@ void DepthField::smooth_labels() {
   }
 }
 
-// Passes closest surface points from voxel to voxel (Danielsson 1980). Needed because the field's distances are inexact
-// far from the surface and near cuts.
+// Passes the closest surface point of each voxel on to its neighbours (Danielsson 1980). Needed because the volume's
+// distances are inexact far from the surface and near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -92,7 +92,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Starting points: where the surface crosses between neighbouring voxels, and points found along the gradient.
+  // Starting points: where the surface crosses between neighbouring voxels, and points along the gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -126,8 +126,8 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans forward and backward until nothing changes. Examines only neighbours that changed in this scan or the
-  // previous one. `changed_in`: for each voxel, number of the scan that last changed it; 0: none.
+  // Scans the voxels forward and backward until nothing changes. Examines only neighbours that changed in this scan or
+  // the previous one. `changed_in`: for each voxel, number of the scan that last changed it; 0: none.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

@@ -8,22 +8,22 @@
 
 namespace typodont::haptics::packing {
 
-/// Distance to the nearest surface or border with another tissue, in voxels. p_V = (0,0,0) is the position of the first
-/// sample.
+/// Distance of a point to the nearest surface or border with another tissue, in voxels. p_V = (0,0,0) is the position
+/// of the field's first sample.
 class DepthField {
  public:
   explicit DepthField(const DenseTissue& tissue);
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  /// m³ of each tissue: sum of the voxels' fractions inside it.
+  /// m³, volume of each tissue: sum of its fractions in all voxels.
   const PerTissue& volume() const { return volume_; }
 
   /// Tissue of the nearest of the eight samples around p_V that contains tissue; kAir: none.
   Tissue tissue_at(const dvec3& p_V) const;
   /// Depth of p_V below the border of the tissue at p_V, voxels; -1: no tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
-  /// Depth in the given tissue, voxels (trilinear). Negative outside this tissue; -1 outside the field and for kAir.
+  /// Depth of p_V in `tissue`, voxels (trilinear). Negative outside this tissue; -1 outside the field and for kAir.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:

@@ -8,15 +8,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Largest gap between two spheres / smaller of their radii up to which they are linked at the start. Large, so that
-/// links reach the next deeper layer; they remain when a cut shrinks a sphere in that direction.
+/// Two spheres are linked at the start if gap / smaller radius is at most this. Large, so that links reach the next
+/// deeper layer of spheres; such a link remains when a cut makes the upper sphere smaller, from above.
 constexpr double kLink = 1.5;
-// m; a link breaks if its gap has grown by this and reaches the sum of radii. Less than any tool's diameter.
+// m; a link breaks if the gap has grown by this and exceeds the sum of radii. Smaller than any tool's diameter.
 constexpr double kWidened = 0.1e-3;
-// number of spheres that a flood fill visits before the next one continues
+// number of spheres that one flood fill visits before the next one continues
 constexpr int kPace = 16;
 
-/// Returns true if two spheres are linked. `gap_at_start`: their gap before any cut.
+/// Returns true if two spheres are still linked. `gap_at_start`: m, gap between them before any cut.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -86,7 +86,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // Flood fills start at spheres with broken links (seeds).
+  // Flood fills start at the spheres whose links the current cut has broken (seeds).
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -112,7 +112,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Flood fills over links from seeds of one former body.
+/// Flood fills along the links, from all `seeds`, which belonged to one connected body before the cut.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
@@ -145,8 +145,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two flood fills have met: appends the smaller list to the larger. Its unvisited neighbours follow, some
-            // of them twice.
+            // Two flood fills have met: appends the smaller list of spheres to the larger one. The spheres that its
+            // fill has not visited yet follow, some of them twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -168,7 +168,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If all floods have ended separately, the largest is the main body, not a loose piece.
+  // If all flood fills have ended without meeting, the largest one is the main body, not a loose piece.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -10,7 +10,7 @@
 namespace typodont::haptics::packing {
 
 /// Carver thread only; deterministic. Neighbouring spheres are linked. A link breaks if a sphere disappears, or if the
-/// gap has grown by 0.1 mm and exceeds the sum of radii. Flood fills along the links find loose pieces.
+/// gap between both has grown by 0.1 mm and exceeds the sum of radii. Flood fills along links find loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
@@ -21,7 +21,7 @@ class LooseSpheres {
     dvec3 center;   // m, centre of the sphere
     double radius;  // m, radius of the sphere
   };
-  /// Loose pieces after a cut; they stay in the tissue. `changed`: the spheres that the cut changed, each once.
+  /// Lists of spheres in loose pieces after a cut; they stay in the tissue. `changed`: spheres that the cut changed.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
   /// Number of separate bodies at the start.
   int bodies() const { return bodies_; }
@@ -41,7 +41,7 @@ class LooseSpheres {
 
   std::vector<std::size_t> first_;  // for each sphere: index of its first link
   std::vector<Link> links_;
-  std::vector<int> body_;  // for each sphere: index of its body
+  std::vector<int> body_;  // for each sphere: index of its connected body
   int bodies_ = 0;
   std::vector<Changed> before_;  // for each sphere: its state before its last change
   std::vector<unsigned> cut_;    // for each sphere: the cut that last changed it

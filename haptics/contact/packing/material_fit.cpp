@@ -20,13 +20,13 @@ using namespace packing;
 /// One time interval of the recorded force, with the tissue that the tool removes during it.
 struct Moment {
   double t = 0, measured = 0;  // s, start of the interval; N, mean measured force
-  // overlapped spheres: index, and overlap in m³
+  // tissue spheres that the tool overlaps: index, and overlap in m³
   std::vector<std::pair<int, double>> overlap;
-  double gain = 0;  // N, force if all densities were 1
+  double gain = 0;  // N, force if all spheres had density 1
 };
 
-/// Returns force / cutting power in N/W by Preston's law (like `earn` in the servo): power = μ_c · efficiency · F · R ·
-/// ω. Ignores the motor's loss of speed under load.
+/// Returns force / cutting power (N/W) by Preston's law, like `earn` in the servo: power = μ_c · efficiency · force F ·
+/// head's radius R · speed ω. Ignores the motor's loss of speed under load.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));

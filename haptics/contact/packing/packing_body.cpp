@@ -15,15 +15,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kBlock = 8;  // voxels, edge of blocks in which the field is updated
-// Voxels. When the ball that cuts a sphere has moved this far, its position and radius are stored as a note, from which
-// rasterize() updates the field.
+constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the distance field is updated
+// Voxels. When the ball that cuts a sphere has moved this far, its position and radius are stored (a note), so that
+// rasterize() can update the distance field.
 constexpr double kNoteEvery = 0.03;
-// voxels; a cut changes the field up to this distance beyond the sphere and its gaps, because of interpolation
+// voxels; a cut changes the distance field up to this far beyond the cut sphere and its gaps, due to interpolation
 constexpr double kAround = 1.8;
-// A cut sphere also empties the gaps around it up to this distance, in radii of the largest hole in the packing.
+// In radii of the packing's largest hole: distance up to which a cut sphere also empties the gaps around it.
 constexpr double kGapsAround = 2;
-// largest number of stored notes; with more, the field is updated from the notes, and they are deleted
+// largest number of stored notes (positions of cutting balls); with more, they are used for the field and deleted
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
@@ -121,7 +121,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A cut from another side begins: stores the final state of the previous cut as a note, for the update of the field.
+  // A cut from another side begins: stores the end of the previous cut as a note, for the update of the field.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -198,7 +198,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// Exchanges the current states of a stroke's spheres with the stored states, for undo and redo.
+/// Exchanges the current states of the spheres that a stroke changed with the stored states, for undo and redo.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);
@@ -288,7 +288,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Sorts the notes (removed parts of spheres) by the blocks of the field that they affect.
+  // Sorts the notes (removed parts of spheres) by the blocks of the distance field that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

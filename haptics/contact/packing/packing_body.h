@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread only. A cut changes only spheres. rasterize() updates the field from notes, which are stored whenever
-/// the deepest overlap has moved by 0.03 voxel. So the field does not depend on the times of requests.
+/// Carver thread only. A cut changes only spheres. rasterize() updates the distance field from notes, which are stored
+/// whenever the cutting ball has moved by 0.03 voxel. So the field does not depend on the times of requests.
 class PackingBody final : public TissueBody {
  public:
   /// Throws Error if `packing` does not belong to `tissue`.
@@ -49,7 +49,7 @@ class PackingBody final : public TissueBody {
     // true: the stroke also changed volume_, as a brush does
     bool in_field = false;
   };
-  /// Removed part of a sphere, still contained in the field.
+  /// Part of a sphere that was removed, but is still contained in the distance field.
   struct Note {
     int sphere;
     dvec3 p_W;  // m, centre of the cutting ball

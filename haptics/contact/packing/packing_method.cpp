@@ -74,7 +74,7 @@ class PackingMethod final : public ContactMethod {
 
 constexpr Form kDensities{"object", R"({"type": "object", "additionalProperties": {"type": "number"}})"};
 
-/// The hardness of each sphere, from a `fit-material` file.
+/// The parameter for the hardness of each sphere, from a file that `fit-material` wrote.
 void describe_material(Keys& keys, Parameters& p) {
   if (const auto spheres = keys(must("spheres"), kNumber, "number of spheres");
       spheres && static_cast<std::size_t>(spheres->integer(1)) != p.spheres)

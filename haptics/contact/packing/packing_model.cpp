@@ -14,18 +14,18 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSearchDistance = 10e-3;  // m, largest distance that clearance() can return
-// m; tissue_at() finds spheres up to this distance
+// m; tissue_at() finds spheres whose surfaces are up to this far from the point
 constexpr double kNearby = 0.2e-3;
-// largest number of cut lengths that are tried to find the longest one within the energy budget
+// largest number of cut lengths per tick that are tried to find the longest one within the energy budget
 constexpr int kTrials = 8;
-// The search for the length of a step ends when the step uses at least this fraction of the energy budget.
+// The search for the length of a cut ends when the cut uses at least this fraction of the energy budget.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
-// rad, largest rotation per cut; the error of the chord is then at most 5e-5 of the reach
+// rad, largest rotation of the tool per cut; treating its arc as a chord then errs by at most 5e-5 of its reach
 constexpr double kMaxTurn = 0.02;
-// N, force limit of a dental scene. When the proxy moves back along its path, the force changes as fast as in "offset"
-// if the scene's limit is at most this; with a larger limit, faster in proportion.
+// N, force limit of a dental scene. When the proxy moves back along its path, the rate of force equals that of "offset"
+// if the scene's limit is at most this; with a larger limit, the rate is larger in proportion.
 constexpr double kDentalForces = 20;
 // m/s, largest speed of the tool's farthest point. Faster than any hand, so the proxy catches up soon after a jump.
 constexpr double kFastest = 5;
@@ -101,7 +101,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // Repeats the servo's later cuts. After undo or a loose piece, they may remove another volume.
+  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, they may remove another volume.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -117,8 +117,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo, the proxies' near lists remain valid, because spheres can only have been removed (loose
-  // pieces).
+  // Without undo or redo, the proxies' lists of near spheres remain valid, because spheres can only have been removed
+  // (loose pieces).
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -128,7 +128,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo uses only clearances above a voxel, so smaller ones need not be exact.
+  // The servo uses only clearances of the tool above a voxel, so smaller ones need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kSearchDistance + reach, least + reach) - reach);
 }
@@ -265,7 +265,7 @@ void PackingModel::estimate_tissue() noexcept {
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
-/// If the head overlaps nothing (contact of the shank, or a point), uses the tissue of the contacts.
+/// If the head overlaps nothing (only the shank or a point has contact), uses the tissue of the touched spheres.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -281,8 +281,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets the friction (paper S2, eq. 13) for the tissue of the last tick. Zero for a rotating bur: the servo computes
-/// the force of its edges.
+/// Sets the friction (paper S2, eq. 13) for the tissue of the last tick. Zero for a rotating bur, because the servo
+/// computes the force of its cutting edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -305,7 +305,7 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Energy for the motion, J. `near_to`: argument of the last find_near().
+/// Energy to cut along the motion, J. `near_to`: argument of the last find_near().
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -320,13 +320,13 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the largest fraction of the motion, at most `most`, whose energy fits the budget; up to 15 % of the budget
-/// may remain. Increases the last step's fraction until it costs too much, then alternates secant and bisection.
+/// Returns the largest fraction of the motion, at most `most`, whose cut the energy budget pays; up to 15 % of it may
+/// remain. Increases the fraction until the cut costs too much, then alternates secant method and bisection.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction of the motion that the near lists cover
+  double listed = -1;  // fraction of the motion that the lists of near spheres cover
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -348,7 +348,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // Every second step bisects, because the cost increases with each new sphere, so that the secant converges slowly.
+    // Every second step bisects: the cost rises with each newly touched sphere, so that the secant converges slowly.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -356,8 +356,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut is postponed, because its step would be shorter than kMinStep; its energy is saved. `step`:
-/// m, step that the current energy allows.
+/// Returns true if the cut is postponed, because its step would be shorter than kMinStep; the energy is saved for
+/// later. `step`: m, step that the current energy allows.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const bool waits =
       step < kMinStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;

@@ -69,7 +69,7 @@ class PackingModel final : public ContactModel {
   /// State for leading a blocked proxy back to the hand.
   struct Retreat {
     RetreatPath path;      // recorded path, in units of kPathUnit
-    dvec3 held_at{0};      // m, position at which the proxy is blocked
+    dvec3 held_at{0};      // m, position at which contacts block the proxy
     double held_for = 0;   // s, time near held_at while the hand is far away
     bool leading = false;  // true: the proxy moves back along `path`
     std::size_t to = 0;    // index of the path point at which the way back ends
@@ -80,11 +80,11 @@ class PackingModel final : public ContactModel {
   double postponed_for_ = 0;  // s, time since the cut was postponed; 0: not postponed
   CutBuffers buffers_;
   TriedCut tried_;
-  // Result of find_near(): the lists of all head spheres.
+  // Result of find_near(): for all spheres of the head, the lists of tissue spheres near them, one after another.
   std::vector<Place> near_;
-  // fraction of the motion to the hand whose cut tried_ contains; negative: none
+  // fraction of the motion to the hand that the cut computed in tried_ covers; negative: none
   double tried_share_ = -1;
-  std::vector<std::size_t> near_end_;  // end of each list in near_
+  std::vector<std::size_t> near_end_;  // for each list in near_: index after its last element
   // J, estimated energy of a cut up to the hand; 0: unknown
   double price_ = 0;
   double last_path_length_ = 0;  // m, length of the motion to the hand at the last cut

@@ -18,7 +18,7 @@ struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
   std::uint64_t seed = 1;       // random seed for packing tissue and a tool's mesh
   std::filesystem::path file;   // file with the packing; empty: it is computed
-  // head of the first tool as spheres from a closed mesh; empty: spheres from the tool's shape
+  // head of the first tool, as spheres from a closed mesh; empty: spheres from the tool's shape
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, speed of cutting dentin (v_b in eq. 4 of Kaluschke 2020); 0: computed from the motor's power (PackingModel)
@@ -26,7 +26,7 @@ struct Parameters {
   double free_speed = 0.02;  // m/s, largest speed of cutting, reached at very low density
   // Only with base_speed. true: density summed over the contact (ρ of S2, eq. 3; for reaming); false: its mean (ρ̂).
   bool by_contact = false;
-  double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
+  double epsilon = 0.05e-3;  // m; for the estimate of the touched tissue, the tool's spheres are enlarged by this
   // density of each tissue / density of dentin; negative: computed from the tissue's specific energy
   PerTissue density = given();
   std::filesystem::path material;              // file of fitted densities (S2, eq. 14)
@@ -47,7 +47,7 @@ inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, co
   return tool_spheres(tools[index], parameters.tool_spheres);
 }
 
-/// Densities relative to dentin: those of the scene, or ratios of specific energies.
+/// Density of each tissue / density of dentin: from the scene, or from the ratio of their specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {
   PerTissue density = parameters.density;
   const double dentin = materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
@@ -69,8 +69,8 @@ struct CutBuffers {
   std::vector<CutSphere> before;
 };
 
-/// Cuts with the head from A to B, with equal bits on servo and carver. keep(index, sphere before) is called for each
-/// change. near(t, places) lists tissue spheres that head sphere t can touch, in tree order.
+/// Cuts with the head from A to B, bit-identically on servo and carver. keep(index, sphere before) is called for each
+/// changed sphere. near(t, places) lists tissue spheres that head sphere t can touch, in tree order.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {
@@ -83,7 +83,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// Like carve() above, but searches the near spheres itself.
+/// Like carve() above, but searches the tissue spheres near the head itself.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -1,5 +1,5 @@
-// The functions of sphere_pair.h for eight pairs of spheres at once, with the same bits. Only for the .cpp files of the
-// packing.
+// The functions of sphere_pair.h for eight pairs of spheres at once, with bit-identical results. Only for the .cpp
+// files of the packing.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -12,7 +12,7 @@ TYPODONT_INLINE void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
-/// lens_volume() for eight pairs, with the same bits.
+/// lens_volume() for eight pairs of spheres at once, with bit-identical results.
 TYPODONT_INLINE void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;

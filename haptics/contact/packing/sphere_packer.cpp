@@ -23,19 +23,19 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // grid nodes along each edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// The free radius of a node is that of the largest sphere that fits around it. It is stored up to this multiple of the
-// radius limit.
+// Free radius of a grid node: radius of the largest sphere that fits around the node. It is stored up to this multiple
+// of the largest allowed radius.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / largest allowed radius
-// In grid spacings. When the largest free radius is smaller, a finer grid is made.
+// In grid spacings. When the largest free radius of all nodes is smaller than this, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // spacing of a grid / spacing of the next finer grid
-// Smallest radius in grid spacings; smaller spheres wait for a finer grid.
+// Smallest radius of a sphere in grid spacings; a place for a smaller one waits for a finer grid.
 constexpr double kMinRadius = 0.3;
-// A sphere is postponed if its radius / the stored free radius is below this.
+// Placing is postponed if the sphere's radius / the stored free radius of its node is below this.
 constexpr double kAsExpected = 0.8;
-constexpr double kMaxTravel = 1.0;  // in spacings, largest distance of the centre from its node
-constexpr double kLastStep = 0.02;  // spacings, last step of the search for the centre
+constexpr double kMaxTravel = 1.0;  // in grid spacings, largest distance of a sphere's centre from its node
+constexpr double kLastStep = 0.02;  // grid spacings, last step of the search for the centre
 // voxels; at this spacing of the grid, the packing is complete
 constexpr double kMinSpacing = 0.004;
 constexpr double kMaxPerVoxel = 64;  // largest number of spheres per voxel; the field does not resolve more
@@ -56,8 +56,8 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from its centre to the first node.
-/// Returns true if some became smaller.
+/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from the sphere's centre to the
+/// first node. Returns true if a free radius became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -71,14 +71,14 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Priority of a node. First come nodes at the radius limit with the least space around, so that spheres lie close
-/// together; then nodes by free radius.
+/// Priority of a node. First come nodes at the largest allowed radius that have the least space around them, so that
+/// spheres lie close together; then nodes by free radius.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// Largest priority (key_of) of a block's nodes; 0: no priority is positive.
+/// Largest priority (key_of) of a block's nodes; 0: no node has a positive priority.
 TYPODONT_DISPATCH("avx2", "default")
 float max_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -102,7 +102,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// Places the next sphere. Returns false if there is no space, even on the finest grid.
+  /// Places the next sphere. Returns false if there is no space for one, even on the finest grid.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -121,21 +121,21 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // The sphere is smaller than its stored free radius: another node may have more space.
+      // The sphere is smaller than the stored free radius of its node, so another node may have more space.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // Usually the sphere occupies its node. If the search moved it too far away, the node is marked as used.
+      // Usually the sphere covers its node. If the search moved the sphere too far away, the node is marked as used.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
     }
   }
 
-  /// Radius of the largest sphere that still fits.
+  /// Radius of the largest sphere that still fits between the placed spheres.
   double max_hole() {
     double most = 0;
     for (int tries = 0; tries < 4096; ++tries) {
@@ -153,7 +153,7 @@ class Packer {
   }
 
  private:
-  /// 4³ nodes with free radii; at 0 or less, no sphere fits.
+  /// 4³ grid nodes with their free radii; at 0 or less, no sphere fits at the node.
   struct Block {
     alignas(32) float free[kNodes];
     glm::ivec3 at;  // position in the grid of blocks
@@ -258,7 +258,7 @@ class Packer {
     return false;
   }
 
-  /// Makes a grid whose free radii allow for all placed spheres.
+  /// Makes a grid of nodes whose free radii take all placed spheres into account.
   void make_grid(double spacing) {
     const double max_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;
@@ -288,12 +288,12 @@ class Packer {
         }
       }
     }
-    // New spheres are hardly larger than the last ones, so each placed sphere limits only nearby blocks.
+    // New spheres are hardly larger than the last ones, so a placed sphere reduces free radii only in nearby blocks.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(max_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // Limits free radii to the depth in the tissue, and removes blocks without space.
+    // Limits each free radius to the node's depth in the tissue, and removes blocks without space.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -331,7 +331,7 @@ class Packer {
     });
   }
 
-  /// Searches the best centre near `node`: tests evenly distributed directions, and halves the step.
+  /// Searches the best centre of a sphere near `node`: tests evenly distributed directions, and halves the step.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double free_depth = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -344,7 +344,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Removes spheres too far away to limit the radius.
+    // Removes from near_ the spheres that are too far away to limit the radius.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -360,7 +360,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at p, at most the radius limit. If it is below `enough`, may return any value up to `enough`.
+  /// Radius of the largest sphere at p, at most the allowed one. Below `enough`, may return any value up to `enough`.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -399,7 +399,7 @@ class Packer {
   std::priority_queue<Entry> queue_;
   std::vector<Placed> placed_;
   std::vector<Placed> near_;      // spheres near the position that is being examined
-  std::vector<unsigned> stamps_;  // for each sphere: search that last added it to near_
+  std::vector<unsigned> stamps_;  // for each sphere: number of the search that last added it to near_
   unsigned stamp_ = 0;
 };
 

@@ -12,8 +12,8 @@ namespace typodont::haptics::packing {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// First contact of a sphere that moves by `m`, as a fraction 0..1, or kNever (paper S2, eq. 1). `D`: vector to the
-/// other centre; `R`: sum of radii. Touching at the start gives 0 on approach, else kNever.
+/// First contact of a sphere that moves by `m`, as a fraction 0..1 of the motion, or kNever (paper S2, eq. 1). `D`:
+/// vector to the other centre; `R`: sum of radii. If they touch at the start: 0 on approach, otherwise kNever.
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
@@ -25,8 +25,8 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   return touches ? root : kNever;
 }
 
-/// Overlap of two spheres at distance `d` (S2, eq. 2): 0 if apart, the smaller sphere if it is inside. The printed
-/// equation lacks the denominator and the squared difference of radii.
+/// Volume of the overlap of two spheres at distance `d` (S2, eq. 2): 0 if apart; the smaller sphere's volume if it is
+/// inside. The printed equation lacks the denominator and the squared difference of radii.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);

@@ -13,41 +13,41 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-// largest number of tested motions per tick
+// largest number of motions of the proxy that are tested per tick
 constexpr int kSweeps = 24;
-// After this many consecutive motions without progress, as in a cavity with many contacts, the tick ends; the next tick
-// continues.
+// The tick ends after this many consecutive motions of the proxy without progress, as in a cavity with many contacts;
+// the next tick continues.
 constexpr int kStuck = 8;
-// largest number of contacts of non-cutting parts per cut
+// largest number of contacts of the tool's non-cutting parts per cut
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations per projection
-constexpr double kSettled = 1e-12;  // m, smaller changes end the iteration of a projection
-// m; the proxy has arrived if the remaining motion is shorter
+constexpr double kSettled = 1e-12;  // m; a smaller change of the result ends the iteration of a projection
+// m; the proxy has arrived if its remaining motion is shorter
 constexpr double kArrived = 1e-10;
-// rad, largest rotation per step; the error of the chord is then at most 5e-5 of the reach
+// rad, largest rotation per step; treating its arc as a chord then errs by at most 5e-5 of the tool's reach
 constexpr double kMaxTurn = 0.02;
-// m, smallest mean margin of near lists. Margin: motion of a tool sphere for which its list is valid.
+// m, smallest mean margin of the lists of near spheres. Margin: motion of a tool sphere for which its list is valid.
 constexpr double kMargin = 60e-6;
 // m, largest mean margin (motion for which a list is valid) of lists that are made when needed
 constexpr double kMaxMargin = 300e-6;
 // margin of a near list (motion for which the list is valid) / motion per tick
 constexpr double kAhead = 3;
-// m, search distance for the nearest sphere if a list would be empty
+// m, search distance for the nearest tissue sphere if a list of near spheres would be empty
 constexpr double kSearchDistance = 2e-3;
-// m, rounding error of a distance, added to limits
+// m, rounding error of a distance between spheres, added to limits
 constexpr double kRounding = 1e-12;
 // The path is searched slightly beyond its end, to find contacts there.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
-// m; up to this gap, the spheres of a long list count as near without a test (listed_near)
+// m; in a long list, spheres up to this gap count as near without a test (listed_near)
 constexpr double kFewOthers = 100e-6;
-// number of spheres from which a near list counts as long
+// number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
-constexpr std::size_t kLanes = 8;  // spheres that one vector instruction compares
+constexpr std::size_t kLanes = 8;  // number of spheres that one vector instruction compares
 // m, rounding error of a gap in single precision
 constexpr float kFloatRounding = 1e-9f;
-// m; if a list would be valid only for a shorter motion, the tree is searched without list
+// m; if a list of near spheres would be valid only for a shorter motion, the tree is searched without a list
 constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of a too long list
 // m, largest mean margin (motion for which a list is valid) of lists made in advance
@@ -55,7 +55,7 @@ constexpr double kMaxPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;  // margin of a near list / motion per tick, for lists made in advance
 // smallest number of tree leaves that are searched per tick for the lists made in advance
 constexpr std::size_t kLeavesATick = 320;
-// after a near list was too long, number of searches until one is made again
+// after a list of near spheres was too long: number of searches until a list is made again
 constexpr int kNotAgain = 64;
 
 /// Mean margin (motion for which a near list is valid) of lists made in advance, m. `travel`: m, motion in one tick.
@@ -154,7 +154,7 @@ void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3&
   next_.search = tree.start_search();
 }
 
-/// Returns true if the list is complete. Reduces the margin if the list is too long.
+/// Continues the new list. Returns true if it is complete. Reduces its margin if the list is too long.
 bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
@@ -179,7 +179,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   return next_.search.done();
 }
 
-/// Replaces the old list by the new, complete one.
+/// Replaces the old list of near spheres by the new, complete one.
 void SphereProxy::use_list() noexcept {
   const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
@@ -205,7 +205,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list of tool sphere `i` at `center` now. `travel`: motion for which it must be valid, m.
+/// Makes the list of tissue spheres near tool sphere `i` at `center` now. `travel`: motion for which it is valid, m.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double travel) noexcept {
   const double needed = travel + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -222,8 +222,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes the next near lists in advance, in parts. A list is replaced when half its margin is used. Faster tools get
-/// larger margins and parts.
+/// Makes the next lists of near spheres in advance, in parts. A list is replaced when half its margin is used. For
+/// faster tools, margins and parts are larger.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (list_capacity_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -257,8 +257,8 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
   }
 }
 
-/// First sphere of list `i` that is touched before `until`. `certain`: no sphere outside the list can be touched
-/// earlier.
+/// First sphere of list `i` that tool sphere `i` touches before the fraction `until` of the motion. `certain`: receives
+/// true if no sphere outside the list can be touched earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -288,7 +288,7 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
 }
 
 /// First contact of the tool spheres `begin` to `end` - 1 before the fraction `until` of the motion; of simultaneous
-/// contacts, the lowest index. Tests the near lists first, because this shortens the search in the tree.
+/// contacts, that with the lowest index. Tests the lists of near spheres first, which shortens the search in the tree.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -309,7 +309,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
   return first;
 }
 
-/// First contact on the path to `goal`.
+/// First contact of the tool on its path to the pose `goal`.
 FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
   FirstContact first;
   const Motion motion = motion_to(goal);
@@ -339,8 +339,8 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips those whose stored
-/// gap is above `gap`. In a long list the others are not tested, because nearly all are near.
+/// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips spheres whose
+/// stored gap is above `gap`. In a long list, the other spheres are not tested, because nearly all are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -386,12 +386,12 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// Fraction 0..1 of the motion to `goal` that ends kGap before the first contact.
+/// Fraction 0..1 of the motion to `goal` at which the gap is still kGap before the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m by which the whole motion would bring both spheres together
+  // m by which the whole motion to `goal` would bring both spheres together
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -412,8 +412,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() before it.) If
-    // the contact is a constraint already, rotation has curved the path, so its gap is reduced.
+    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() earlier.) If
+    // the contact is a constraint already, rotation has curved the path, so the constraint's gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -425,8 +425,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// Projects `move` and `turn` onto the constraints of the tool spheres from index `first_sphere` on: minimises |δ -
-/// move|² + lever_² |φ - turn|², where lever_ converts rotations to lengths.
+/// Projects the motion (`move`, `turn`) onto the constraints of the tool spheres from index `first_sphere` on: finds
+/// the allowed (δ, φ) with the least |δ - move|² + lever_² |φ - turn|², where lever_ converts rotations to lengths.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
@@ -444,14 +444,14 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       continue;
     }
     const dvec3 turned = c.turn / (lever_ * lever_);
-    // The multipliers of the last projection are the first guess.
+    // The pushes (multipliers) of the last projection are the first guess.
     if (c.multiplier > 0) {
       allowed_move += c.multiplier * c.n;
       allowed_turn += c.multiplier * turned;
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A single ball at the origin of frame T does not depend on rotation, which shortens the loop.
+  // A single ball at the origin of frame T does not depend on rotation, so the loop can omit rotation.
   const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
@@ -460,7 +460,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       double gap = c.gap + glm::dot(c.n, allowed_move);
       if (turns) gap += glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      // Without push and with a gap, the constraint changes nothing; skipping it saves time.
+      // A constraint without push whose gap is open changes nothing; skipping it saves time.
       if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - (turns ? gap / steps[k].yields : gap));
       const double by = c.multiplier - before;
@@ -504,7 +504,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // Keeps the contacts that still touch.
+  // Keeps the contacts whose spheres still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -527,7 +527,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (S2, eq. 10–13): the pushes limit sliding.
+    // Coulomb friction (S2, eq. 10–13): the pushes of the contacts limit sliding.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -542,7 +542,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Shortens the motion: it rotates by at most kMaxTurn and moves by at most the path that is left in this tick.
+    // Shortens the proxy's motion: at most kMaxTurn of rotation, and at most the path that is left in this tick.
     const double angle = glm::length(turned), travel = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(travel, 1e-300)});
     by *= fraction, turned *= fraction;
@@ -570,8 +570,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // Computes the pushes at the new position. If the proxy has not moved since the last projection, its pushes are
-  // valid.
+  // Computes the pushes of the contacts at the new position. If the proxy has not moved since the last projection, the
+  // pushes of that projection are valid.
   if (!arrived) {
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);

@@ -20,7 +20,7 @@ struct ProxyOptions {
   double damping = 0;              // N·s/m, damping of the coupling (ζ of S2, eq. 7)
   double static_friction = 0.2;    // coefficient μ_s of S2, eq. 13
   double dynamic_friction = 0.15;  // coefficient μ_d of S2, eq. 13, at most μ_s
-  // m, largest path of the tool's farthest point per follow()
+  // m, largest path of the tool's farthest point per call of follow()
   double longest_path = std::numeric_limits<double>::infinity();
 };
 
@@ -33,13 +33,13 @@ struct ProxyContact {
 };
 
 /// Servo thread only; never allocates. SI units. The proxy moves only along tested paths, so it never passes through a
-/// sphere. Each contact is a plane; a projection in translation and rotation (Gauss–Seidel) gives the nearest allowed
-/// pose.
+/// sphere. Each contact limits the proxy by a plane; a projection in translation and rotation (Gauss–Seidel) gives the
+/// allowed pose nearest to the hand.
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the pose without a collision test. Spheres that overlap the tool there can be left, but not entered deeper.
+  /// Sets the pose without a collision test. Tissue spheres that overlap the tool can be left, but not entered deeper.
   void place(const Pose& X_W) noexcept;
   /// Sets the pose after a cut, without a collision test.
   void move_to(const Pose& X_W) noexcept;
@@ -47,10 +47,10 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Discards the near lists. Call it if spheres may have grown or returned.
+  /// Discards the lists of near spheres. Call it if tissue spheres may have grown or returned.
   void forget_near() noexcept;
-  /// Call it for each changed sphere. The near lists remain valid for a smaller sphere; a cut may also move it, so that
-  /// it protrudes up to `protrudes` m beyond its old surface.
+  /// Call it for each changed sphere. The lists of near spheres remain valid for a smaller sphere; but a cut may also
+  /// move a sphere, so that it protrudes up to `protrudes` m beyond its old surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -64,12 +64,12 @@ class SphereProxy {
   void end_notes() noexcept;
 
   /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
-  /// penetration. Returns its fraction up to the next contact within `longest_path` m; 1: no contact.
+  /// penetration. Returns the fraction of this motion up to the next contact within `longest_path` m; 1: no contact.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
   /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, it finds the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// Lists the spheres that one tool sphere can touch on its path to `to`, like SphereTree::near_segment().
+  /// Lists the tissue spheres that one tool sphere can touch on its path to `to`, like SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<Place> found) const noexcept;
 
@@ -89,7 +89,7 @@ class SphereProxy {
   dvec3 force(const dvec3& v_WH) const noexcept;
   /// Torque in N·m of `force` at the contact point about the centre of mass (paper S2, eq. 8).
   dvec3 torque(const dvec3& force) const noexcept;
-  /// Mean of the contact points, weighted by their pushes, m.
+  /// Mean of the contact points, m, weighted by the pushes of the contacts.
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
@@ -101,27 +101,27 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m; a sphere that protrudes less reduces the margins of all lists, one that protrudes more only of lists near it
+  // m; a tissue sphere that protrudes less reduces the margins of all lists; one that protrudes more, only of near ones
   static constexpr double kStickOut = 1e-6;
 
   /// A motion from the current pose of the proxy.
   struct Motion {
     Pose to;
-    // shift: m, motion of the origin of frame T. turn: chord of the rotation's angle on the unit circle.
+    // shift: m, motion of the origin of frame T. turn: chord of the rotation's angle on the unit circle, without unit.
     double shift = 0, turn = 0;
     /// Upper bound of the motion of a sphere that is `arm` (m) from the origin of frame T, m.
     double travel(double arm) const { return shift + turn * arm; }
   };
-  /// Tissue spheres near one tool sphere, in the tree's order (Verlet 1967). Valid while the tool sphere moves by less
-  /// than the margin, usually for many ticks.
+  /// Tissue spheres near one tool sphere, in the tree's order (Verlet 1967). The list is valid while the tool sphere
+  /// moves by less than the margin, usually for many ticks.
   struct NearList {
-    // m; when the list was made, all other spheres were at least this far away
+    // m; when the list was made, all spheres outside it were at least this far from the tool sphere
     double margin = 0;
-    // m, motion of the tool sphere since its list was made, plus the protrusions of cut spheres
+    // m, motion of the tool sphere since its list was made, plus the protrusions of cut tissue spheres
     double moved = 0;
     // m, largest distance by which this cut moved a part of a tissue sphere outside the sphere's old surface
     double protrudes = 0;
-    // m, distance of the nearest sphere when the list was made; negative: overlap
+    // m, distance of the nearest tissue sphere when the list was made; negative: overlap
     double free = 0;
     // m, largest `epsilon` of near_here() for which the list is complete; negative: the tree must be searched
     double wider = 0;
@@ -129,11 +129,11 @@ class SphereProxy {
     // number of searches for which no list is made, because the last one was too long
     int refused = 0;
   };
-  /// A list that is still being made.
+  /// A list of near spheres that is still being made.
   struct NextList {
     std::size_t tool_sphere = 0;
     bool active = false;
-    dvec3 center{0};                // m, centre of the tool sphere
+    dvec3 center{0};                // m, centre of the tool sphere when the list was begun
     double margin = 0;              // m, margin of the list
     double moved = 0;               // m, motion since the list was begun (NearList::moved)
     SphereTree::PartSearch search;  // search for the spheres of the list
@@ -144,9 +144,9 @@ class SphereProxy {
     std::vector<float> gaps;  // m, gap of each sphere in the list
   };
   struct Constraint {
-    // change of the gap per m of translation, and per rad of rotation (m)
+    // change of the gap per m of translation (no unit), and per rad of rotation (m)
     dvec3 n{0}, turn{0};
-    double gap = 0;  // m, current gap of the contact
+    double gap = 0;  // m, current gap between the two spheres of the contact
     double multiplier = 0;
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
@@ -157,15 +157,15 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  /// `travel`: m, motion for which the list must be valid.
+  /// `travel`: m, motion of the tool sphere for which the list must be valid.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double travel) noexcept;
   void start_list(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double margin) noexcept;
   bool continue_list(const SphereTree& tree, std::size_t leaves) noexcept;
   void use_list() noexcept;
   void prepare_lists(const SphereTree& tree) noexcept;
   double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
-  /// Calls visit(place) for spheres whose gap was at most limit() when the list was made, and for a few more. visit()
-  /// may reduce limit().
+  /// Calls visit(place) for the spheres of a list whose gap was at most limit() when the list was made, and for a few
+  /// more. visit() may reduce limit().
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
@@ -186,13 +186,13 @@ class SphereProxy {
   std::vector<NearList> lists_;  // for each tool sphere: its near list
   std::size_t list_capacity_;    // capacity of each near list in spheres, a multiple of 8
   std::vector<Place> listed_;    // spheres of all lists, one list after another
-  // m, gap of each listed sphere when its list was made; infinity: the slot is unused
+  // m, gap between each listed sphere and its tool sphere when the list was made; infinity: the slot is unused
   std::vector<float> gap_;
   NextList next_;
   std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // moving balls for a search by the GPU
   std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
-  // m, largest protrusion up to kStickOut since end_notes()
+  // m, largest protrusion of a cut sphere since end_notes(), if at most kStickOut
   double protrudes_ = 0;
   bool noted_ = false;  // true: a cut sphere has protruded since end_notes()
   double pushed_ = 0;   // m, sum of the pushes of all contacts

@@ -11,12 +11,12 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// cos 60°: if two cut directions differ by less, the second continues the first cut
+/// cos 60°: if the angle between the directions of two cuts of a sphere is smaller, the second continues the first
 constexpr double kSameSide = 0.5;
 // number of cuts after which the tree's boxes above a leaf are computed exactly again
 constexpr std::size_t kExactEvery = 16;
-constexpr double kRounding = 1e-15;  // m, rounding of a displacement
-constexpr double kTouching = 1e-13;  // m, overlap that counts as rounding error
+constexpr double kRounding = 1e-15;  // m, rounding error of a sphere's displacement
+constexpr double kTouching = 1e-13;  // m; a smaller overlap of spheres counts as rounding error
 
 double ball_volume(double r) {
   return 4.0 / 3.0 * kPi * r * r * r;
@@ -47,7 +47,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume of a sphere with its share of gaps, m³.
+/// Volume of a sphere with its share of the gaps between spheres, m³.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (gone(s)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -74,7 +74,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // The cut comes from another side: the current state becomes the base.
+    // The cut comes from another side: the current state becomes the base from which overlaps are measured.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -94,7 +94,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // sphere whose boxes must still be updated
+  std::optional<Place> unmended;  // tissue sphere whose bounding boxes must still be updated
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -142,7 +142,7 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// SphereTissue::counted() for eight spheres, with the same bits. Not for Removal::kAsPrinted.
+/// SphereTissue::counted() for eight spheres, with bit-identical results. Not for Removal::kAsPrinted.
 TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
@@ -153,8 +153,8 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   volume = radius > SphereTissue::kMin * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
-/// SphereTissue::after_cut() for eight spheres, with the same bits. `others` receives spheres that are cut from another
-/// side than before.
+/// SphereTissue::after_cut() for eight spheres, with bit-identical results. `others` receives the spheres that are cut
+/// from another side than before.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -176,7 +176,7 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Protrusion: half of an overlap moves the sphere, the other half reduces its radius.
+  // Half of an overlap moves the sphere, the other half reduces its radius; so it protrudes from its old surface.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -209,7 +209,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // An unchanged sphere is overwritten by the next one; when steps_ is full, the last element is overwritten.
+      // A step without change is overwritten by the next one; when steps_ is full, its last element is overwritten.
       Step& step = steps_[std::min(count_, kMaxSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
@@ -239,8 +239,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes around a sphere that make() changed. Usually only enlarges the boxes, which is faster than
-/// computing them exactly.
+/// Updates the tree's bounding boxes around a sphere that make() changed. Usually only enlarges the boxes, which is
+/// faster than computing them exactly.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kLeafSize) % kExactEvery == 0) {
     tree_.mend_above(place);
@@ -272,7 +272,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own no voxel: it gets its own volume. Then all are scaled to the tissue's volume.
+  // A sphere smaller than a voxel may own no voxel: its own volume counts. Then all volumes are scaled to the tissue's.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

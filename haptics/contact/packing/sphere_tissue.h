@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 /// The volume of tissue that a cut removes.
 struct Removed {
   PerTissue volume{};  // m³, removed volume of each tissue
-  // m³ × hardness; multiplied by the specific energy, it gives the energy of the cut
+  // m³, removed volume × hardness; multiplied by the specific energy, it gives the energy of the cut
   PerTissue hardened{};
 
   Removed& operator+=(const Removed& other) noexcept {
@@ -31,34 +31,34 @@ class TriedCut;
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  /// `cell`: m³, volume that belongs to each sphere (cell_volumes()); empty: the sphere's own volume, scaled to the
-  /// tissue.
+  /// `cell`: m³, volume of tissue that belongs to each sphere (cell_volumes()); empty: the sphere's own volume, scaled
+  /// so that the sum is the tissue's volume.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return tree_.size(); }
   const SphereTree& tree() const { return tree_; }
-  // An int is an index in the packing, a Place a position in the tree.
+  // An int is a sphere's index in the packing, a Place its position in the tree.
   Tissue tissue(Place place) const noexcept { return tissue_[static_cast<std::size_t>(place)]; }
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
   const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
-  /// Hardness relative to the tissue's (dense_tissue.h); a material fit (S2, eq. 14) can give more than 1.
+  /// Hardness of a sphere / that of its tissue (dense_tissue.h); a material fit (S2, eq. 14) can give more than 1.
   double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
   double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
-  /// Returns true if some spheres' hardness is not 1.
+  /// Returns true if some sphere's hardness is not 1.
   bool graded() const { return graded_; }
   /// Sets a sphere's tissue and hardness, at set-up or painting.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// Volume of sphere i with its share of gaps, m³.
+  /// Volume of sphere i with its share of the gaps between spheres, m³.
   double volume(int i) const noexcept { return counted(sphere(i)); }
   /// Volume in m³ of a sphere in the state `s`.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
-  /// Cuts with a ball of radius `r` from a to b (paper S2, eq. 6); adds to `removed`. Returns the number of changed
-  /// spheres in `changed`, which needs room for all touched spheres. `before` receives their former states, unless
-  /// empty.
+  /// Cuts with a ball of radius `r` from a to b (paper S2, eq. 6); adds to `removed`. Writes the changed spheres to
+  /// `changed`, which needs room for all touched spheres, and returns their number. `before` receives their former
+  /// states, unless it is empty.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Like cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
@@ -68,8 +68,8 @@ class SphereTissue {
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the change to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Applies the cut that `tried` has computed, with the same bits as carve(). Calls changes(place, protrudes) for each
-  /// sphere, and ends_ball() for each tool sphere.
+  /// Applies the cut that `tried` has computed; the result is bit-identical to that of carve(). Calls changes(place,
+  /// protrudes) for each changed sphere, and ends_ball() for each tool sphere.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
@@ -77,7 +77,7 @@ class SphereTissue {
 
   // Public because the SIMD kernels use it.
   struct Lanes;
-  /// New radius / radius before the cut; below this, a sphere is removed, because it could not be felt.
+  /// New radius of a sphere / radius before the cut; below this, the sphere is removed, because nobody could feel it.
   static constexpr double kMin = 1e-3;
 
   /// Size of spheres and tree, bytes.
@@ -88,7 +88,7 @@ class SphereTissue {
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
   static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kMin * s.base_radius); }
-  /// Sets a sphere without updating the boxes above it.
+  /// Sets a sphere without updating the bounding boxes above it in the tree.
   void put(Place place, const CutSphere& s) noexcept {
     spheres_[static_cast<std::size_t>(place)] = s;
     tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
@@ -110,8 +110,8 @@ class SphereTissue {
   bool graded_ = false;
 };
 
-/// Computes the cost of a cut by several balls without changing the tissue; each ball cuts what the earlier ones left.
-/// Servo thread only; allocates only in the constructor.
+/// Computes the energy of a cut by several balls without changing the tissue; each ball cuts what the earlier balls
+/// left. Servo thread only; allocates only in the constructor.
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
@@ -127,7 +127,7 @@ class TriedCut {
   }
   /// Returns true if all changes could be stored.
   bool complete() const noexcept { return count_ <= kMaxSteps; }
-  /// Adds a ball of radius `r` that moves from a to b. Returns the sum of removed volume × hardness × `weight`.
+  /// Adds a ball of radius `r` that moves from a to b. Returns Σ removed volume × hardness × `weight` of its tissue.
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
@@ -144,16 +144,16 @@ class TriedCut {
   };
   std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
   std::size_t count_ = 0;    // number of changes; above kMaxSteps, only the first kMaxSteps are stored
-  // true: a ball may cut a sphere that an earlier ball cut
+  // true: several balls cut, so a ball may cut a sphere that an earlier ball has cut
   bool several_ = true;
   std::vector<CutSphere> state_;         // each sphere's state after the current cut, with several balls
-  std::vector<std::uint64_t> tried_in_;  // for each sphere: cut that last changed state_
+  std::vector<std::uint64_t> tried_in_;  // for each sphere: number of the cut that last changed state_
   std::uint64_t number_ = 0;
 };
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // sphere whose boxes must still be updated
+  std::optional<Place> unmended;  // sphere whose bounding boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];
@@ -169,8 +169,8 @@ void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& chang
   ends_ball();
 }
 
-/// Volume of each sphere's cell, m³: each voxel of tissue belongs to its nearest sphere, so gaps are included. Scaled
-/// to packing.solid_volume.
+/// Volume of each sphere's cell, m³: each voxel of tissue belongs to its nearest sphere, so the gaps between spheres
+/// are included. Scaled to the sum packing.solid_volume.
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

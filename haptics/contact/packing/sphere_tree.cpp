@@ -19,7 +19,7 @@ constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
-/// contact_time() for eight spheres, equal bits on every processor.
+/// contact_time() for eight spheres, bit-identical on every processor.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kLeafSize; ++i) {
@@ -43,7 +43,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes p's distance from each sphere's surface, minus `offset`. Returns a bit mask of the results below `most`.
+/// Computes the distance of p from each sphere's surface, minus `offset`. Returns a bit mask: result below `most`.
 TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -54,7 +54,7 @@ TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, d
   return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
-/// Computes a leaf's box relative to `origin`, enlarged by `rounding_margin`.
+/// Computes the bounding box of a leaf's spheres relative to `origin`, enlarged by `rounding_margin`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double rounding_margin, float* lo, float* hi) {
   D8 r;
@@ -73,7 +73,7 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double rounding_m
   }
 }
 
-/// Computes the box around all children of a node.
+/// Computes the bounding box of all children of a node.
 TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) {
   for (int a = 0; a < 3; ++a) {
     lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
@@ -81,7 +81,7 @@ TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Squared distance of `from` from each child's box; infinite: empty.
+/// Squared distance of `from` from each child's bounding box; infinite: empty child.
 TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -99,7 +99,7 @@ TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path. For a large moving sphere, it excludes more children than the boxes do.
+/// A ball around the whole path. If the moving sphere is large, the ball excludes more children than the boxes do.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -108,8 +108,8 @@ struct Around {
   }
 };
 
-/// A path for children_hit(), which returns a bit mask of children that it may touch before `until`. `enter`: earliest
-/// times.
+/// A path for children_hit(), which returns a bit mask of the children whose boxes the path may touch before `until`.
+/// `enter`: earliest times of touching, 0..1.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -194,7 +194,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates boxes upwards until one does not change, or, if not `exactly`, until one is large enough.
+/// Updates bounding boxes from a leaf upwards until one does not change, or, if not `exactly`, is large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, rounding_margin_, lo, hi);
@@ -279,7 +279,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // Pushes the nearest child last, so it is visited first.
+    // Pushes the nearest child last onto the stack, so it is visited first.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -357,8 +357,8 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
   return count;
 }
 
-/// Calls visit(place, distance to the surface) for spheres that may be nearer than `most`. visit() may reduce `most`;
-/// negative infinity ends the search.
+/// Calls visit(place, distance from p to the surface) for spheres that may be nearer to p than `most`. visit() may
+/// reduce `most`; negative infinity ends the search.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -387,7 +387,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // Pushes the nearest child last, so it is visited first.
+    // Pushes the nearest child last onto the stack, so it is visited first.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

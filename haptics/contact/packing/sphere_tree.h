@@ -24,7 +24,7 @@ class SphereTree {
   static constexpr std::size_t kDeepest = 10;  // largest number of levels: 8^10 leaves
 
   struct Hit {
-    double t = kNever;  // fraction 0..1 of the motion; kNever: no contact
+    double t = kNever;  // fraction 0..1 of the motion at first contact; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
@@ -50,31 +50,31 @@ class SphereTree {
   }
   double radius(int i) const noexcept { return radius(place_of(i)); }
 
-  /// Moves and resizes a sphere; radius 0 removes it. Updates the boxes around it.
+  /// Moves and resizes a sphere; radius 0 removes it. Updates the bounding boxes around it.
   void set(int i, const dvec3& center, double radius) noexcept {
     put(place_of(i), center, radius);
     mend_above(place_of(i));
   }
-  /// Like set(), but without the boxes: call mend_above() for one sphere of each changed leaf before the next search.
+  /// Like set(), but without boxes: call mend_above() for one sphere of each changed leaf before the next search.
   void put(Place place, const dvec3& center, double radius) noexcept {
     const auto s = static_cast<std::size_t>(place);
     Leaf& leaf = leaves_[s / kLeafSize];
     leaf.x[s % kLeafSize] = center.x, leaf.y[s % kLeafSize] = center.y, leaf.z[s % kLeafSize] = center.z;
     leaf.r[s % kLeafSize] = radius;
   }
-  /// Returns true if both places are in the same leaf.
+  /// Returns true if both positions in the tree are in the same leaf.
   bool share_leaf(Place a, Place b) const noexcept {
     return static_cast<std::size_t>(a) / kLeafSize == static_cast<std::size_t>(b) / kLeafSize;
   }
   void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kLeafSize, /*exactly=*/true); }
-  /// Enlarges the boxes above a sphere if they are too small. Boxes that are too large only slow searches.
+  /// Enlarges the bounding boxes above a sphere if they are too small. Boxes that are too large only slow searches.
   void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kLeafSize, /*exactly=*/false); }
 
-  /// First sphere that a ball of radius `r` at `p` touches when it moves by `m`; of simultaneous ones, the lowest
-  /// index. Same bits as brute_force().
+  /// First sphere that a ball of radius `r` at `p` touches when it moves by `m`; of simultaneous ones, that with the
+  /// lowest index. The result is bit-identical to that of brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// Like first_hit(), with the same bits, but tests only the given spheres (at most kLeafSize).
+  /// first_hit() among the given spheres (at most kLeafSize). Bit-identical to first_hit() if its result is among them.
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Lists the spheres nearer than `reach` to the segment a–b, in the tree's order. Returns their number, also if
@@ -97,9 +97,9 @@ class SphereTree {
     search.stack_[search.depth_++] = {static_cast<std::uint32_t>(level_.size()), 0};
     return search;
   }
-  /// Continues a search for spheres with surfaces nearer than `reach` to p. Stores places in `found`, and distances
-  /// minus `offset` (m) in `gap`, in the order of near_segment(). Stops after `leaves` leaves, or when `found` may be
-  /// full.
+  /// Continues a search for spheres whose surfaces are nearer than `reach` to p. Stores their positions in `found`, and
+  /// their distances minus `offset` (m) in `gap`, in the order of near_segment(). Stops after `leaves` leaves, or when
+  /// `found` may be full.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
@@ -113,8 +113,8 @@ class SphereTree {
     return (last - place / kLanes) * kLanes + place % kLanes;
   }
 
-  /// Distance from p to the nearest surface, at most `most`, negative inside, m. If the distance is at most `enough`,
-  /// may return any value between the distance and `enough`.
+  /// Distance from p to the nearest sphere's surface, m, at most `most`, negative inside. If the distance is at most
+  /// `enough`, may return any value between the distance and `enough`.
   double clearance(const dvec3& p, double most, double enough = -kNever) const noexcept;
 
   /// Returns true if a ball (`p`, radius `r`) touches a sphere.
@@ -141,7 +141,7 @@ class SphereTree {
     }
     return lanes;
   }
-  /// Boxes of the children relative to origin_, rounded outward; lo > hi: empty.
+  /// Bounding boxes of a node's children relative to origin_, rounded outward; lo > hi: empty.
   struct alignas(32) Node {
     float lo[3][kLeafSize], hi[3][kLeafSize];
   };

@@ -40,7 +40,7 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
 
 namespace {
 
-/// Overlaps of eight tissue spheres with a ball.
+/// Overlaps of eight tissue spheres with one ball.
 struct Overlaps {
   double volume[SphereTree::kLeafSize];
   double n[3][SphereTree::kLeafSize];  // unit vectors from each sphere to the ball
@@ -62,7 +62,7 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
   write_lanes(overlaps.n[2], apart ? z / d : D8{});
 }
 
-/// near(t, c, r) must write the tissue spheres within r of the centre c of tool sphere t to `scratch`, in the tree's
+/// near(t, c, r) must write to `scratch` the tissue spheres within r of c, the centre of tool sphere t, in the tree's
 /// order, and return their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,

@@ -12,20 +12,20 @@ namespace typodont::haptics::packing {
 struct SurfaceEstimate {
   dvec3 n_W{0};       // normal out of tissue (paper S2, eq. 2); zero: no overlap
   double volume = 0;  // m³, sum of all overlaps
-  // Density summed over the contact (ρ of paper S2, eq. 3, in mm³). So a larger contact is cut more slowly.
+  // Density summed over the contact (ρ of paper S2, eq. 3), in mm³: a larger contact is cut more slowly.
   double density = 0;
   double normalised = 0;  // mean density of the contact (ρ̂ of paper S2, eq. 3)
   PerTissue fraction{};   // fraction of each tissue in `volume`; the sum is 1
-  PerTissue hardness{};   // hardness of the spheres in contact (SphereTissue::hardness)
+  PerTissue hardness{};   // mean hardness of each tissue's spheres in contact (SphereTissue::hardness)
 };
 
-/// Adds the overlaps of pairs of spheres (paper S2, eq. 2 and 3). The order of the pairs changes the last bits.
+/// Adds the overlaps of pairs of spheres (paper S2, eq. 2 and 3). The order of the pairs changes the rounding.
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
   /// Adds the overlap `v` (m³) of the tool sphere at `c` with the tissue sphere at `place`.
   void add(const dvec3& c, Place place, double v) noexcept;
-  /// Adds an overlap with the direction `n` from tissue to tool; zero: both have the same centre.
+  /// Adds an overlap `v` (m³) with the direction `n` from tissue to tool; `n` is zero if both have the same centre.
   void add(Place place, const dvec3& n, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
@@ -38,12 +38,12 @@ class OverlapSum {
 };
 
 /// Computes eq. 2 and 3 of paper S2, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue,
-/// multiplied by each sphere's hardness; 0: no resistance. `scratch`: buffer for near spheres.
+/// multiplied here by each sphere's hardness; 0: no resistance. `scratch`: buffer for tissue spheres near the head.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// Like estimate_surface() above, with the same bits, but uses the near lists of `proxy`.
+/// Like estimate_surface() above, bit-identical, but searches only the proxy's lists of near spheres.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 
@@ -52,7 +52,7 @@ inline double cutting_speed(double base_speed, double density, double free_speed
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }
 
-/// Step in m during `dt` s, towards a point `left` m away (S2, eq. 5, corrected: m · v_d / Δt is not a length).
+/// Step of the cut in m during `dt` s, to a point `left` m away (S2, eq. 5, corrected: m · v_d / Δt is not a length).
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

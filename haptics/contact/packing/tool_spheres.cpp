@@ -13,10 +13,10 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSamples = 48;  // number of samples along the longest side of a tool given as a solid
-// step of a chain / radius; the notches between its spheres are 2 % of the radius deep
+// distance of neighbouring spheres in a chain / their radius; the notches between them are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
-// kCells: nodes across the radius. kRingStep: step in a ring / radius. kMinCovered: smallest new volume of a ring /
-// volume of the head.
+// kCells: grid nodes across the head's radius. kRingStep: distance of neighbouring spheres in a ring / their radius.
+// kMinCovered: a ring is added only if (volume that it newly covers / head's volume) is at least this.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 
@@ -32,8 +32,8 @@ void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   }
 }
 
-/// Fills a head with rings of overlapping inscribed spheres. Each time it adds the ring with the most new volume per
-/// sphere. The result is smoother than a packing.
+/// Fills a head with rings (around the axis) of overlapping inscribed spheres. Each time it adds the ring that newly
+/// covers the most volume per sphere. The result is smoother than a packing.
 class Rings {
  public:
   explicit Rings(const Tool& tool)
@@ -58,7 +58,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double max_gain = 0;  // new volume per sphere
+      double max_gain = 0;  // volume that a ring newly covers per sphere
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -85,21 +85,21 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Volume of a ring at the distance i · side_ from the axis, in units of 2π side_³.
+  /// Volume of the ring-shaped grid cell at the distance i · side_ from the axis, in units of 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Number of spheres of the ring through node (i, j); 0: it is outside the head.
+  /// Number of spheres of the ring through node (i, j); 0: the node is outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = depth_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first, end) for the nodes that a ring covers midway between two spheres, where it is thinnest.
+  /// Calls f(level, first, end) for the nodes that a ring of spheres covers midway between two of its spheres.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = depth_[node(i, j)];
@@ -111,7 +111,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Volume that the ring of spheres through (i, j) covers and no earlier ring does.
+  /// Volume that the ring of spheres through node (i, j) covers and no earlier ring does.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -128,7 +128,7 @@ class Rings {
   int levels_;                         // number of levels, whose nodes have the same height
   double bottom_;                      // m along the axis, height of the first level
   std::vector<double> depth_;          // for each node: its depth below the surface, m
-  std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or in a ring
+  std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or inside a ring of spheres
   std::vector<double> open_;           // per level: volume without spheres, from the axis to each node
   double enough_ = 0;
 };
@@ -186,7 +186,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  // spheres of a tool may be as large as fits
+  // the spheres of a tool may be as large as fits into it
   options.max_radius = field.band;
   const SpherePacking packing = pack_spheres(field, options);
   return {packing.center, packing.radius};

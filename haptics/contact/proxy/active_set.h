@@ -8,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// The active planes, on which the result lies: at most three. `push`: for each plane, its Lagrange multiplier: the
-/// length of the displacement along its normal that it causes.
+/// The active planes, on which the result lies: at most three. `push`: for each plane, its Lagrange multiplier, which
+/// is the length of the displacement along its normal that the plane causes.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
@@ -59,13 +59,13 @@ class ActiveSet {
   }
 
  private:
-  // largest number of rounds; with more planes, the projection fails
+  // largest number of rounds, each of which adds a plane; if more are needed, the projection fails
   static constexpr int kMaxRounds = 64;
   // largest number of active planes that may be removed when one plane is added
   static constexpr int kMaxLeaving = 8;
   static constexpr double kNever = 1e300;  // a number larger than any step length
 
-  /// Solves gram · r = b, where the last column of `gram` contains b. Returns false if the normals are linearly
+  /// Solves gram · r = b, where the last column of `gram` contains b. Returns false if the active normals are linearly
   /// dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
@@ -131,8 +131,8 @@ class ActiveSet {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMaxLeaving; ++turn) {
-      // The new plane's normal has two components. rest: the component perpendicular to all active normals. r:
-      // coordinates of the other component, which is a sum of the active normals with these factors.
+      // The normal of the plane `next` is split into two components. rest: component perpendicular to all active
+      // normals. r: factors with which the sum of the active normals gives the other component.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

@@ -31,7 +31,7 @@ bool is_smooth_at(const TissuePatch& patch, const dvec3& x) noexcept {
          std::abs(sample_linear(patch, x - O::depth_below * at.gradient) + O::depth_below) < O::foot_tolerance;
 }
 
-/// Direction of the head's outline at a point of a piece.
+/// Direction of the head's outline at the point p of a piece of the outline.
 glm::dvec2 along(const HeadField::Piece& piece, const glm::dvec2& p) noexcept {
   return glm::normalize(piece.radius == 0 ? glm::dvec2(piece.dx, piece.dz)
                                           : glm::dvec2(piece.cz - p.y, p.x - piece.cx));
@@ -46,7 +46,7 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
       reach_(tool.reach() / voxel),
       samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {
   if (tool.implant) return;  // the bed guides the instrument; contacts of its rims would change at the bed's entry
-  glm::dvec2 in(1, 0);       // direction of the outline; at its ends on the axis, perpendicular to the axis
+  glm::dvec2 in(1, 0);       // direction of the outline at its start and end, on the axis: perpendicular to the axis
   for (int i = 0; i <= head_.count; ++i) {
     const HeadField::Piece& last = head_.pieces[std::max(i - 1, 0)];
     const HeadField::Piece& next = head_.pieces[std::min(i, head_.count - 1)];
@@ -99,7 +99,7 @@ bool ContactFinder::find_by_offset(const TissuePatch& patch, const dvec3& c, Con
       distance = edge.gap + radius_;
       n = edge.n;
     } else {
-      // If this condition is not met, two walls influence the field at the foot point.
+      // If this condition is not met, two walls influence the field at the foot point (surface point nearest to c).
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -154,7 +154,7 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   }
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
-  // Checks whether the ball touches other tissue.
+  // Checks whether the ball at `on` touches other tissue.
   const Found found = samples_->search_around(patch, {on, {}}, static_cast<float>(S::near), set.approximate_);
   for (int i = 0; i < found.count; ++i) {
     const dvec3 x = on + dvec3(set.approximate_.x[i], set.approximate_.y[i], set.approximate_.z[i]);
@@ -298,7 +298,7 @@ void ContactFinder::find_below(const TissuePatch& patch, const Pose& X_VT, const
   set.put_own(plane);
 }
 
-/// Finds tissue between the samples of a large head.
+/// Finds tissue that a large head touches between the samples of its surface.
 void ContactFinder::find_between_samples(const TissuePatch& patch, const Pose& X_VT, double near,
                                          ContactSet& set) const noexcept {
   struct Candidate {
@@ -383,7 +383,7 @@ bool ContactFinder::refine(const TissuePatch& patch, const Pose& X_VT, ContactSe
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
-  // Moves the contact onto the surface, then along it towards the head while the gap decreases. With constant
+  // Moves the contact point onto the surface, then along it towards the head while the gap decreases. With constant
   // curvature, these steps form a geometric series, so the fine refinement extrapolates its sum (secant method).
   ContactPlane best = rough;
   if (fine && set.creases_ && rough.crease && touch_crease(patch, X_VT, rough.x, set.known_, best)) {
@@ -443,7 +443,7 @@ bool ContactFinder::refine(const TissuePatch& patch, const Pose& X_VT, ContactSe
   return true;
 }
 
-/// The head's farthest point in the direction `along` (unit vector): an end or an arc of its meridian.
+/// The head's farthest point in the direction `along` (unit vector): an end or an arc of the head's outline.
 dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
   const dvec3 d = glm::conjugate(X_VT.R) * along;
   const double out = std::hypot(d.x, d.y);
@@ -565,7 +565,7 @@ bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X
     const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
     t = glm::dot(along, t) < 0 ? -along : along;
     gap = head_distance(X_VT, x, m);
-    const double slope = glm::dot(m, t);  // derivative of the gap along the line
+    const double slope = glm::dot(m, t);  // derivative of the gap along the line, without unit
     if (std::abs(slope) < L::aligned) break;
     if (step == L::steps) return false;
     double way = -slope * (radius_ + gap);
@@ -600,14 +600,14 @@ bool ContactFinder::touch_crease(const TissuePatch& patch, const Pose& X_VT, con
   return true;
 }
 
-/// Finds the contact of the head with a crease near x, a point of the interpolated surface. Returns false if samples
-/// contradict it.
+/// Finds the contact of the head with a crease near x, a point of the interpolated surface. Returns false if samples of
+/// the field contradict the crease.
 bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
                           ContactPlane& plane) const noexcept {
   ContactPlane found = plane;
   found.crease = true;
   const double gap = head_distance(X_VT, x, found.n);
-  // The tissue inside the smooth surfaces is convex, so the first point that fulfils all conditions is the nearest one.
+  // The tissue is convex at the crease, so the first point that fulfils all conditions is the one nearest to the head.
   const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
   bool touches = false;
   for (int i = 0; i < crease.count && !touches; ++i) {

@@ -33,8 +33,8 @@ class ContactFinder {
   void find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set, bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall
-  /// or a known edge stops it; otherwise returns false and leaves `seated` as it is. `alone`: no other tissue is
-  /// near; `set` contains this contact.
+  /// or a known edge stops it; otherwise returns false and leaves `seated` unchanged. `alone`: receives true if no
+  /// other tissue is near; `set` then contains this contact.
   bool seat(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   // voxels, largest displacement of the ball by seat()
@@ -50,12 +50,12 @@ class ContactFinder {
   /// the field again.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Corrects contacts of a head that removed all tissue inside it at `X_VE` and is now at `X_VT`. Surface points
-  /// inside it at `X_VE` are interpolation errors; they are moved to its surface.
+  /// Corrects contacts of a head that removed all tissue inside it at the pose `X_VE` and is now at `X_VT`. Surface
+  /// points inside the head at `X_VE` are interpolation errors; they are moved to the head's surface.
   void project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Moves contact `i` to the point where head and surface are closest, by cubic interpolation. Returns false if
-  /// nothing changed. `fine`: the normal is accurate to 0.01 degree, for a head that does not cut.
+  /// Moves contact `i` to the point where head and tissue are closest, by cubic interpolation. Returns false if nothing
+  /// changed. `fine`: the normal is accurate to 0.01 degree, for a head that does not cut.
   bool refine(const TissuePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
   /// Updates normal and gap of one contact for the head at the pose X_VT, without a query of the field.
@@ -87,7 +87,7 @@ class ContactFinder {
   bool sphere_;
   // voxels; radius_: radius of a ball; reach_: distance from the head's centre to its farthest point
   double radius_, reach_;
-  // voxels, the head's sharp rims and tips (radius 0); `beside`: contacts at this distance belong to the rim
+  // voxels, the head's sharp rims and tips (radius 0); `beside`: a contact within this distance belongs to the rim
   struct {
     double radius, z, beside;
   } rims_[HeadField::kMaxPieces + 1];

@@ -20,7 +20,7 @@ struct ContactPlane {
 };
 
 /// The approximate planes of all contacts, as arrays of floats for SIMD. Points are in voxels, relative to the head's
-/// centre at the time of the search.
+/// centre at the time of the contact search.
 struct ApproximatePlanes {
   // kMax: largest number of planes; kBatch: number of planes per SIMD operation
   static constexpr int kMax = 256, kBatch = 8;
@@ -44,10 +44,10 @@ class ContactSet {
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// engaged_area(): voxels², weighted area of the head's surface within one voxel of tissue. engaged_normal():
-  /// voxels², sum of area × outward normal of the tissue over the touching part of the head.
+  /// voxels², sum of (area × outward normal of the tissue) over the part of the head that touches tissue.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
-  /// Largest overlap of a contact, voxels; 0: none.
+  /// Largest overlap of head and tissue at a contact, voxels; 0: none.
   double deepest() const { return deepest_; }
 
   /// Returns contact i: the exact plane if the contact was refined, otherwise the approximate plane.
@@ -66,7 +66,7 @@ class ContactSet {
   /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
   /// leave the tissue (see ContactFinder::find_way_out()).
   bool deep_penetration() const { return deep_penetration_; }
-  /// Returns true if the contacts are flat walls of a groove; their planes need no refinement.
+  /// Returns true if all contacts are flat walls of a groove; the planes of such walls need no refinement.
   bool flat() const { return flat_; }
 
  private:

@@ -12,12 +12,12 @@ namespace {
 
 using C = CreaseParameters;
 
-/// Unit vector perpendicular to n.
+/// Any unit vector perpendicular to n.
 dvec3 across(const dvec3& n) noexcept {
   return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
 
-/// Signed distance of (u, w) from a circle through the origin with the curvature k and the normal (0, 1) there.
+/// Signed distance of (u, w) from a circle that goes through the origin with curvature k and normal (0, 1).
 double from_circle(double u, double w, double k, double& du, double& dw) noexcept {
   const double twice = k * (u * u + w * w) + 2 * w, root = std::sqrt(std::max(1 + k * twice, 1e-12));
   du = k * u / root, dw = (1 + k * w) / root;
@@ -43,7 +43,7 @@ bool land(const TissuePatch& patch, dvec3 x, Landing& landing) noexcept {
   return false;
 }
 
-/// Largest difference between a sheet (smooth surface) and the samples two voxels from `at`; `f`: sample at `at`.
+/// Largest difference between a sheet (smooth surface) and the field two voxels from `at`; `f`: sample at `at`.
 double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::ivec3& at, const Sheet& sheet) noexcept {
   double most = 0;
   for (int i = 0; i < 3; ++i) {
@@ -64,7 +64,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   const double value = f[0];
   dvec3 g;
   glm::dmat3 H;
-  double rough = 0;  // largest third or fourth difference
+  double rough = 0;  // largest third or fourth difference of the samples
   for (int i = 0; i < 3; ++i) {
     const std::ptrdiff_t s = step[i];
     const double a = f[-2 * s], b = f[-s], c = f[s], d = f[2 * s];
@@ -83,7 +83,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   const double uu = glm::dot(u, Hu), uv = glm::dot(u, Hv), vv = glm::dot(v, Hv);
   const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
   const double angle = half > 1e-9 ? 0.5 * std::atan2(uv, (uu - vv) / 2) : 0;
-  // Converts curvatures of the level set through the voxel to those of the surface, which is parallel to it.
+  // Converts curvatures of the level set through the voxel to those of the tissue's surface, parallel to it.
   const auto at_surface = [&](double k) { return k / (1 - k * value); };
   const double most = std::max(std::abs(mean + half), std::abs(mean - half));
   if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;
@@ -92,11 +92,11 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
-  // A curved fit may be a mixture of two smooth surfaces.
+  // A curved sheet may be a wrong fit to samples of two smooth surfaces, so it is compared with more samples.
   return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
-/// How far the samples that fit() uses extend from their centre along the unit vector n, voxels.
+/// How far the samples that fit() uses extend from their centre in the direction of the unit vector n, voxels.
 double extent(const dvec3& n) noexcept {
   const dvec3 a = glm::abs(n);
   return std::max({2 * a.x, 2 * a.y, 2 * a.z, a.x + a.y, a.y + a.z, a.x + a.z});
@@ -126,7 +126,7 @@ bool fit_beyond(const TissuePatch& patch, const Landing& place, const dvec3& awa
                              [&](double farther) { return fit_beyond(patch, place, away, farther, fitted); });
 }
 
-/// A surface point beside the crease. `group`: number of the sheet (smooth surface) that was fitted there, or -1.
+/// A surface point beside the crease. `group`: index of the sheet (smooth surface) that was fitted there, or -1.
 struct Place {
   Landing at;
   bool landed = false;
@@ -134,7 +134,7 @@ struct Place {
   int group;
 };
 
-/// Searches surface points in all directions around the crease at x; beyond the edge, from below.
+/// Searches surface points in all directions around the crease at x; beyond an edge, starts below the surface.
 void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
@@ -149,7 +149,7 @@ void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, dou
   }
 }
 
-/// The sheets (smooth surfaces) that meet at a crease, each represented by the first one of its fits.
+/// The sheets (smooth surfaces) that meet at a crease, each represented by the sheet that was fitted to it first.
 struct Groups {
   int count = 0;
   const Fitted* first[Crease::kMost] = {};
@@ -160,7 +160,7 @@ struct Groups {
     for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
     return most;
   }
-  /// Direction along a surface with the normal n, at its point p, away from all sheets other than `except`.
+  /// Direction at point p along a surface with normal n, away from all sheets (smooth surfaces) except `except`.
   dvec3 away(const dvec3& p, const dvec3& n, int except) const noexcept {
     dvec3 sum(0), other;
     for (int k = 0; k < count; ++k) {
@@ -171,7 +171,7 @@ struct Groups {
     }
     return sum;
   }
-  /// Adds a point to its sheet, or begins a new sheet. Returns false if there are more sheets than a corner can have.
+  /// Adds a point to the sheet on which it lies, or begins a new sheet. Returns false if a corner cannot have so many.
   bool add(Place& place) noexcept {
     for (place.group = 0; place.group < count; ++place.group) {
       dvec3 n;
@@ -184,7 +184,7 @@ struct Groups {
   }
 };
 
-/// Fits the sheet `own` (smooth surface) at `place`, then in steps away from the other sheets, until accepts() is true.
+/// Fits the sheet `own` (smooth surface) at `place`, then in steps away from other sheets, until accepts() is true.
 template <class Accepts>
 bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {
@@ -200,7 +200,7 @@ bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int
   return false;
 }
 
-/// Fits a sheet (smooth surface) at each point, and groups points that belong to the same sheet. Returns false if there
+/// Fits a sheet (smooth surface) at each point, and finds which points lie on the same sheet. Returns false if there
 /// are not two or three sheets.
 bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directions], Groups& groups) noexcept {
   for (Place& place : around) {
@@ -220,7 +220,7 @@ bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directio
   return true;
 }
 
-/// Smallest distance between the samples of a fit and the samples that belong to other smooth surfaces.
+/// Smallest distance between the samples of a fit and samples that belong to other smooth surfaces, voxels.
 double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int own) noexcept {
   double least = glm::dot(fitted.at - x, fitted.along) - extent(fitted.along);
   for (int k = 0; k < groups.count; ++k) {
@@ -233,7 +233,7 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
   return least;
 }
 
-/// Chooses among the fits of the sheet `own` the nearest to the crease whose samples belong to no other sheet.
+/// Of the fits of the sheet `own`, chooses the one nearest to the crease whose samples belong to no other sheet.
 bool choose(const TissuePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
             int own, Sheet& sheet) noexcept {
   double nearest = 1e300;
@@ -329,7 +329,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
       const Sheet &a = crease.sheet[i], &b = crease.sheet[j];
       dvec3 on = x, n_ab[2];
       if (std::max(a.distance(b.x, n_ab[0]), b.distance(a.x, n_ab[1])) > -C::convex) return false;
-      // The interpolated surface of a shallow edge is accurate.
+      // Interpolation is accurate at a shallow edge, so it needs no crease.
       if (!crease.onto_line(i, j, on, n_ab) || glm::dot(n_ab[0], n_ab[1]) > C::shallow) return false;
     }
   }

@@ -5,14 +5,14 @@
 
 namespace typodont::haptics {
 
-/// One smooth sheet of the surface: the torus with the same position, normal and principal curvatures. Exact for
-/// planes, balls, cylinders and tori. Lengths in voxels.
+/// One smooth sheet of the tissue's surface, approximated by the torus with the same position, normal and principal
+/// curvatures. Exact for planes, balls, cylinders and tori. Lengths in voxels.
 struct Sheet {
   dvec3 x{0}, n{0};       // point of the sheet, and its outward normal
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
-  /// Signed distance of p from the sheet, and its gradient.
+  /// Signed distance of p from the sheet in voxels, and the gradient of this distance.
   double distance(const dvec3& p, dvec3& gradient) const noexcept;
 };
 
@@ -31,7 +31,7 @@ struct Crease {
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
-/// The creases that the head touched last. So a head that slides along a crease needs no new search. Servo thread only.
+/// The creases that the head touched last; along these, a sliding head needs no new search. Servo thread only.
 class KnownCreases {
  public:
   /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
@@ -42,7 +42,7 @@ class KnownCreases {
   const dvec3& place() const noexcept { return known_[0].x; }
   /// Must be called when the tissue has changed.
   void forget() noexcept { count_ = 0, none_count_ = 0; }
-  /// Stores that no crease was found near x, seen along n, so that the search is not repeated.
+  /// Stores that a search near x, in the direction n, has found no crease, so that it is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
   dvec3 touched{0};  // voxels, contact point on last()
@@ -62,7 +62,7 @@ class KnownCreases {
   unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; the last kMaxNone are kept
 };
 
-/// Returns true if the samples near x bend far more than those beside it, as at a convex edge. A cheap first test.
+/// Returns true if the field near x bends far more than beside it, as at a convex edge. Cheap test for find_crease().
 bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept;
 
 /// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x

@@ -17,7 +17,7 @@ struct Face {
   dvec3 x{0}, n{0};  // voxels: point of the face; unit vector: its outward normal
 };
 
-/// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
+/// Moves `x` onto the nearest wall of the groove. Returns false if the field there does not belong to a plane.
 bool face_from(const TissuePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
   for (int step = 0; step < E::steps; ++step) {
     if (!patch.holds(x, 0)) return false;

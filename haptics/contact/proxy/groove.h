@@ -15,8 +15,8 @@ struct FlatWalls {
   double height[kMost];
 };
 
-/// Finds the walls of a concave crease or corner, beyond its bottom that interpolation fills. `at`: value and gradient
-/// at the point `c`. Returns false if there are none, or if another surface is nearer.
+/// Finds the flat walls of a concave crease or corner, whose bottom interpolation fills with tissue. `at`: value and
+/// gradient of the field at the point `c`. Returns false if there are no such walls, or if another surface is nearer.
 bool walls_of_crease(const TissuePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 
 }  // namespace typodont::haptics

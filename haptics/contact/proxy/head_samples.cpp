@@ -97,7 +97,7 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
   mz = R[2] * ux + R[5] * uy + R[8] * uz;
 }
 
-/// The distance field around the head. Its coordinates are relative to the same voxel as the coordinates in FlatHead.
+/// The distance field around the head. Coordinates are relative to the same voxel near the head as those in FlatHead.
 struct FlatField {
   const float* samples;  // address of sample (0,0,0), which may lie outside the stored field
   int sx, sy;
@@ -167,8 +167,8 @@ struct SampleBatches {
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Searches contacts: moves each sample of the head near tissue to the point where head and surface are closest. All
-/// batches make one step before the next, because loads, roots and divisions have a long latency.
+/// Searches contacts: moves each sample of the head near tissue to the point where head and tissue are closest. All
+/// batches make one step before any makes the next, because loads, roots and divisions have a long latency.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       ApproximatePlanes* planes, Found* found) {
@@ -341,8 +341,8 @@ float see_anew(const FlatHead* head_at, ApproximatePlanes* planes, int count, co
   return deepest;
 }
 
-/// Moves surface points inside the head to its surface, so that their gap becomes 0. `d`: head's centre relative to the
-/// origin of the points. `head_at`: head at its current pose; null: it has not moved.
+/// Moves surface points that are inside the head to the head's surface, so that their gap becomes 0. `d`: head's centre
+/// relative to the origin of the points. `head_at`: head at its current pose; null: it has not moved.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, ApproximatePlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};

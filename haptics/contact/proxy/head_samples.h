@@ -52,8 +52,8 @@ struct HeadSamples {
   float ball_radius;  // voxels, radius of a ball; 0 for any other head
   float thickness;    // voxels, largest radius of the head
   float reach;        // voxels, distance from the head's centre to its farthest point
-  // Points such that every point of the surface is nearer than cover_radius (voxels) to one of them. Empty if the
-  // samples themselves are so dense that no tissue lies between them.
+  // Points such that every point of the head's surface is nearer than cover_radius (voxels) to one of them. Empty if
+  // the samples themselves are so dense that no tissue fits between them.
   std::vector<glm::vec3> cover;
   float cover_radius = 0;
 };

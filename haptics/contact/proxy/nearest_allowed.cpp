@@ -34,8 +34,8 @@ int max_along(const ApproximatePlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the most violated plane (the first of several equal ones), or -1 if n·d + room ≥ -slip for all.
-/// `d`: displacement of the head; room: how far it may move against n; `slip`: tolerance.
+/// Returns the index of the plane that is violated most (of equal ones, the first), or -1 if n·d + room ≥ -slip for all
+/// planes. `d`: displacement of the head; room: how far the head may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int max_violated(const ApproximatePlanes* planes, int count, const float* d, float overlap, float allowed_depth,
                  bool only_no_deeper, float slip) {

@@ -6,8 +6,8 @@ namespace typodont::haptics {
 
 /// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
 struct OffsetQueryParameters {
-  // Voxels; largest difference between the field and its expected value: 0 at the foot point (nearest surface point),
-  // minus the depth below it. Equals the error of linear interpolation at a ball with a radius of four voxels.
+  // Voxels; largest difference between the field and its expected value, which is 0 at the foot point (nearest surface
+  // point), and minus the depth below it. Equals the error of linear interpolation at a ball with a radius of 4 voxels.
   static constexpr double foot_tolerance = 0.05;
   // Largest allowed difference between 1 and the length of the field's gradient at the ball's centre. It is 1 near a
   // single smooth wall.
@@ -23,8 +23,8 @@ struct WallSeatParameters {
   // the ball.
   static constexpr double hand_depth = 4;
   static constexpr double min_height = 0.5;  // voxels, smallest distance of the hand from a crease's sheets
-  // Voxels. A contact nearer than `near` to a ball on a crease is other tissue if it is farther than `off_crease` from
-  // the smooth surfaces of the crease.
+  // Voxels. For a ball on a crease: a contact whose gap is below `near` is other tissue if it is farther than
+  // `off_crease` from the smooth surfaces that form the crease.
   static constexpr double near = 0.05, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is below this
   static constexpr double aligned = 1e-8;
@@ -42,8 +42,8 @@ struct RefineParameters {
   // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
   // of the force's direction.
   static constexpr int iterations_fine = 12;
-  // Voxels. If a ball has moved by less since the last query, the contact counts as exact. The error of its gap is at
-  // most 2e-5.
+  // Voxels. If a ball has moved by less than this since the last query, the contact's plane counts as exact. The error
+  // of its gap is at most 2e-5 voxels.
   static constexpr double stays_exact = 0.02;
   // Voxels; like `stays_exact`, but for a head with edges. Smaller than for a ball, because the error of the gap is as
   // large as the motion.
@@ -51,8 +51,8 @@ struct RefineParameters {
   // Voxels; like `stays_exact`, but for a head that does not cut. Smaller, because the hand then feels errors of the
   // force's direction.
   static constexpr double stays_exact_fine = 1e-3;
-  // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would gain about its
-  // square.
+  // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would reduce it by about
+  // the square of this.
   static constexpr double gained = 1e-4;
   // Voxels; same limit as `gained`, for a head that does not cut. The force's direction depends on the lateral error of
   // the contact, which is the square root of the gap's error.
@@ -61,7 +61,7 @@ struct RefineParameters {
   static constexpr double still_converges = 0.95;
   static constexpr double max_gain = 10;    // largest factor by which the secant method lengthens a step
   static constexpr double shortened = 0.2;  // factor for the step length after a step that increased the gap
-  // The surface is smooth if the gradient's length differs from 1 by less than this.
+  // The tissue's surface is smooth if the length of the field's gradient differs from 1 by less than this.
   static constexpr double smooth = 1e-3;
 };
 
@@ -77,8 +77,8 @@ struct RimParameters {
   static constexpr double same_wall = 0.9;
   // Voxels. A contact belongs to the rim if its distance from the rim is at most this length + twice the rim's depth.
   static constexpr double near_rim = 2;
-  // The outline of the head has a rim or tip where the cosine between its directions is below `sharp`. It is blunt
-  // above `blunt`; then `near_blunt` replaces `near_rim`.
+  // The outline of the head has a rim or tip where the cosine between its directions before and after is below `sharp`.
+  // The rim is blunt above `blunt`; then `near_blunt` (voxels) replaces `near_rim`.
   static constexpr double sharp = 0.98, blunt = 0.3, near_blunt = 0.5;
   // voxels between the points of a rim at which the field is read; largest number of points
   static constexpr double spacing = 1;
@@ -104,16 +104,16 @@ struct HeadSampleParameters {
 
 /// Parameters of the sheets that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
-  // Smallest difference between the bends (second differences of samples) at an edge and beside it.
+  // Smallest difference between second differences of samples at an edge and beside it, so that the edge is sharp.
   static constexpr double sharp = 0.2;
-  static constexpr int directions = 24;  // directions in which the surface beside the crease is searched
-  // Distances of the search from the crease; the first one is usually enough.
+  static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
+  // Distances from the crease at which the surface is searched; the first one is usually enough.
   static constexpr double aside[] = {4, 6.5, 5};
   static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
-  static constexpr double landed = 0.1;   // largest distance of a point counted as on the surface
-  // farther: distances of the fit from a surface point, along the surface. height: distance above the surface.
+  static constexpr double landed = 0.1;   // largest distance from the surface of a point that counts as on it
+  // farther: distances of a fit from a surface point, along the surface. height: distance of the fit above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the others
   static constexpr double away_step = 3;
@@ -121,37 +121,37 @@ struct CreaseParameters {
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a sheet
-  // Largest third or fourth difference of a sheet's samples. curved_roughness × curvature² is added for curved sheets.
+  // Largest third or fourth difference of a sheet's samples; for a curved sheet, plus curved_roughness × curvature².
   static constexpr double rough = 0.03, curved_roughness = 4;
-  // Above this curvature (1/voxel), a fit must agree with samples two voxels from its centre within `residual`.
+  // Above the curvature `curved` (1/voxel), a fit must agree with samples two voxels from its centre to `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
       0.7;  // smallest cosine between the normals of a sheet and of the place where it is fitted
-  // Two fits belong to one smooth surface within this distance, and above this cosine between their normals.
+  // Two fits belong to one sheet if their distance is below same_sheet, and their normals' cosine above the second.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
-  // At least two smooth surfaces must be nearer than this to the examined point; otherwise it is not beside a crease.
+  // A point is beside a crease only if at least two smooth surfaces are nearer to it than this.
   static constexpr double near_sheet = 3;
-  // smallest depth at which each smooth surface must lie below the others, so that the crease is convex
+  // smallest depth of each smooth surface below the others beside the crease, so that the crease is convex
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
-  // A crease must agree with the samples `around` it, at depths shallowest..deepest, to within around_agrees.
+  // Samples within `around` of a crease, at depths shallowest..deepest, must differ from it by at most around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  // a sample below the surface that differs by more than this shows that there is another surface
+  // If a sample below the surface differs from the crease by more than this, there is another surface.
   static constexpr double missed_by = 0.3;
-  // Distances from the point where a crease was fitted: up to `reused` it is used again; up to `followed` its sheets
-  // are fitted again without a search.
+  // Distances from the point where a crease was fitted: up to `reused`, the crease is used again; up to `followed`, its
+  // sheets are fitted again without a search.
   static constexpr double reused = 1, followed = 3;
   // A search that found no crease is not repeated within `none_within`, if the cosine between both directions of search
   // is above `none_along`.
   static constexpr double none_within = 0.25, none_along = 0.9;
-  // The line where two surfaces meet goes on if samples `ahead` and `below` it agree with both within line_agrees.
+  // The line where two surfaces meet goes on if samples `ahead` on it and `below` it agree with both to line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease at which sheets are fitted
   static constexpr double converged = 1e-9;
-  // smooth surfaces are parallel if the determinant of their normals is smaller than this
+  // smooth surfaces count as parallel if the determinant of their unit normals is smaller than this
   static constexpr double min_angle = 1e-4;
   static constexpr int newton_steps = 8;
 };
@@ -171,8 +171,8 @@ struct CreaseContactParameters {
   static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a sheet
   static constexpr double longest = 4;     // longest step along the crease
   static constexpr double inside_cone = 1e-9, feasible = 1e-7;
-  // Largest distances by which the exact crease may be farther from the head, or nearer to it, than the interpolated
-  // one.
+  // The exact contact with a crease may be farther from the head than the interpolated contact by at most `farther`, or
+  // nearer by at most `nearer`.
   static constexpr double farther = 0.1, nearer = 1.5;
   // depth: depth of the sample that is compared with the crease's surfaces; agrees: largest difference
   static constexpr double depth = 1.5, agrees = 0.1;
@@ -185,15 +185,15 @@ struct GrooveParameters {
   static constexpr double min_aside = 5.2;  // smallest distance from the bottom: nearer stencils contain samples of
                                             // another wall
   static constexpr int steps = 3;           // largest number of steps onto a wall
-  static constexpr double on_face = 1e-3;   // largest distance of a point counted as on the wall
+  static constexpr double on_face = 1e-3;   // largest distance from the wall of a point that counts as on it
   static constexpr double gradient_tolerance = 1e-3;  // largest difference between 1 and the gradient's length
-  // The field must show tissue of this depth below a wall, with this allowed error.
+  // The field must show tissue down to `depth` below a wall, where its value may differ by depth_tolerance.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;
   static constexpr double same_face = 1e-5;  // largest 1 - cosine between normals of one wall
   static constexpr double concave = 0.02;    // largest depth of a point of one wall below the plane of another
   static constexpr double agrees = 0.05;     // largest difference between the field and the distance from the walls
   static constexpr double farther = 1.5;     // distance of a second point that tests flatness
-  // Limits for the second point: 1 - cosine between the normals, and the distance (allows for rounding to floats).
+  // Limits for the second point on a wall: 1 - cosine between both normals; distance from the plane, with rounding.
   static constexpr double flat = 1e-10, flat_distance = 2e-5;
   static constexpr int misses = 6;  // after so many directions without a wall, the search fails
   // Interpolation fills a groove up to this depth × |n1 - n2|, where n1 and n2 are the normals of its walls.
@@ -215,11 +215,11 @@ struct NonCuttingPartParameters {
   static constexpr double enough_room = 3;
   // voxels of the head's tissue patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
-  // Contacts at the same position are merged if the cosine between their normals is larger than this.
+  // Contacts of non-cutting parts at the same position are merged if the cosine between their normals is above this.
   static constexpr double same_direction = 0.985;
   // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same position.
   static constexpr double same_place = 2;
-  // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out gradually.
+  // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out slowly.
   static constexpr double led_out = 0.1;
 };
 

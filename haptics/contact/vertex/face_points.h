@@ -9,9 +9,9 @@
 
 namespace typodont::haptics::vertex {
 
-inline constexpr int kMaxParts = 64;  // largest number of parts of a divided edge
+inline constexpr int kMaxParts = 64;  // largest number of parts into which an edge of a face is divided
 
-/// Number of equal parts for edges up to the length `longest`, so that no part is longer than `spacing`.
+/// Number of equal parts for an edge of length `longest`, at most kMaxParts; no part should be longer than `spacing`.
 inline int parts_of(double longest, double spacing) noexcept {
   return std::clamp(static_cast<int>(std::ceil(longest / spacing * (1 - 1e-9))), 1, kMaxParts);
 }

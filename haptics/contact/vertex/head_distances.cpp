@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kBatch = HeadDistances::kBatch;
 
-/// Columns of points, processed eight at a time. Input: vectors from the head's centre. Results: signed distances and
-/// gradients.
+/// Columns of eight points that are processed at once. Input: vectors from the head's centre to the points. Results:
+/// signed distances from the head, and their gradients.
 struct Lanes {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
@@ -37,7 +37,7 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   }
 }
 
-/// Computes distances from a meridian, like HeadField::distance(p, n). `R`: rotation from T to W, column by column.
+/// Computes distances of points from a head with a meridian (not a ball), like HeadField::distance(p, n). `R`: T to W.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -97,7 +97,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
   }
 }
 
-/// Distances at one pose, from which find() extrapolates; read eight at a time.
+/// Distances of points from the head at one pose, from which find() extrapolates; read eight at a time.
 struct KnownDistances {
   const float *x, *y, *z;  // m, positions in frame T
   const float* distance;
@@ -205,7 +205,7 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   computed_ += size_;
 }
 
-/// Extrapolates to X_WG. Keeps points within `far` (m) of the head after `motion_W` (m).
+/// Extrapolates distances to the pose X_WG. Keeps points within `far` (m) of the head after its motion `motion_W` (m).
 void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));

@@ -12,15 +12,15 @@
 
 namespace typodont::haptics::vertex {
 
-/// Lengths are in units of the head's radius.
+/// Lengths in radii of the head.
 struct FollowParameters {
-  // In radii, largest motion per iteration; short, because the limits by points are linear approximations.
+  // In radii, largest motion of the head per iteration; short, because limits by points are linear approximations.
   static constexpr double step = 0.15;
-  // Iterations per round. Then the list of mesh points is made again if the head has moved by more than `kept`.
+  // Iterations per round. After it, the list of mesh points is made again if the head has moved by more than `kept`.
   static constexpr int looks = 2;
-  // Largest number of rounds per tick; so near points, the head moves at most 16 × 2 × 0.15 = 4.8 radii.
+  // Largest number of rounds per tick; so near contact points, the head moves at most 16 × 2 × 0.15 = 4.8 radii.
   static constexpr int rounds = 16;
-  // Fraction of the longest step; shorter steps end the motion.
+  // The head's motion ends after a step that is shorter than this × the longest allowed step.
   static constexpr double settled = 0.2;
   // In radii. If a point is deeper inside the head than this, the head counts as inside tissue and is moved out.
   static constexpr double led_out = 0.05;
@@ -28,14 +28,14 @@ struct FollowParameters {
   static constexpr double kept = 0.15;
   /// In radii, distance from the tool's head within which mesh points are listed.
   static constexpr double margin = kept + looks * step;
-  /// Largest motion per iteration, m. `left`: distance to the hand, m.
+  /// Largest motion of the head per iteration, m. `left`: distance of the head from the hand, m.
   static double longest_step(double radius, double left) noexcept {
     return std::clamp(left, 0.01 * radius, step * radius);
   }
 };
 
-/// Moves the head until points are near, in steps inside the list, so that it cannot jump over a thin wall. `list(p)`
-/// lists points around p if needed, after each step. Returns the head's position.
+/// Moves the head until contact points are near, in steps inside the list of points, so that it cannot jump over a thin
+/// wall. `list(p)` updates the list around p if needed, after each step. Returns the head's position.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
   constexpr int kMaxHops = 64;  // largest number of steps without contact per tick
@@ -65,8 +65,8 @@ class HeadFollower {
     gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
 
-  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns its position. Near points
-  /// limit each step. `allowed_depth`: m, allowed overlap. `give`: points inside the head only prevent a deeper
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the head's position. Near
+  /// points limit each step. `allowed_depth`: m, allowed overlap. `give`: points inside the head only prevent a deeper
   /// overlap. `list(p)`: updates the list around p. `complete(p, far)`: adds missing points; returns how far (m), at
   /// most `far`, the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
   template <class List, class Complete, class MayGoOn>
@@ -88,20 +88,20 @@ class HeadFollower {
     return from;
   }
 
-  /// Returns true if the last follow() found points deeper inside than FollowParameters::led_out.
+  /// Returns true if the last follow() found points deeper inside the head than FollowParameters::led_out.
   bool led_out() const noexcept { return led_out_; }
-  /// Returns true if points limited the last step of follow().
+  /// Returns true if contact points limited the last step of follow().
   bool bounded() const noexcept { return bounded_; }
   int count() const noexcept { return active_.count; }
   const Hold& hold(int i) const noexcept { return holds_[i]; }
 
  private:
-  /// Makes one step of at most `most` (m). Returns true if a further step is useful.
+  /// Makes one step of the head of at most `most` (m). Returns true if a further step is useful.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double allowed_depth,
                 bool give, double most) noexcept;
 
   HeadDistances& distances_;
-  std::vector<double> gaps_;  // m, allowed motion towards each point
+  std::vector<double> gaps_;  // m, for each point: allowed motion of the head towards it
   ActivePlanes active_;
   Hold holds_[3] = {};
   bool bounded_ = false, led_out_ = false;

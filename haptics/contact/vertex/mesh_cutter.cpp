@@ -25,22 +25,22 @@ namespace {
 
 // m, rounding error of the faces' bounding balls (floats)
 constexpr double kRounding = 1e-6;
-// Largest number of rounds that move vertices back. Then
-// all vertices return to their positions before the step.
+// Largest number of rounds per step that move vertices back out of folds or intersections. After more, all vertices
+// return to their positions before the step.
 constexpr int kMaxRounds = 8;
 // A face faces the core (part of the axis) if the cosine between its outer normal and the vector from the core to each
 // corner is below this.
 constexpr double kFacesCore = -0.05;
 
-// Rounding error of the product of a unit vector with a, relative to |a.x| + |a.y| + |a.z|. Below minus this error, the
-// exact product is negative.
+// Rounding error of the product of a unit vector with a vector a, relative to |a.x| + |a.y| + |a.z|. If the computed
+// product is below minus this error, the exact product is negative.
 constexpr double kClearlyInward = 1e-12;
-// Quick tests of squared lengths decide only above the factor kLarger (rounding) and above kTiny2, m⁴ (denormal
-// numbers).
+// Quick tests compare squared lengths. They decide only if one exceeds the other by the factor kLarger (rounding), and
+// if both are above kTiny2, m⁴ (denormal numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 // m; triangles with a smaller height have uncertain normals
 constexpr double kFlat = 1e-7;
-// A comparison of approximate lengths decides only if one is shorter than kShorter × the other.
+// A comparison of approximate lengths decides only if one length is below kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -53,7 +53,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 direction = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(direction, direction);
 }
-/// Smallest height / longest edge; 0: no area.
+/// Smallest height of a triangle / its longest edge; 0: the triangle has no area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -61,16 +61,16 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// If more balls than this overlap a face's ball, faces are first excluded with crowd_. Usually at most about 60 do.
+// If more faces' bounding balls overlap the ball of a face, crowd_ excludes some first. Usually at most about 60 do.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_.
 constexpr std::size_t kMaxInCrowd = 1 << 15;
 
-// Flag in the result of list_overlapping(): the ball is on one side of the face's plane, so its face cannot intersect.
+// Flag in the result of list_overlapping(): the ball is on one side of the face's plane, so the faces do not cross.
 constexpr std::uint32_t kBeside = 0x80000000;
 
-/// Lists the balls that overlap the ball (p, r) of a face, some with the flag kBeside. `n`: normal of the face; zero:
-/// uncertain.
+/// Lists the bounding balls that overlap the ball (p, r) of a face, some with the flag kBeside. `n`: normal of the
+/// face; zero: the normal is uncertain.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, const float* n, std::uint32_t* at) {
@@ -108,7 +108,7 @@ bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j
   return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
 }
 
-/// Largest number of faces near the head with which long edges are still split.
+/// Largest number of faces near the head with which long edges are still split. `edge`: m, target edge length.
 std::size_t max_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -169,7 +169,7 @@ bool MeshCutter::covers(const KnownFaces& known) const noexcept {
   return margin_ + kMotion * moved + kRounding <= known.within;
 }
 
-/// Collects near faces from `known` or the mesh, within the allowed computing effort. Returns true if complete.
+/// Collects near faces from `known` or the mesh, until the effort of this tick is used up. Returns true if complete.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   if (takes_known_ && known.number != known_) {  // the list of known faces was replaced
     begin_search(head_, margin_);
@@ -224,7 +224,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > greatest2) greatest2 = e2, longest = i;
     }
-    // Does not split edges that touch an open border.
+    // Does not split an edge with an end on an open border of the mesh.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -252,7 +252,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in near_ twice, also as the neighbour of a split edge.
+  // A face may be in near_ twice: also as the neighbour of a split edge.
   ++search_number_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
   return true;
@@ -339,7 +339,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
   const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
-        // If a face's ball is outside the head, so are its corners.
+        // If the bounding ball of a face is outside the head, so are the face's corners.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
         if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
@@ -385,7 +385,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // Quick test without square roots; the exact test follows.
+  // Quick test for a small turn of the face, without square roots; otherwise the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::min_turn * P::min_turn * now2 * before2) {
     return false;
@@ -398,8 +398,8 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
-/// Moves folded faces back. A face that turns far but faces the head is not folded: it becomes a wall of the cut.
-/// Returns false if the computing effort of this tick is used up.
+/// Moves the vertices of folded faces back. A face that turns far but faces the head is not folded: it becomes a wall
+/// of the cut. Returns false if the computing effort of this tick is used up.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
@@ -416,8 +416,8 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   return true;
 }
 
-/// Sorts the bounding balls into slices along the longest side, so that overlaps are searched in few slices. Large
-/// faces come last.
+/// Sorts the faces' bounding balls into slices along the longest side of their box, so that overlaps are searched in
+/// few slices. Large faces come last.
 void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
@@ -442,7 +442,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   crowded_ = false;
 }
 
-/// Fills crowd_ with the faces in near_, in their balls' order.
+/// Fills the table crowd_ with the corners of the faces in near_, in the order of their bounding balls.
 void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   for (std::size_t slot = 0; slot < near_.size(); ++slot) {
     const Index f = near_[ball_at_[slot]];
@@ -481,7 +481,7 @@ bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, con
   return mesh::cross_each_other(a, b);
 }
 
-/// First face in near_ that crosses f, or kNone. At least one of the two must have changed.
+/// First face in near_ that intersects face f, or kNone. At least one of the two must have changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const glm::vec3& c = mesh.ball_center(f);
   const float r = mesh.ball_radius(f);
@@ -524,14 +524,14 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// Returns true if a face faces the core (VertexHead::core_low) in all its corners.
+/// Returns true if a face is directed towards the core (part of the head's axis, core_low()) at all its corners.
 bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
   const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
-  // Vector from the core (part of the axis) to `off`.
+  // Vector from the nearest point of the core (part of the head's axis) to `off`.
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
-  // Quick test with the approximate normal and the ball: vectors to corners and centre differ at most by the radius.
+  // Quick test with approximate normal and bounding ball: vectors to corners and centre differ at most by its radius.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
@@ -545,8 +545,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   return true;
 }
 
-/// Adds a face to suspects_ if it is not directed towards the core, as in a thin wall, undercut or hole. If all near
-/// faces are, each ray from the core enters the solid once, so no faces intersect.
+/// Adds a face to suspects_ if it is not directed to the core (part of the head's axis), as in a thin wall, undercut or
+/// hole. If all near faces are directed to it, each ray from the core enters the solid once, so no faces intersect.
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
@@ -571,7 +571,7 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_search_number_;
 }
 
-/// Evaluates the faces in candidates_, eight distances at once.
+/// Computes the distances of the faces in candidates_ from the head, eight at once, and selects the suspects.
 void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
   distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
@@ -619,7 +619,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // Limits for the faces after the collapse. At tiny edges, they are weaker for faces that exceed them already;
+  // Limits for the faces after the collapse. At tiny edges, the limits are weaker for faces that exceed them already;
   // otherwise tiny edges could never be removed.
   const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto min_area = [&](const dvec3& before) {
@@ -633,7 +633,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
   };
   bool allowed = true;
-  // m³ × 6, change of the volume; positive: added
+  // m³ × 6, change of the mesh's volume; positive: added
   double volume = 0;
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
@@ -666,7 +666,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Flips an edge between nearly coplanar faces if this increases the smaller roundness(). Returns true if done.
+/// Flips an edge between nearly coplanar faces if this increases the smaller roundness() of both. Returns true if done.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -680,7 +680,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  // m³ × 6, change of the volume; positive: added
+  // m³ × 6, change of the mesh's volume; positive: added
   const double volume = volume6(a, d, c, b);
   if (std::abs(volume) > 6 * P::max_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
@@ -725,7 +725,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Merges vertex v into a neighbouring vertex. Tries first neighbours outside the head, the nearest first. Returns
+/// Merges vertex v into a neighbouring vertex. Tries neighbours outside the head first, in order of distance. Returns
 /// false if no merge is possible.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
@@ -768,7 +768,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMaxSteps = 100'000;
   const double direction = displacement_bound(X_WA, X_WB, head.reach());
-  // The factor ensures that the servo's longest cut (FeelParameters::stride) is exactly one step, in spite of rounding.
+  // The factor makes the servo's longest cut (FeelParameters::stride) exactly one step, in spite of rounding.
   const double steps = direction / (P::step * edge) * (1 - 1e-6);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMaxSteps)), 0};
   done_ = {};
@@ -782,7 +782,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Continues the stage until it is complete or the computing effort `left_` of this tick is used up.
+/// Continues the stage of the cut's step until it is complete or the computing effort `left_` of this tick is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {
@@ -792,7 +792,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // Known faces are valid in the first step only, because each step changes the mesh.
+      // The known faces are valid in the first step only, because each step changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       return go_to(Stage::kSearch);
     }
@@ -843,7 +843,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, faces away from the head may cross faces towards it; they are tested too if they share a vertex.
+      // At a fold, faces away from the head may cross faces towards it; all are tested too if they share a vertex.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_search_number_ || edge_seen_[v[1]] == edge_search_number_ ||

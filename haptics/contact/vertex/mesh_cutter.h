@@ -19,50 +19,50 @@
 
 namespace typodont::haptics::vertex {
 
-/// Most lengths are ratios to the target edge length.
+/// Most lengths are ratios to the target edge length of the mesh.
 struct CutParameters {
   // In target edge lengths; longer edges are split before the cut (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
-  static constexpr double shortest = 0.35;  // shorter edges are collapsed
+  static constexpr double shortest = 0.35;  // in target edge lengths; shorter edges are collapsed
   // In target edge lengths, motion of the head per step; short, so that no face turns far.
   static constexpr double step = 0.5;
-  // In target edge lengths, largest motion of a vertex per step; a vertex that needs more belongs to another wall.
+  // In target edge lengths, largest motion of a vertex per step; one that needs more belongs to another wall.
   static constexpr double farthest = 3;
   // smallest cosine between a face's normals before and after a step
   static constexpr double min_turn = 0.2;
-  // A face may rotate farther than `min_turn` if the cosine between its normal and the head's reversed normal is at
-  // least this.
+  // A face may turn farther than `min_turn` if the cosine between its normal and the head's reversed normal is at least
+  // this.
   static constexpr double faces_head = 0.3;
-  // Cosine above which two faces with a common vertex have the same direction. They are tested only if their angles
-  // overlap, seen along a normal.
+  // Cosine between normals above which two faces with a common vertex have the same direction. Such faces are tested
+  // for intersection only if their angles at the vertex overlap, seen along a normal.
   static constexpr double same_way = 0.6;
-  // Cosine below which two faces at an edge count as intersecting: they lie on each other.
+  // Cosine between normals below which two faces at a common edge count as intersecting, as one lies on the other.
   static constexpr double flat_fold = -(1 - 1e-6);
   // height / longest edge of a face, below which the face is a sliver
   static constexpr double flattest = 0.12;
-  // In target edge lengths; a shorter edge may collapse even if a badly shaped face remains.
+  // In target edge lengths; a shorter edge may collapse even if this leaves a badly shaped face.
   static constexpr double tiny = 0.1;
-  // smallest area of a face after a collapse, in half squared target edges
+  // smallest area of a face after a collapse / half the squared target edge length
   static constexpr double min_area = 1e-6;
-  // In target edge lengths, longest edge after a merge; the next cut splits edges above `longest`.
+  // In target edge lengths, longest edge after a merge of vertices; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
-  // With more faces near the head, no edge is split. As a ratio to the number of equilateral faces that would cover the
-  // head. Usually about two; more only at the rim of a membrane.
+  // Number of faces near the head / number of equilateral faces that would cover the head. Above this, no edge is
+  // split. Usually about two; more only at the rim of a membrane.
   static constexpr double max_faces = 4;
-  // m; a vertex up to this depth inside still counts as on the head's surface
+  // m; a vertex up to this deep inside the head still counts as on the head's surface
   static constexpr double overlap = 1e-10;
   // Smallest cosine between the new normals and the old mean normal (weighted by area) that allows to flip an edge.
   static constexpr double same_plane = 0.9;
-  // Smallest cosine between normals before and after a collapse. Faces directed towards the head (`faces_head`) may
-  // rotate farther.
+  // Smallest cosine between a face's normals before and after a collapse. Faces directed towards the head
+  // (`faces_head`) may turn farther.
   static constexpr double min_turn_in_mending = 0.5;
   // In cubes of the target edge length; a merge of two vertices that changes the volume by more than this is refused.
   static constexpr double max_given = 0.2;
-  // Largest change of volume by a collapse or flip, in cubed target edge lengths.
+  // Largest change of the mesh's volume by a collapse or flip, in cubes of the target edge length.
   static constexpr double max_volume = 0.02;
 };
 
-/// Tissue of each voxel before cuts; null: only one tissue.
+/// Tissue of each voxel before all cuts; null: there is only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
@@ -71,7 +71,7 @@ struct CutDone {
   bool held = false;     // true: some vertices inside the head could not move
 };
 
-/// Computing effort in units of 10 ns, from numbers of faces and vertices, so that a replay has the same values.
+/// Computing effort in units of 10 ns, computed from numbers of faces and vertices, so that a replay has equal values.
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
@@ -89,7 +89,7 @@ struct CutCosts {
   Effort test = 75, pair = 4;       // per face: intersection test; per pair of faces
   Effort account = 2, repair = 3;   // per changed face: volume and tissue; short edges and slivers
   Effort collapse = 60;             // per attempt to collapse or flip an edge
-  // per attempt, if some faces are directed away from the head
+  // per attempt to collapse or flip an edge, if some faces are directed away from the head
   Effort thin_collapse = 500;
 };
 inline constexpr CutCosts kCutCosts;
@@ -113,8 +113,8 @@ class MeshCutter {
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Makes a cut in parts: begin(), work() until it returns true, done(). Meanwhile nothing else may change the mesh.
-  /// work() uses up the effort `left`. `known`: faces found earlier, to save a search. The result depends neither on
-  /// `left` nor on `known`.
+  /// work() uses up the computing effort `left`. `known`: faces found earlier, to save a search. The result does not
+  /// depend on `left` or `known`.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   const CutDone& done() const noexcept { return done_; }
@@ -137,7 +137,7 @@ class MeshCutter {
     double volume6;  // m³ × 6, volume of the tetrahedron with the head's centre
     dvec3 normal;    // normal whose length is twice the face's area
   };
-  /// A face that may intersect another one, with the distance from the head within which this matters.
+  /// A face that may intersect another face, with the distance from the head within which this is tested.
   struct Candidate {
     mesh::Index f;
     double within;  // m, distance from the head
@@ -163,7 +163,7 @@ class MeshCutter {
     double edge = 0;          // m, target edge length
     int steps = 0, step = 0;  // total number of steps, and number of steps begun so far
   };
-  /// The stages of a step, in this order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is complete.
+  /// The stages of a step of the cut, in this order, except: kSelect follows kUnfoldAgain. kDone: the cut is complete.
   enum class Stage : std::uint8_t {
     kNextStep,
     kSearch,
@@ -184,8 +184,8 @@ class MeshCutter {
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
-  /// Calls fn(i) for i from at_ to `count` - 1 while effort is left; each call costs `cost`. Returns true if all calls
-  /// were made.
+  /// Calls fn(i) for i from at_ to `count` - 1 while computing effort is left; each call costs `cost`. Returns true if
+  /// all calls were made.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -247,7 +247,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t search_number_ = 0;
-  // for each vertex and face: number of the search (search_number_) that last visited it
+  // for each vertex and each face: number of the search (search_number_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex visited in this step: its index in moved_
   std::uint32_t edge_search_number_ = 0;
@@ -256,27 +256,27 @@ class MeshCutter {
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMaxTogether};           // buffer for distances that are computed together
   std::array<Candidate, kMaxTogether> candidates_;  // faces of the points in distances_ during the selection
-  // Bounding balls of the faces in near_, by slices, m.
+  // Bounding balls (m) of the faces in near_, sorted by slices.
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
   std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
   int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
   float widest_ = 0;  // m, largest radius of the balls in the slices
-  // for each slice: its first ball; then the first large ball, and the end
+  // index of the first ball of each slice; then that of the first large ball, and the end
   std::array<std::uint32_t, kSlices + 2> slice_start_{};
-  // balls that overlap the tested face's ball
+  // bounding balls that overlap the tested face's ball
   std::vector<std::uint32_t> overlapping_;
   // Corners of the faces in near_, in the order of the balls. Filled only if very many bounding balls overlap, as at
   // the rim of a hole, where a thin membrane collects tiny faces.
   mesh::TriangleTable crowd_;
   bool crowded_ = false;                // true: crowd_ was filled in this round
   std::vector<std::uint32_t> slot_of_;  // for each face in near_: its index in crowd_
-  // for each face: last round without a crossing
+  // for each face: last round in which it was tested without an intersection
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true: some face is directed away from the head (thin wall)
-  // State of a cut that is made in parts.
+  // The cut that is being made in parts.
   Job job_;
   Placed head_;                            // the head in this step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_

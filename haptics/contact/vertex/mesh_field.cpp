@@ -14,10 +14,10 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels; faces within this distance of a sample determine its value
+// voxels; faces within this distance of a sample determine the sample's value
 constexpr double kNear = 2.5;
 
-/// `feature`: nearest part of the triangle: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, section 5.1.5).
+/// Point of a triangle nearest to a sample. `feature`: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -69,7 +69,7 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  // values before all cuts, with one more layer on each side
+  // values of the samples before all cuts, with one more layer on each side
   std::array<float, kApron * kApron * kApron> before;
   std::array<float, kEdge * kEdge * kEdge> value;
   std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 unknown
@@ -120,7 +120,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Samples far from faces receive the side of a neighbour.
+/// Samples far from all faces receive the side (inside, outside) of a neighbouring sample.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -143,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Outside the blocks, no cut changed the field's signs.
+      // Outside the blocks, no cut has changed the signs of the field.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -169,7 +169,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // Inside before, outside now, and no face near: the value becomes a positive limit.
+      // Inside before the cuts, outside now, and no face near: the value becomes the positive constant kNear.
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

@@ -9,8 +9,8 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Most violated bound beyond `tolerance` (m), the first of equal ones; -1: none. `only_no_deeper`: points inside only
-/// prevent a deeper overlap.
+/// Index of the bound of a step that is violated most, by more than `tolerance` (m); of equal ones the first; -1: none.
+/// `only_no_deeper`: points inside the head only prevent a deeper overlap.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
   constexpr std::size_t kBatch = 8;

@@ -7,8 +7,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Bounds of a step: n·step <= gap for each point. The arrays have eight more elements, with huge gaps and finite
-/// normals.
+/// Bounds of a step of the head: n·step <= gap for each contact point. The arrays have eight more elements, with huge
+/// gaps and finite normals.
 struct StepBounds {
   const double *n_x, *n_y, *n_z;  // unit vector from the head to each point
   const double* gap;              // m, distance of each point from the head; negative: overlap
@@ -16,7 +16,7 @@ struct StepBounds {
 };
 
 /// Allowed step nearest to `wanted` (Goldfarb & Idnani 1983). If there is none, points inside the head only prevent a
-/// deeper overlap; if there is still none, 0. `active`: the bounds that limit the step.
+/// deeper overlap; if there is still none, the step is 0. `active`: receives the bounds that limit the step.
 dvec3 nearest_step(const StepBounds& bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

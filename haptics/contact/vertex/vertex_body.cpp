@@ -18,7 +18,7 @@ double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
   return CutParameters::longest * finest;
 }
 
-/// Tissue of every voxel; null: only one tissue.
+/// Tissue of every voxel; null: there is only one tissue.
 SharedLabels labels_of(const TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -180,8 +180,8 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Repeats the cuts since remember_writes(true) on the mesh of the snapshot, which then has the same bits as the
-/// carver's mesh.
+/// Repeats on the snapshot's mesh the cuts since remember_writes(true); this mesh is then bit-identical to the
+/// carver's.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);

@@ -55,7 +55,7 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// Volume removed by all cuts, including undone cuts, m³.
+  /// Volume removed by all cuts, including cuts that were undone, m³.
   const PerTissue& removed() const { return removed_; }
 
  private:
@@ -84,12 +84,12 @@ class VertexBody final : public TissueBody {
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
   std::vector<Cut> written_;  // cuts that were made since remember_writes(true) was called
-  // blocks of the field that must be updated
+  // blocks of the distance field that must be updated
   FieldBlocks unseen_;
   std::optional<mesh::SurfacePieces> pieces_;  // triangles for the renderer; created at the first request
 };
 
-/// Cuts the mesh, with equal bits on servo and carver.
+/// Cuts the mesh; the result is bit-identical on servo and carver.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

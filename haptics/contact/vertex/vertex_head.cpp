@@ -16,7 +16,7 @@ VertexHead::VertexHead(const Tool& tool)
   if (!ball_) find_flanks(), find_core();
 }
 
-/// Finds tangents at the inclined pieces of the outline: along a line, or at the middle of an arc.
+/// Finds the tangents of the head's outline at its inclined pieces: along a line, or at the middle of an arc.
 void VertexHead::find_flanks() noexcept {
   // smallest component of an inclined piece's normal along each direction
   constexpr double kInclined = 0.02;
@@ -28,7 +28,7 @@ void VertexHead::find_flanks() noexcept {
     // Normal of the chord a–b; for an arc, this is the normal at its middle.
     const double n_rho = piece.dz / chord, n_z = -piece.dx / chord;
     if (n_rho < kInclined || std::abs(n_z) < kInclined) continue;
-    // How far the whole outline extends along the normal (n_rho, n_z).
+    // How far the head's whole outline extends along the normal (n_rho, n_z), m.
     double extent = -1;
     for (const HeadField::Piece& other : pieces) {
       extent = std::max({extent, n_rho * other.ax + n_z * other.az, n_rho * other.bx + n_z * other.bz});
@@ -42,12 +42,12 @@ void VertexHead::find_flanks() noexcept {
   }
 }
 
-/// Finds core_low() and core_high(). A ball that touches the end is inside the head if the depth of its centre equals
-/// its radius; bisection finds the largest.
+/// Finds core_low() and core_high(). A ball that touches an end of the head is inside the head if the depth of its
+/// centre equals its radius; bisection finds the largest such ball.
 void VertexHead::find_core() noexcept {
   constexpr double kTolerance = 1e-9;  // m, tolerance of the depth
   const auto end_of_core = [&](double end, double path) {
-    // radii: a ball with the radius `inside` is inside the head, with the radius `outside` it is not
+    // m, radii of balls at the end: with the radius `inside`, the ball is inside the head, with `outside` it is not
     double inside = 0, outside = 2 * half_;
     for (int i = 0; i < 50; ++i) {
       const double radius = 0.5 * (inside + outside);

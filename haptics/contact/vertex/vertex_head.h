@@ -14,13 +14,13 @@ class VertexHead {
   explicit VertexHead(const Tool& tool);
 
   bool is_ball() const noexcept { return ball_; }
-  /// Meridian of the head, m; not valid for a ball.
+  /// Meridian (half outline) of the head, m; not valid for a ball.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
   /// Distance from the head's centre to its farthest point, m.
   double reach() const noexcept { return reach_; }
-  /// Ends of a part of the axis (m, frame T): the centres of the largest balls inside the head that touch its ends. For
-  /// a ball, both are its centre.
+  /// Ends of a part of the head's axis (m, frame T): the centres of the largest balls inside the head that touch the
+  /// head's two ends. For a ball, both are its centre.
   double core_low() const noexcept { return core_low_; }
   double core_high() const noexcept { return core_high_; }
 
@@ -57,15 +57,15 @@ class VertexHead {
   double distance(const dvec3& p_TQ) const noexcept {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
-  /// Distance from a point inside to the surface along the unit vector `direction_T`, m.
+  /// Distance of a point inside the head to the head's surface along the unit vector `direction_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& direction_T) const noexcept;
-  /// Target position as printed in S4: away from a ball's centre (3.1) or the centre of a round end, otherwise away
-  /// from the axis at the same height (3.3, 3.6).
+  /// Target position of a vertex as printed in S4: it moves away from a ball's centre (3.1) or a round end's centre,
+  /// otherwise away from the axis at the same height (3.3, 3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:
-  /// At height z (m, frame T), the head is within far - slope·z of the axis. Points within d of the head are within
-  /// per_far·d more.
+  /// At height z (m, frame T), the head is within far - slope·z of the axis. Points nearer than d (m) to the head may
+  /// be farther from the axis by per_far·d.
   struct Flank {
     float far, slope, per_far;
   };
@@ -75,7 +75,7 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  // m: largest radius; distance from the centre to the farthest point; half length
+  // m: largest radius; distance from the head's centre to its farthest point; half the length
   double radius_, reach_, half_;
   double core_low_ = 0, core_high_ = 0;
   std::array<Flank, HeadField::kMaxPieces> flank_{};  // tangents at the inclined pieces of the outline

@@ -25,18 +25,18 @@ struct ListCosts {
   Effort visit = 1;     // per visited cell or face of the search grid
   Effort vertex = 2;    // per face whose vertices are listed
   Effort distance = 3;  // per distance between the head and a point
-  Effort area = 3;      // per face whose area is distributed
+  Effort area = 3;      // per face whose area is distributed over its points
   Effort part = 2;      // per additional point on a large face
 };
 constexpr ListCosts kListCosts;
-// Effort of computing the contact, per listed point; in units of 5 ns, half the unit of other efforts.
+// Effort of computing the contact, per listed point; in units of 5 ns (half the unit of other efforts).
 constexpr Effort kContactEffort = 3;
-// Effort of a distance that must be computed, not extrapolated, in units of 10 ns.
+// Effort of a distance that is computed, not extrapolated, in units of 10 ns.
 constexpr Effort kFreshEffort = 2;
-// clearance() searches in rounds; search distance of a round / search distance of the previous round
+// clearance() searches in rounds: search distance of a round / search distance of the round before
 constexpr double kNextShell = 4;
 
-/// Normal whose length is twice the face's area.
+/// Normal of face f; its length is twice the face's area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
@@ -167,7 +167,7 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   return now.stage == Listing::Stage::kDone;
 }
 
-/// Continues the search for near faces until it is complete or `left` is used up. Returns true if complete.
+/// Continues the search for faces near the head until it is complete or `left` is used up. Returns true if complete.
 bool VertexModel::list_near_faces(Effort& left) noexcept {
   const Listing& now = listing_;
   const EditableMesh& mesh = snapshot_.mesh;
@@ -180,7 +180,7 @@ bool VertexModel::list_near_faces(Effort& left) noexcept {
   });
 }
 
-/// Adds a point if it is within the margin.
+/// Proposes a point for the list; it is added if it is within the list's margin of the head.
 void VertexModel::propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept {
   const Listing& now = listing_;
   const VertexHead& head = *now.head;
@@ -265,8 +265,8 @@ double VertexModel::short_list_length() const noexcept {
   return std::min(soon, complete_list_length());
 }
 
-/// Lists the points near the head at X, unless the list is still valid. While cutting, a short list is enough, because
-/// each cut needs a new list; if it is empty, a complete list is made.
+/// Lists the points near the head at X, unless the list is still valid. While the head cuts, a short list is enough,
+/// because each cut needs a new list; if the short list is empty, a complete list is made.
 void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -284,8 +284,8 @@ void VertexModel::complete_list(const Pose& X, double far) noexcept {
   gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
-/// Motion for which the list is still valid, m: the distance within which it contains all points, minus the length of
-/// the virtual motion (P::probe).
+/// Motion of the head for which the list is still valid, m: the distance within which the list contains all points,
+/// minus the motion so far and the length of the virtual motion (P::probe).
 double VertexModel::clearance_in_list(const Pose& X) const noexcept {
   return list_.within - moved_since_listing(X) - P::probe * head().radius();
 }
@@ -321,7 +321,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double clearance = listed;
-    // Examines the nearest points first, then points within larger and larger distances.
+    // Examines the listed points nearest to the head first, then points within larger and larger distances.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
         clearance = std::min(clearance, head().distance(R_TW * (list_.points[i] - X_WG.p)));
@@ -351,8 +351,8 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Sums the springs of the vertices that a virtual motion of the head by P::probe along `pull` would push (paper S4,
-/// section 4.2). Except for balls, depths are extrapolated from X, because a thin head could pass a vertex.
+/// Sums the springs of the vertices that a virtual motion of the head from X by P::probe along `pull` would push (paper
+/// S4, section 4.2). Except for balls, depths are extrapolated from X, because a thin head could pass a vertex.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -372,7 +372,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const Sample& sample = list_.samples[distances_.point(i)];
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    // m³, area × signed distance; negative: inside
+    // m³, area of the point × its signed distance; negative: inside the head
     const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
@@ -388,8 +388,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the change of a bur's force, which would jump when the bur loses contact far from the hand. Allowed per tick:
-/// P::ease × dt; in contact, additionally stiffness × the hand's motion.
+/// Limits the change of a bur's force, which would jump when the bur loses contact far from the hand. Change allowed
+/// per tick: P::ease × dt; in contact, additionally stiffness × the hand's motion.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -428,7 +428,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // Without an allowed depth, a bur could not leave or re-enter its own hole. A ball that does not cut needs none.
+  // Without an allowed overlap, a bur could not leave or re-enter its own hole. A ball that does not cut needs none.
   // Vertices that a cut could not move only prevent a deeper overlap (in.cuts below).
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double allowed_depth = exact ? 0 : P::allowed_depth * head().radius();
@@ -488,7 +488,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// Contact as printed in S4: the head is at the hand's pose, and each vertex inside pushes it back.
+/// Contact as printed in S4: the head is at the hand's pose, and each vertex inside the head pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -498,7 +498,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = list_.samples[i];
     const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // m, from the paper's target position to the vertex
+    // m, vector from the paper's target position of the vertex to the vertex
     const dvec3 direction = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * direction;
@@ -541,8 +541,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return true;
 }
 
-/// Returns true if the cut ends nearer to the hand than `proxy`, the head's position: during a long cut, the hand may
-/// have moved the head away.
+/// Returns true if the cut ends nearer to the hand than `proxy`, the head's position. It need not: during a long cut,
+/// the hand may have moved the head away.
 bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
@@ -558,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits some ticks after the last cut.
+    // A new cut waits some ticks after the last one; `hurry` is the length b in FeelParameters (rest).
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;
@@ -575,7 +575,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
   return true;
 }
 
-/// Effort that a cut may use in this tick, before that of lists made in this tick is subtracted.
+/// Effort that a cut may use in this tick; the effort of lists of points made in this tick must still be subtracted.
 Effort VertexModel::effort_for_cut() const noexcept {
   const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
   const Effort contact = kContactEffort * static_cast<Effort>(list_.points.size()) / 2;

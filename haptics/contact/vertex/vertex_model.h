@@ -25,25 +25,25 @@ struct FeelParameters {
   static constexpr double max_aside = 0.25;
   // N/s, largest change of a bur's force while the hand rests
   static constexpr double ease = 6.5;
-  // Shortest advance per cut, in target edge lengths. Energy is collected over several ticks until it is enough for
-  // this advance.
+  // Shortest distance that the head advances in a cut, in target edge lengths of the mesh. Energy is collected over
+  // several ticks until it is enough for this distance.
   static constexpr double sweep = 0.04;
-  // Shortest advance per cut of a hand instrument's edge, in target edge lengths. Very short, because a dragged edge
-  // can collect little energy.
+  // Like `sweep`, but for the edge of a hand instrument. Very short, because a dragged edge can collect little
+  // energy.
   static constexpr double scrape = 2e-5;
-  // Longest advance per cut, in target edge lengths.
+  // Longest distance that the head advances in a cut, in target edge lengths of the mesh.
   static constexpr double stride = 0.5;
-  // A dragged edge cuts only a fraction of the touched area, because it advances by less than the height differences
-  // between vertices. A running mean measures it. met_weight: weight of a new value; min_met: smallest mean.
+  // A dragged edge cuts only a fraction of the touched area, as it advances by less than the height differences between
+  // vertices. A running mean measures this fraction. met_weight: weight of a new value; min_met: smallest mean.
   static constexpr double met_weight = 0.1, min_met = 0.01;
-  // Distance to the nearest point / radius below which the head counts as touching (clearance 0).
+  // Distance to the nearest contact point / head's radius, below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
   static constexpr double search_distance =
       0.5e-3;  // m, distance from the head within which clearance() searches tissue
-  // Motion / radius for which a short list of points is valid. Short lists are used while the head cuts, because it
-  // then moves little until the next list.
+  // Motion of the head / its radius for which a short list of points is valid. Short lists are used while the head
+  // cuts, because it then moves little until the next list.
   static constexpr double short_list = 0.05;
-  // Fraction of the motion for which a list is valid, after which the model begins the next list.
+  // When the head has made this fraction of the motion for which a list is valid, the model begins the next list.
   static constexpr double begin_next = 0.3;
   // If clearance_in_list() / radius is below this, a new list is made at once. A head that waits for its next list
   // stops at 0, but a fast rotation can make the value negative.
@@ -95,7 +95,7 @@ class VertexModel final : public ContactModel {
     mesh::Index v;  // index of the vertex; kNone: not a vertex
     Tissue tissue;
   };
-  /// A list of contact points. `samples` contains the data of each point, in the same order.
+  /// A list of contact points near the head. `samples` contains the data of each point, in the same order.
   struct PointList {
     mesh::NearPoints points{kMaxSamples};
     std::vector<Sample> samples;
@@ -105,7 +105,7 @@ class VertexModel final : public ContactModel {
   struct Listing {
     enum class Stage : std::uint8_t { kFaces, kVertices, kAreas, kDone } stage = Stage::kDone;
     const VertexHead* head = nullptr;
-    double edge = 0;  // m, target edge length
+    double edge = 0;  // m, target edge length of the mesh
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
     double margin = 0;  // m, distance from the head within which points are listed
@@ -135,8 +135,8 @@ class VertexModel final : public ContactModel {
   KnownFaces known_faces() const noexcept {
     return {near_, list_.points.listed_at(), found_ && !near_changed_ ? list_.within : 0, list_.points.number()};
   }
-  // Distance from the head within which points are listed (m), for a complete list and for the short list while
-  // cutting.
+  // Distance from the head within which contact points are listed (m): for a complete list, and for the short list that
+  // is used while the head cuts.
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -176,7 +176,7 @@ class VertexModel final : public ContactModel {
   bool ahead_ = false;         // true: list_ahead() is making next_list_
   bool near_changed_ = false;  // true: near_ was found for next_list_, not for list_
   Listing listing_;
-  // effort in this tick for lists made in one piece: for all of them, and for the last one
+  // effort in this tick for lists of points made in one piece: sum over all, and the last one alone
   Effort listed_ = 0, last_list_ = 0;
   bool began_ = false;     // true in the first tick after begin_anew()
   bool found_ = false;     // true: list_ was made for the current mesh and tool
@@ -193,7 +193,7 @@ class VertexModel final : public ContactModel {
     bool scrapes = false;
     std::uint32_t tool = 0;
     Pose from{}, to{};
-    double estimated = 0;  // m³, expected removed volume
+    double estimated = 0;  // m³, removed volume that is expected for this cut
     CutDone done{};
     bool finished = false;  // true: the mesh is cut completely
     bool lists = false;     // true: the list of points in the cut mesh was begun

@@ -10,8 +10,8 @@ inline constexpr std::string_view kName = "voxel_penalty";
 
 struct Parameters {
   int samples = 64;  // number of samples of the head, 8 to 1024
-  // The sum of the forces is divided by the number of samples in contact, but at least by this number (McNeely 1999,
-  // sec. 5.2). 1 to 1024.
+  // The sum of the spring forces is divided by the number of samples in contact, but at least by this number (McNeely
+  // 1999, sec. 5.2). Allowed values: 1 to 1024.
   int shared_load = 10;
 };
 

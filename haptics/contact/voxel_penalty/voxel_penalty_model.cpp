@@ -16,7 +16,7 @@ namespace {
 /// Returns the factor for all springs with which a head pressed into a flat wall has the scene's stiffness, as a mean
 /// over directions; needed because samples are less deep. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth to which the head is pressed into a wall / smallest distance of a sample from the head's centre
+  // depth of the head in the wall / smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -80,7 +80,7 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// Depth of tissue from x along the unit vector `direction`, at most `most`, by stepping from voxel to voxel
+/// Depth of the tissue from x along the unit vector `direction`, voxels, at most `most`: steps from voxel to voxel
 /// (Amanatides & Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& direction, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
@@ -134,9 +134,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Each spring pushes along its normal, in proportion to depth. Division by the samples in contact (at least
-/// `shared_load`) keeps the stiffness constant (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only on
-/// approach.
+/// Each spring pushes along its sample's normal, in proportion to the sample's depth. Division by the number of samples
+/// in contact (at least `shared_load`) keeps the stiffness constant (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The
+/// damper acts only on approach.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -158,8 +158,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// Moves the head out along the force until it touches, and back in as far as the energy allows. Removes voxels whose
-/// centres it covers.
+/// Moves the head out along the force until it just touches, and back in as far as the energy allows. Removes the
+/// voxels whose centres it covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
@@ -168,7 +168,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  // voxels³ × hardness of removed tissue; gives the cut's energy
+  // voxels³; for each tissue, removed volume × hardness, from which the cut's energy follows
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;

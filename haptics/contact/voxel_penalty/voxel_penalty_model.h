@@ -28,7 +28,7 @@ class VoxelPenaltyModel final : public PatchModel {
     Tool tool;
     std::vector<HeadSample> samples;  // positions p_TQ in voxels
     double reach;
-    // factor for all springs, with which the head has the scene's stiffness
+    // factor for all springs, with which the whole head has the scene's stiffness
     double spring_scale = 1;
   };
   struct Touching {
