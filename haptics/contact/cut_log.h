@@ -16,7 +16,7 @@ namespace typodont::haptics {
 template <class Made>
 class RecentCuts {
  public:
-  // Largest number of cuts that a late snapshot may lack.
+  // Largest number of cuts that a snapshot may lack when it arrives.
   static constexpr std::uint64_t kLength = 8192;
 
   RecentCuts() : made_(kLength) {}
@@ -74,7 +74,7 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m; above 0: filling was added in this radius around X_WA, except in the head at X_WB; 0: a cut
+    // m; above 0: filling was added in a ball of this radius around X_WA, except inside the head at X_WB; 0: a cut
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative: filling
   };

@@ -1,4 +1,4 @@
-// The carver's part of "implant": the tissue of "offset", with placed implants.
+// The carver's part of the contact model "implant": the tissue of "offset", with placed implants.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// The servo's part of "implant" (README.md).
+// The servo's part of the contact model "implant" (README.md).
 #pragma once
 
 #include <array>

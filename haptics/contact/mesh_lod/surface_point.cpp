@@ -359,8 +359,8 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
     const Face& face = grid.face(i);
-    // A face that is completely below another face's plane is touched later, so it needs no plane. Tests the neighbour
-    // beyond the nearest edge first, then the last plane found.
+    // A face that is completely below another face's plane is touched later, so it needs no plane. Tests first the
+    // plane of the adjacent face at the nearest edge, then the last plane found.
     const auto below = [&](std::uint32_t j) {
       const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),

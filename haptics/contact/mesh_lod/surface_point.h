@@ -17,7 +17,7 @@ struct SurfaceOptions {
   double radius = 0;  // m, radius of the tool's end; 0: a point
   // true: at borders between tissues, walls stop a tool on its way from the softer to the stiffer tissue
   bool walls = true;
-  double wall_limit = 0.5;  // N, force above which a wall yields
+  double wall_limit = 0.5;  // N, force above which a wall lets the ball through
   // N/m, stiffness of the coupling for a tissue with 1 N/mm; proportional to the tissue's stiffness
   double unit_force = 1000;
 };
@@ -88,8 +88,8 @@ class SurfacePoint final : public SurfaceContact {
     dvec3 n{0};           // unit vector from the nearest point to the ball's centre
     double distance = 0;  // m, distance from the nearest point to the ball's centre
   };
-  // The order of a plane is its face's index in near_ with one of these bits: planes of edges follow those of
-  // interiors, and walls come last.
+  // The order of a plane is its face's index in near_, plus one of these two bits: planes of edges thus follow planes
+  // of interiors, and walls come last.
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMaxNear> edges_;
   PlaneSet planes_;

@@ -1,4 +1,4 @@
-// The servo's part of "offset" (README.md): contact planes from the distance field keep the proxy outside the tissue.
+// The servo's part of the contact model "offset" (README.md): planes from the distance field hold the proxy outside.
 #pragma once
 
 #include <array>
@@ -193,7 +193,7 @@ class OffsetModel : public PatchModel {
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // Removal, kept between ticks. The fronts contain the samples that the head can still change.
+  // State of the removal between ticks. A cut front contains the samples that the head can still change.
   CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse tissue patch
   Pose cut_end_;                   // pose of the head after the last cut
   std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut

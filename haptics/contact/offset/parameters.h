@@ -98,7 +98,7 @@ struct FallParameters {
   static constexpr double push_time = 0.05;
   // N/s; the bur has lost its support only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // The bur has lost its support only if cos(mean contact force, minus the hand's gain of velocity) is above this.
+  // The bur has lost its support only if cos(mean contact force, reversed gain of the hand's velocity) is above this.
   static constexpr double along = 0.3;
   // N/s; a bur that lost its support is never slowed down below the speed this / stiffness
   static constexpr double landing_slew = 12;
@@ -142,7 +142,7 @@ struct RecoveryParameters {
 
 /// If the hand has moved away but contacts hold the proxy, the proxy is led back along its recorded path.
 struct RetreatParameters {
-  // m, distance from hand to proxy; beyond this, the hand has left the contact
+  // m, distance from hand to proxy; if it is larger, the hand has left the contact
   static constexpr double far = 2e-3;
   static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held by contacts
   // m, distance from hand to proxy; beyond this, the hand has moved away: at 1 N/mm, nobody presses so hard

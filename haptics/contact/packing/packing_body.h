@@ -1,4 +1,4 @@
-// The carver's part of "packing": spheres, undo, and the distance field that is computed from them.
+// The carver's part of the contact model "packing": spheres, undo, and the distance field computed from the spheres.
 #pragma once
 
 #include <span>

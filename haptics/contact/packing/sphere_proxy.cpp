@@ -36,7 +36,7 @@ constexpr double kAhead = 3;
 constexpr double kSearchDistance = 2e-3;
 // m, rounding error of a distance between spheres, added to limits
 constexpr double kRounding = 1e-12;
-// The path is searched slightly beyond its end, to find contacts there.
+// Fraction of the motion up to which contacts are searched: slightly past its end, to find contacts there.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres

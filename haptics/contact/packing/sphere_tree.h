@@ -154,8 +154,8 @@ class SphereTree {
 
   dvec3 origin_{0};
   double rounding_margin_ = 0;   // m, larger than all rounding errors in single precision
-  std::vector<int> sphere_in_;   // index of the sphere at each place; -1: empty
-  std::vector<Place> place_of_;  // for each sphere: its place
+  std::vector<int> sphere_in_;   // index of the sphere at each position in the tree; -1: empty
+  std::vector<Place> place_of_;  // for each sphere: its position in the tree
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;         // nodes by level, from above the leaves to the root
   std::vector<std::size_t> level_;  // for each level: its first index in nodes_

@@ -554,8 +554,8 @@ bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, C
   return true;
 }
 
-/// Finds the point nearest to the head on the line where two sheets (smooth surfaces) meet. Returns false if the head
-/// touches not the line there, but a sheet beside it.
+/// Finds the point nearest to the head on the line where two smooth surfaces (sheets) meet. Returns false if the head
+/// does not touch the line there, but a smooth surface beside it.
 bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x,
                                ContactPlane& plane) const noexcept {
   dvec3 n[2], m, t(0);

@@ -92,7 +92,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
-  // A curved sheet may be a wrong fit to samples of two smooth surfaces, so it is compared with more samples.
+  // A curved fit may be a wrong one, to samples of two smooth surfaces, so it is compared with more samples.
   return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
@@ -207,8 +207,8 @@ bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directio
     if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
   }
   if (groups.count < 2) return false;
-  // A point below two sheets, or with a normal along the line where they meet, belongs to a third sheet, which is
-  // fitted farther away from the other two.
+  // A point below two smooth surfaces, or with a normal along the line where they meet, belongs to a third one, which
+  // is fitted farther away from the other two.
   const dvec3 line = glm::normalize(glm::cross(groups.first[0]->sheet.n, groups.first[1]->sheet.n));
   for (Place& place : around) {
     if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;

@@ -1,40 +1,40 @@
-// Reconstructs the smooth sheets of the tissue's surface that meet at an edge, a rim or a corner.
+// Reconstructs the smooth surfaces (sheets) of the tissue that meet at an edge, a rim or a corner.
 #pragma once
 
 #include "haptics/contact/tissue_patch.h"
 
 namespace typodont::haptics {
 
-/// One smooth sheet of the tissue's surface, approximated by the torus with the same position, normal and principal
+/// One smooth surface of the tissue (sheet), approximated by the torus with the same position, normal and principal
 /// curvatures. Exact for planes, balls, cylinders and tori. Lengths in voxels.
 struct Sheet {
   dvec3 x{0}, n{0};       // point of the sheet, and its outward normal
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
-  /// Signed distance of p from the sheet in voxels, and the gradient of this distance.
+  /// Signed distance of p from the smooth surface in voxels, and the gradient of this distance.
   double distance(const dvec3& p, dvec3& gradient) const noexcept;
 };
 
-/// The sheets of a convex edge, rim or corner. The tissue is the intersection of their insides.
+/// The smooth surfaces (sheets) of a convex edge, rim or corner. The tissue is the intersection of their insides.
 struct Crease {
   static constexpr int kMost = 3;
   int count = 0;
   Sheet sheet[kMost];
 
-  /// Largest signed distance of p from the crease's sheets (smooth surfaces); positive outside the tissue.
+  /// Largest signed distance of p from the smooth surfaces of the crease, voxels; positive outside the tissue.
   double above(const dvec3& p) const noexcept;
-  /// Moves x onto the line where the sheets i and j meet. `n`: receives the normals there. Returns false if they do not
-  /// meet near x.
+  /// Moves x onto the line where the smooth surfaces (sheets) i and j meet. `n`: receives both normals there. Returns
+  /// false if the two do not meet near x.
   bool onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept;
-  /// Moves x to the corner where three sheets meet. Returns false if there is none near x.
+  /// Moves x to the corner where three smooth surfaces meet. Returns false if there is no corner near x.
   bool onto_corner(dvec3& x, dvec3 (&n)[3]) const noexcept;
 };
 
 /// The creases that the head touched last; along these, a sliding head needs no new search. Servo thread only.
 class KnownCreases {
  public:
-  /// Returns a known crease near x (voxels), or null. Fits its sheets again if they were fitted too far from x.
+  /// Returns a known crease near x (voxels), or null. Fits its smooth surfaces again if they were fitted far from x.
   const Crease* find(const TissuePatch& patch, const dvec3& x) noexcept;
   void add(const dvec3& x, const Crease& crease) noexcept;
   /// The crease of the last contact, near the point place(); null: none.
@@ -65,8 +65,8 @@ class KnownCreases {
 /// Returns true if the field near x bends far more than beside it, as at a convex edge. Cheap test for find_crease().
 bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept;
 
-/// Fits the sheets that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector from x
-/// to the head. Returns false if the surface is smooth or concave, or if samples contradict the sheets.
+/// Fits the smooth surfaces that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector
+/// from x to the head. Returns false if the tissue is smooth or concave at x, or if samples contradict the fits.
 bool find_crease(const TissuePatch& patch, const dvec3& x, const dvec3& n, Crease& crease) noexcept;
 
 }  // namespace typodont::haptics

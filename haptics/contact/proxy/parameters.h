@@ -22,7 +22,7 @@ struct WallSeatParameters {
   // Voxels; the ball's position is computed directly only if the hand is at most this deep below the surface that stops
   // the ball.
   static constexpr double hand_depth = 4;
-  static constexpr double min_height = 0.5;  // voxels, smallest distance of the hand from a crease's sheets
+  static constexpr double min_height = 0.5;  // voxels, smallest height of the hand above a crease
   // Voxels. For a ball on a crease: a contact whose gap is below `near` is other tissue if it is farther than
   // `off_crease` from the smooth surfaces that form the crease.
   static constexpr double near = 0.05, off_crease = 0.7;
@@ -102,7 +102,7 @@ struct HeadSampleParameters {
   static constexpr double same_place = 1;  // voxels; contacts nearer to each other count as one
 };
 
-/// Parameters of the sheets that meet at a convex edge, rim or corner (crease.h). Voxels.
+/// Parameters of the smooth surfaces (sheets) that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
   // Smallest difference between second differences of samples at an edge and beside it, so that the edge is sharp.
   static constexpr double sharp = 0.2;
@@ -120,20 +120,20 @@ struct CreaseParameters {
   // smallest distance between a fit's samples and those of other smooth surfaces
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
-  static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a sheet
-  // Largest third or fourth difference of a sheet's samples; for a curved sheet, plus curved_roughness × curvature².
+  static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a smooth surface
+  // Largest third or fourth difference of a fit's samples; for a curved surface, plus curved_roughness × curvature².
   static constexpr double rough = 0.03, curved_roughness = 4;
   // Above the curvature `curved` (1/voxel), a fit must agree with samples two voxels from its centre to `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
-      0.7;  // smallest cosine between the normals of a sheet and of the place where it is fitted
-  // Two fits belong to one sheet if their distance is below same_sheet, and their normals' cosine above the second.
+      0.7;  // smallest cosine between the normals of a fitted surface and of the place where it is fitted
+  // Two fits belong to one surface if their distance is below same_sheet, and their normals' cosine above the second.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
   // A point is beside a crease only if at least two smooth surfaces are nearer to it than this.
   static constexpr double near_sheet = 3;
   // smallest depth of each smooth surface below the others beside the crease, so that the crease is convex
   static constexpr double convex = 0.2;
-  static constexpr double shallow = 0.966;  // largest cosine between the sheets' normals on their line
+  static constexpr double shallow = 0.966;  // largest cosine between the normals of two surfaces on their common line
   // Samples within `around` of a crease, at depths shallowest..deepest, must differ from it by at most around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
@@ -149,7 +149,7 @@ struct CreaseParameters {
   static constexpr double none_within = 0.25, none_along = 0.9;
   // The line where two surfaces meet goes on if samples `ahead` on it and `below` it agree with both to line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
-  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease at which sheets are fitted
+  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease for fits of its surfaces
   static constexpr double converged = 1e-9;
   // smooth surfaces count as parallel if the determinant of their unit normals is smaller than this
   static constexpr double min_angle = 1e-4;
@@ -168,7 +168,7 @@ struct DescentParameters {
 struct CreaseContactParameters {
   static constexpr int steps = 8;
   static constexpr double aligned = 1e-9;  // search ends at this derivative of gap along the crease
-  static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a sheet
+  static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a surface
   static constexpr double longest = 4;     // longest step along the crease
   static constexpr double inside_cone = 1e-9, feasible = 1e-7;
   // The exact contact with a crease may be farther from the head than the interpolated contact by at most `farther`, or

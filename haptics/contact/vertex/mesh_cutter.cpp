@@ -782,7 +782,7 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Continues the stage of the cut's step until it is complete or the computing effort `left_` of this tick is used up.
+/// Continues the current stage of the step until it is complete, or the tick's computing effort `left_` is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {

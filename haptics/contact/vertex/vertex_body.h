@@ -1,4 +1,4 @@
-// The carver's part of "vertex": mesh, undo, and the distance field that is computed from the mesh.
+// The carver's part of the contact model "vertex": mesh, undo, and the distance field computed from the mesh.
 #pragma once
 
 #include <deque>

@@ -61,8 +61,8 @@ struct FeelParameters {
   static constexpr Effort max_effort = 6500;
   // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of max_effort.
   static constexpr Effort min_effort = 2000;
-  // Largest computing effort for lists of points in one tick, in units of 10 ns. A fast head needs several lists;
-  // beyond the limit, it continues its motion in the next tick.
+  // Largest computing effort for lists of points in one tick, in units of 10 ns. A fast head needs several lists; if
+  // they need more effort, the head continues its motion in the next tick.
   static constexpr Effort max_listed = 15000;
 };
 
@@ -111,7 +111,7 @@ class VertexModel final : public ContactModel {
     double margin = 0;  // m, distance from the head within which points are listed
     mesh::EditableMesh::NearSearch search;
     bool searches = false;     // true: the search for near faces has begun
-    std::size_t at = 0;        // index in near_ at which the current stage continues
+    std::size_t at = 0;        // index in near_ at which the current stage of listing continues
     std::size_t vertices = 0;  // number of listed points that are vertices of the mesh
   };
   /// Sums over the springs of all vertices that push the head. In constrain_as_printed(), the terms are not multiplied
