@@ -43,7 +43,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// Like estimate_surface() above, bit-identical, but searches only the proxy's lists of near spheres.
+/// Like estimate_surface() above, bit-identical, but searches the proxy's lists of near spheres where they suffice.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 
