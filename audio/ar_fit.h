@@ -32,7 +32,7 @@ struct FitOptions {
   int channel = -1;  // -1: mean of all channels
   /// Begin and end of the fitted part, s; to = 0: the end of the recording.
   double from = 0, to = 0;
-  bool trim = true;     // true: silence at both ends is removed
+  bool trim = true;     // true: silence at both ends of the recording is removed
   bool steady = false;  // true: only the longest interval of constant level is used
   // Fits only the longest part named "run-up", "idle", "load" or "run-down"; empty: all parts.
   std::string part;
@@ -44,10 +44,10 @@ struct FitOptions {
   std::string name, source, licence;
 };
 
-/// How well the model agrees with the part that was held out.
+/// How well the model agrees with the part of the recording that was not fitted.
 struct HeldOut {
   double from = 0, to = 0;  // s, begin and end of the part in the recording
-  double distance_dB = 0;   // dB, distance from the model's expected spectrum
+  double distance_dB = 0;   // dB, distance of this part's spectrum from the model's expected spectrum
   // Distance that a sound with exactly the model's spectrum would have, dB, because the spectrum of a short sound has
   // an error.
   double chance_dB = 0;
@@ -62,12 +62,12 @@ struct FitReport {
   double hum = 0;                         // Hz, removed mains frequency; 0: none
   // Distance between the Welch spectra of the fitted part and of the model, dB.
   double distance_dB = 0;
-  // Distance from the model's exact spectrum, whose peaks are not broadened by a window, dB.
+  // Distance of the fitted part's spectrum from the model's exact one, whose peaks no window has broadened, dB.
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, highest compared frequency: 16 kHz or 0.45 of the sampling rate
   double max_reflection = 0;
-  double condition = 0;  // condition number of the filter in direct form, see ar/filter.h
+  double condition = 0;  // condition number of the model's filter in direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
   /// Spectra of recording and model: frequencies (Hz) and densities (dB re 1/Hz).

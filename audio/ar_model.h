@@ -7,7 +7,7 @@
 
 namespace typodont::audio {
 
-/// Slow random process with one value per kLineStep samples. Without coefficients and gain, it is zero.
+/// Slow random process with one value per kLineStep samples. Without coefficients and gain, the process is zero.
 struct LineNoise {
   std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the process's residual

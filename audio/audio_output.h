@@ -37,7 +37,7 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  /// Latency from tick to output, without the device, s.
+  /// Latency from a servo tick to the output of its sample, without the device's latency, s.
   double latency = 0;
   double device_latency = 0;  // s, latency that the device reports; 0 for files
 };
@@ -51,7 +51,7 @@ class AudioOutput {
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;
-  /// Starts the output. Its first sample is at the tick time `t_start` (file), or is played now (device).
+  /// Starts the output. In a file, the first sample belongs to the tick time `t_start`; a device plays it now.
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
   /// Call at least ten times per second. A file is rendered up to time `t`; a device is checked, and opened again if it
   /// was lost.

@@ -30,8 +30,8 @@ double ear_delay(double angle);
 /// 1998, eqs. 3 and 4.
 double ear_shadow(double angle);
 
-/// Used by one thread at a time; only the constructor allocates. Delay and shadow change gradually, so there are no
-/// clicks.
+/// Renders sound for two ears. Used by one thread at a time; only the constructor allocates. Delay and shadow change
+/// gradually, so there are no clicks.
 class Binaural {
  public:
   explicit Binaural(double sample_rate);
@@ -52,13 +52,13 @@ class Binaural {
     double delay = 0, wanted_delay = 0;
     // Current and target factor α of the head's shadow filter.
     double shadow = 1, wanted_shadow = 1;
-    // Previous input and output of the shadow filter.
+    // Previous input and output sample of the shadow filter.
     float before = 0, after = 0;
   };
   float read(double delay) const noexcept;
 
   double rate_;
-  double glide_;  // fraction of the remaining difference that is applied per sample
+  double glide_;  // fraction of the difference between wanted and current delay or shadow that is applied per sample
   /// Coefficients of the shadow filter: y = input_ (x + x') + slope (x - x') - pole_ y', where x' and y' are the
   /// previous input and output.
   double pole_, input_;

@@ -15,7 +15,7 @@ struct SoundMeasure {
   std::vector<double> tones;  // Hz, frequencies of the strongest spectral lines, at most five
   // For each tone: standard deviation / mean of its amplitude; 0 for a steady tone, 0.52 for narrow-band noise.
   std::vector<double> tone_variation;
-  // For each frequency in CompareOptions::lines: standard deviation / mean of the amplitude.
+  // For each frequency in CompareOptions::lines: standard deviation of its amplitude / mean amplitude.
   std::vector<double> line_variation;
 };
 
@@ -26,7 +26,7 @@ struct Comparison {
   double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
-  /// Frequency of the strongest tone of b / that of a; 0: none.
+  /// Frequency of the strongest tone of sound b / that of sound a; 0: one of them has no tone.
   double tone_ratio = 0;
   double up_to = 0;  // Hz, the distances compare the spectra up to this frequency
 };

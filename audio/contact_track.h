@@ -35,8 +35,8 @@ class VoicedTrack {
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // index of the last table row that was reached
-  Nanos after_ = 0;      // ns, time from row row_ to the next state
+  std::size_t row_ = 0;  // index of the last row of the track that was reached
+  Nanos after_ = 0;      // ns, time from the row row_ to the next returned state
 };
 
 }  // namespace typodont::audio

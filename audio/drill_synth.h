@@ -1,5 +1,5 @@
-// Synthesizes the sound of the drill from the servo's ticks. Equal models, rate, seed and states give equal bits, for
-// any buffer size.
+// Synthesizes the sound of the drill from the servo's ticks. Equal models, rate, seed and states give bit-identical
+// sound, for any buffer size.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct SoundState {
   double removal_rate = 0;  // m³/s, volume of tissue that the bur removes per second
   Tissue tissue = Tissue::kAir;
   bool cutting_tool = true;  // false for hand instruments, which only knock and scrape
-  double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
+  double slip_speed = 0;     // m/s, speed of the tool along the tissue surface; determines the scraping sound
   double suction = 0;        // strength of the suction's sound, 0..1
   double spray = 0;          // flow of the spray as a fraction of its maximum
 };
@@ -54,7 +54,7 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Number of filters that computed the last sample: 0 silent, 1 idle, 2 cutting.
+  /// Number of models whose filters computed the last sample: 0 silent, 1 idle, 2 cutting.
   int active_filters() const noexcept;
 
  private:

@@ -18,21 +18,21 @@ struct RotorTone {
   double amplitude = 0;  // amplitude at free speed, where full scale is 1; proportional to the speed
 };
 
-/// Level of the sound in one measured contact, relative to idling at free speed.
+/// Measured level of the sound in one contact, relative to idling at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N, force at which the sound was recorded
   double contact_area = 0;  // m², contact area at which the sound was recorded
   double removal_rate = 0;  // m³/s, removal rate at which the sound was recorded
   double spindle = 0;       // rad/s, spindle speed at work
-  double level_dB = 0;      // dB, level of the whole sound
-  double high_dB = 0;       // dB, level above 4 kHz
+  double level_dB = 0;      // dB, level of the whole sound minus the idle level
+  double high_dB = 0;       // dB, the same difference for frequencies above 4 kHz
 };
 
 /// The models of one drill. Missing models for cutting are derived from the idle model (audio/README.md).
 struct SoundModels {
   ArModel idle;
-  // Models for cutting from recordings; empty if none was recorded.
+  // Models for cutting each tissue, from recordings; empty for a tissue that was not recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
   // Spindle speed in the idle recording, rad/s; 0: the highest speed so far.
   double free_speed = 0;
@@ -40,7 +40,7 @@ struct SoundModels {
   // Number of cutting edges, which are heard one by one at low speed; 0: never.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all models for cutting
-  // Largest gain of high frequencies by contact; 1: doubled amplitude.
+  // Largest amplification of high frequencies by contact: factor 1 + brightness on their amplitude.
   double brightness = 1;
   double spray_dB = 0;  // dB, increase of the idle level by full spray; 0: spray is silent
   double level = 1;     // factor on the amplitude of the whole sound

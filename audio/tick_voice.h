@@ -29,7 +29,7 @@ class TickVoice {
   };
   static constexpr std::size_t kSeen = 64;  // number of stored ticks, enough for a servo of 12 kHz
   std::array<Seen, kSeen> seen_{};
-  // Number of ticks so far, and number of the earlier tick from which differences are computed.
+  // Number of ticks so far, and index of the earlier tick from which differences are computed.
   std::size_t count_ = 0, back_ = 0;
   std::vector<bool> tools_cut_;
 };

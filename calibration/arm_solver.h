@@ -23,9 +23,9 @@ struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of the links La, Lb, Lc
   // Origin of the haptic frame H relative to the arm's foot, m.
   dvec3 origin{0.220, 0, 0.080};
-  std::array<double, 6> offset{};        // rad, offsets of the encoders A to F
-  std::array<double, 3> scale{1, 1, 1};  // scales of the encoders A, B, C
-  dvec3 tip_S{0.12, 0, 0};               // m, tip from the wrist's centre; x along the stylus
+  std::array<double, 6> offset{};        // rad, added to the scaled readings of the encoders A to F
+  std::array<double, 3> scale{1, 1, 1};  // factors on the readings of the encoders A, B, C
+  dvec3 tip_S{0.12, 0, 0};               // m, position of the tip relative to the wrist's centre; x along the stylus
 };
 
 inline constexpr std::size_t kArmParameters = 18;
@@ -38,10 +38,10 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
 // Pose X_HS of the stylus; S has its origin in the wrist's centre.
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
-// Position of the tip in H, m.
+// Position of the tip in the haptic frame H, m.
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
-/// Derivatives of the tip's position with respect to the parameters, in the order of to_vector(): m per m, m per rad, m
-/// per unit of scale.
+/// Derivatives of the tip's position with respect to the arm's parameters, in the order of to_vector(): m per m, m per
+/// rad, m per unit of scale.
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// Capture of a resting tip. Captures of one group belong to the same socket (`known` is empty) or the same plate.
@@ -53,10 +53,10 @@ struct ArmCapture {
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // SI, values before and after the calibration
+  double before = 0, after = 0;  // SI, value of the parameter before and after the calibration
   /// Standard deviation, SI; if the parameter is not determined, its plausible error.
   double sigma = 0;
-  // How far the captures reduce the plausible error, 0..1.
+  // How far the captures reduce the parameter's plausible error: 0 not at all, 1 completely.
   double determined = 0;
 };
 

@@ -13,13 +13,13 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
-  bool arm_errors = true;     // errors of ±1 mm, ±1° and ±0.5 % (scales)
+  bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
   // Largest displacement (m) and rotation (rad) from the drawings; for panel, base and eyes up to twice as large.
   double placement_error = 0.02;
   // Felt minus seen position, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
   double delay = 0.0234;  // s, delay of the display relative to the arm
-  double touches = 1;     // factor on the number of touches in each step
+  double touches = 1;     // factor on the usual number of touches in each step
 };
 
 class BenchSimulator {
@@ -47,7 +47,7 @@ class BenchSimulator {
   void capture_verify(Captures& captures, const BenchState& bench);
 
   struct Colocation {
-    double rms = 0, worst = 0, mean = 0;  // m, distances over all points
+    double rms = 0, worst = 0, mean = 0;  // m, error at the points: distance of the hand from the seen tool
   };
   /// Distance between the hand and the place where the user sees the drawn tool, at 9×9×9 points of the workspace.
   Colocation colocation(const BenchState& bench);

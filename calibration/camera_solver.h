@@ -39,7 +39,7 @@ struct CameraOptions {
 
 struct CameraResult {
   CameraIntrinsics camera, camera_sigma;
-  // Pose of the camera for each picture. Camera frame K: x right, y down, z forward.
+  // Pose of the camera in the world frame W for each picture. Camera frame K: x right, y down, z forward.
   std::vector<Pose> X_WK;
   Panel panel;
   // Size of the panel and its standard deviations, m.

@@ -16,11 +16,11 @@ struct Stream {
 };
 
 struct DelayOptions {
-  double max_delay = 2.0;  // s, searched range in both directions; at most 40 % of the common time
+  double max_delay = 2.0;  // s, searched delays: ± this value, at most 40 % of the time in both recordings
 };
 
 struct DelayResult {
-  // Delay, s. If the clocks have different rates, it is valid at `reference_time`, the first common time.
+  // Delay, s. If the clocks have different rates, it is valid at `reference_time`, the first time in both recordings.
   double delay = 0;
   // Standard deviation, s; if the delay is not determined, that of a uniform number in the searched range.
   double sigma = 0;
@@ -32,7 +32,7 @@ struct DelayResult {
   double skew = 0, skew_sigma = 0;
   double reference_time = 0;  // s, time at which `delay` is valid
   double delay_at_end = 0;    // s, delay at the last time in both recordings
-  double noise = 0;           // m per axis, standard deviation between the two streams
+  double noise = 0;           // m per axis, standard deviation of the aligned streams' difference
   // Pose of stream A in B; without rotation, unless the streams clearly need one.
   Pose X_BA;
   bool rotated = false;  // true if a rotation was needed to align the streams
@@ -40,8 +40,8 @@ struct DelayResult {
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };
 
-/// Estimates the delay. Throws Error for fewer than 16 samples, times that do not increase, or recordings without
-/// common time.
+/// Estimates the delay. Throws Error for fewer than 16 samples, times that do not increase, or recordings that do not
+/// overlap in time.
 DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions& options = {});
 
 }  // namespace typodont::calibration

@@ -25,7 +25,7 @@ struct Prompt {
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
-  std::optional<dvec3> target_D;           // m, position at which the point should appear
+  std::optional<dvec3> target_D;           // m, position in the display's frame D at which the point should appear
   // Rings, one per eye, around the previous touch if it is an outlier.
   std::optional<Dots> astray;
 };
@@ -34,8 +34,8 @@ struct Prompt {
 struct Live {
   std::size_t index = 0;  // index of the touch in its step
   double residual = 0;    // m, residual of this touch; 0 with too few touches
-  double rms = 0;         // m, rms of the step so far
-  // Predicted registration error in the workspace (step "register"), rms, m.
+  double rms = 0;         // m, rms of the residuals of this step's touches so far
+  // Rms error in the workspace that is predicted for the registration (step "register"), m.
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch

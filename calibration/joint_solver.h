@@ -1,5 +1,5 @@
-// Finds arm, panel, mirror, eyes and user offset together, so that they explain all touches, and no step passes its
-// errors to the next one. Touches seen with both eyes locate an eye better than alignments do. Metres; any thread.
+// Fits arm, panel, mirror, eyes and user offset (felt minus seen position) to all touches at once, so no step passes on
+// its errors. Touches seen with both eyes locate an eye better than alignments with one eye. Metres; any thread.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    // Rms of all residual components before and after the solution, m.
+    // Rms of the residuals of all touches, per component, before and after the solution, m.
     double before_rms = 0, after_rms = 0;
   };
   std::vector<Kind> kinds;

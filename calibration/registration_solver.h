@@ -1,4 +1,4 @@
-// Registers two sets of points: p_D = X_DH * p_H + isotropic noise (sigma per axis). Metres. Not for real time.
+// Finds the motion X_DH of points: p_D = X_DH * p_H + isotropic noise (sigma per axis). Metres. Not for real time.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace typodont::calibration {
 
-/// Least-squares motion of all pairs (at least one). Below 1 µs for 16 pairs, no allocation. If the points do not
-/// determine the rotation, one of the best motions.
+/// Rigid motion from p_H to p_D with the least squared error over all pairs (at least one). Takes below 1 µs for 16
+/// pairs. If the points do not determine the rotation, returns one of the best motions.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
 /// Reasons why a registration cannot be trusted.
@@ -20,8 +20,8 @@ enum class Defect {
   kCoincident,   // all points coincide: no rotation is determined
   kCollinear,    // the rotation about the line is not determined
   kNoise,        // the residuals are as large as the points' spread
-  kMirrored,     // D is a mirror image of H
-  kScaled,       // lengths in D and H differ: no rigid motion exists
+  kMirrored,     // the points p_D are a mirror image of p_H
+  kScaled,       // distances between points differ in D and H: no rigid motion exists
   kNoConsensus,  // no set of pairs agrees better than by chance
 };
 const char* name(Defect defect);
@@ -36,7 +36,7 @@ struct Degeneracy {
 
 struct Box {
   dvec3 low{0, 0, 0};
-  // Corners, m; both zero: the bounding box of the inliers.
+  // Corners of the box, m; both zero: the bounding box of the inliers.
   dvec3 high{0, 0, 0};
 };
 
@@ -44,7 +44,7 @@ struct RegistrationOptions {
   bool reject_outliers = true;
   double known_sigma = 0;     // m per axis, known noise; 0: estimated
   Box workspace_H;            // m, box in which predicted_tre_rms is computed
-  double false_alarm = 5e-4;  // probability of rejecting a good pair
+  double false_alarm = 5e-4;  // probability of rejecting at least one good pair
 };
 
 /// Another rigid motion with which many pairs agree; it makes the registration ambiguous.
@@ -61,15 +61,15 @@ struct RegistrationResult {
   /// Noise per axis, m; NaN if it cannot be estimated.
   double sigma = 0;
   int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
-  /// Covariance in D, 6×6, row-major: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). A rotation that
-  /// is not determined has the variance π²/3.
+  /// Covariance of X_DH in frame D, 6×6, row-major: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). A
+  /// rotation that is not determined has the variance π²/3.
   std::array<double, 36> covariance{};
-  // Standard deviation of the worst rotation / of the best one; 1e16: not determined.
+  // Standard deviation of the least certain rotation / of the most certain one; 1e16: a rotation is not determined.
   double condition = 1;
   double predicted_tre_rms = 0;  // m, predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  // Other motions, the one with most pairs first. If there is one, the registration is ambiguous.
+  // Other rigid motions that fit many pairs, the one with most pairs first. If there is one, X_DH is ambiguous.
   std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };

@@ -10,7 +10,7 @@ namespace typodont::calibration {
 /// Complete HTML without external files.
 std::string report_page(const BenchState& bench, const std::string& title);
 
-/// SVG with three levels of the workspace.
+/// Map of the co-location error as SVG: three horizontal slices of the workspace.
 std::string error_map_svg(const VerifyResult& result);
 
 }  // namespace typodont::calibration

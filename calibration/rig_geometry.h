@@ -1,4 +1,4 @@
-// Geometry of panel, mirror, eyes and haptic base. Metres, W.
+// Geometry of panel, mirror, eyes and haptic base. Metres, world frame W.
 #pragma once
 
 #include <optional>

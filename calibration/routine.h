@@ -16,8 +16,8 @@
 
 namespace typodont::calibration {
 
-/// A touch: position of the tip (H, m) and the encoder readings, with which the position can be computed again after a
-/// calibration of the arm.
+/// A touch: position of the tip (haptic frame H, m) and the encoder readings, from which the position can be computed
+/// again after a calibration of the arm.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -36,9 +36,9 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  // Dots that showed the point, so that it can be computed again after a calibration of the eyes.
+  // Dots that showed the point; from them, its position is computed again after a calibration of the eyes.
   std::optional<Dots> dots;
-  /// Position at which the user saw the point with `rig` (D, m); without dots, shown_D.
+  /// Position (display frame D, m) at which the user saw the point, computed with `rig`; without dots, shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
@@ -69,21 +69,21 @@ struct JointResult;
 /// Current estimate of the bench, and each step's result.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // for this rig, W equals D
+  RigGeometry rig;  // in this rig, the world frame W is the display's frame D
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // null: there were not enough captures
+  std::shared_ptr<const JointResult> joint;  // result of the joint solution; null: there were not enough captures
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each function solves one step. If its result is determined, it is stored in the bench; otherwise the bench keeps its
-// values. Throws Error.
+// Each function solves one step. If the captures determine the result, it is stored in the bench; otherwise the bench
+// keeps its values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// `user_offset`: also computes the user's offset, from the touches of `register` or `verify`.

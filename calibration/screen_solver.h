@@ -21,9 +21,9 @@ struct PanelResult {
   double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
   std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
-  /// Standard deviation of the rotation about the least certain axis, rad.
+  /// Standard deviation of the panel's rotation about its least certain axis, rad.
   double tilt_sigma = 0;
-  // Noise of a touch, and rms residual without rejected touches, m.
+  // Noise of a touch per axis, and rms of the residuals without rejected touches, m.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch
@@ -35,9 +35,9 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 
 
 struct MirrorResult {
   MirrorPlane mirror;
-  // Standard deviation of the rotation about the least certain axis, rad.
+  // Standard deviation of the mirror's rotation about its least certain axis, rad.
   double tilt_sigma = 0;
-  double offset_sigma = 0;  // m, standard deviation along the normal, at the centre of the touches
+  double offset_sigma = 0;  // m, standard deviation of the mirror's position along its normal
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch

@@ -14,8 +14,8 @@ namespace typodont::calibration {
 class StillTouch {
  public:
   struct Limits {
-    double window = 0.1;     // s, duration before the press
-    double radius = 0.3e-3;  // m, largest distance of a sample from the mean
+    double window = 0.1;     // s, length of the averaged interval before the pedal is pressed
+    double radius = 0.3e-3;  // m, largest distance of a sample from the mean of a tip at rest
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 

@@ -18,8 +18,8 @@ struct SurfacePoint {
   dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing out of the tissue
 };
 
-/// The distance field at a point of D. `known`: the nearest surface is close enough, and belongs to the part that is
-/// registered.
+/// The distance field at a point of the surface D. `known`: the nearest surface is close enough, and belongs to the
+/// part that is registered.
 struct FieldSample {
   bool known = false;
   double distance = 0;  // m, point's distance from the nearest surface; negative inside
@@ -52,8 +52,8 @@ struct SurfaceRegistration {
   double offset = 0;
   // Quantiles of the absolute residual over the agreeing points, after `offset` was subtracted.
   double median = 0, most_of = 0;  // m; median, and the distance that 95 % of the points do not exceed
-  /// Covariance of a small motion in D after X_DS, 6×6, row-major: rotation vector about the origin of D (rad), then
-  /// translation (m). Neighbours' residuals are correlated: cluster-robust estimator (Liang & Zeger 1986).
+  /// Covariance of a small motion in frame D after X_DS, 6×6, row-major: rotation vector about the origin of D (rad),
+  /// then translation (m). Neighbours' residuals are correlated: cluster-robust estimator (Liang & Zeger 1986).
   std::array<double, 36> covariance{};
   double predicted_error = 0;  // m, rms error of agreeing points, predicted by covariance
   std::string distrust;        // one sentence, the reason why the result cannot be trusted; empty: it can be trusted

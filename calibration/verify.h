@@ -18,7 +18,7 @@ struct Tolerance {
 
 /// A point of the error map.
 struct MapPoint {
-  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m, frame D of the display: position, and error at this position
+  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m, frame D of the display: position, and co-location error there
   double sigma = 0;                      // m, rms uncertainty of the error
 };
 

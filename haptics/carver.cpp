@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kStrokePause = 0.3;  // s, pause after which a cut begins a new stroke
 
-// Parameters for snapshots that are centred ahead of the tool (TissueBody::leads). A tool in steady motion is then up
-// to 0.8 travel behind the centre, so it can move at least the whole travel before it leaves the old snapshot.
+// A snapshot may be centred ahead of a moving tool (TissueBody::leads), by up to 0.8 times the distance (travel_) that
+// a tool may move from the centre. The tool can then move at least that distance before the next snapshot is due.
 constexpr double kLeadTime = 10e-3;    // s, a snapshot is centred at the tool's expected position after this time
 constexpr double kLeadFilter = 5e-3;   // s, time constant of the filter for the tool's velocity
 constexpr double kLongestGap = 50e-3;  // s, after a longer gap between two ticks, the velocity is unknown

@@ -88,13 +88,13 @@ class Carver {
   // Distance that the tool may move before a new snapshot is due, m (TissueBody::travel).
   double travel_;
   std::uint64_t cuts_ = 0;
-  Pose end_;                    // pose at which the last cut ended
+  Pose end_;                    // pose of the tool at which the last cut ended
   std::uint32_t end_tool_ = 0;  // tool of the last cut
   Nanos cut_t_ = 0;             // ns, time of the last cut
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // piece_count_: number of loose pieces so far. pieces_in_snapshot_: piece_count_ at the last snapshot.
+  // piece_count_: number of loose pieces since construction. pieces_in_snapshot_: piece_count_ at the last snapshot.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
   std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last undo or redo

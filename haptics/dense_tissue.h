@@ -40,10 +40,10 @@ inline std::string_view name_of(PatientAxes axes) {
 inline PatientAxes patient_axes(std::string_view name) {
   return name == "LPS" ? PatientAxes::kLps : name == "RAS" ? PatientAxes::kRas : PatientAxes::kUnknown;
 }
-/// Pose of imported tissue in its source file. It follows each motion of the tissue, so results can be written in the
-/// file's coordinates.
+/// Pose of imported tissue in its source file. If the tissue is moved, this pose changes too, so results can be written
+/// in the file's coordinates.
 struct FilePlace {
-  Pose X_FW;  // from the tissue's frame to the file's, m
+  Pose X_FW;  // pose of the tissue's frame W in the file's frame F, m
   PatientAxes axes = PatientAxes::kUnknown;
 };
 
@@ -51,11 +51,11 @@ struct FilePlace {
 struct DenseTissue {
   VoxelFrame frame;  // voxel (0,0,0) is at frame.origin
   glm::ivec3 size{0};
-  std::vector<float> distance;  // m, negative inside; exact where |distance| < band
+  std::vector<float> distance;  // m, signed distance of each voxel, negative inside; exact where |distance| < band
   // Outside the tissue: kAir, but voxels next to the surface have the label of the nearest tissue, so that
   // interpolation at the surface finds one.
   std::vector<Tissue> tissue;
-  // Empty: all voxels have kOwnHardness.
+  // Hardness of each voxel; empty: all voxels have kOwnHardness.
   std::vector<std::uint8_t> hardness;
   double band = 1.5e-3;       // m, largest stored distance
   bool exact_outside = true;  // false: outside, the stored distance may be smaller than the true one, never larger

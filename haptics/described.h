@@ -12,7 +12,7 @@ namespace typodont::haptics {
 
 void describe_tool(Keys& keys, Tool& tool);
 void describe_spindle(Keys& keys, Spindle& spindle);
-/// The block "implant" of a tool. `diameter`, `length`: size of the head, m.
+/// Describes the block "implant" of a tool. `diameter`, `length`: size of the head, m.
 void describe_implant_tool(Keys& keys, ImplantTool& tool, double diameter, double length);
 
 dvec3 read_direction_into_bone(const Json& json);

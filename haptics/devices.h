@@ -23,7 +23,7 @@ struct HandOptions {
   std::vector<std::string> tools;  // names of the session's tools, for scripts
   std::string pedal;               // "auto", device path or serial number; empty: none
   std::filesystem::path assets;    // folder that contains devices/*.json
-  std::optional<double> force_limit;  // N, may only reduce the device's own limit
+  std::optional<double> force_limit;  // N, force limit; may only reduce the device's own limit
   double pedal_limit = 0;             // s, largest time that the pedal may be pressed without a break; 0: default
   /// Opens "mouse:" and "openxr:right" while the program has a window; empty: their drivers throw Error. Arguments:
   /// text before and after the colon.
@@ -42,8 +42,8 @@ struct FoundDevice {
 };
 
 struct Driver {
-  std::string scheme;  // part of the address before the colon: "spacemouse" in "spacemouse:REST"
-  std::string rest;    // the part after the colon, for the help: "[PATH]"
+  std::string scheme;  // text before the colon in the address: "spacemouse" in "spacemouse:REST"
+  std::string rest;    // text after the colon in the address, for the help: "[PATH]"
   std::string about;   // description of the device in one line
   // true: a device with poses in its base's frame. open_hand() then adds safety layer, pedal and pose of the base.
   bool hardware = true;

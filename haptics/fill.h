@@ -1,5 +1,5 @@
 // Filling added in one tick, as a distance field (Sweep is its counterpart for removal). Servo and carver use the same
-// code, so the tissue patch and the tissue stay bitwise equal.
+// code, so the tissue patch and the tissue stay bit-identical.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace typodont::haptics {
 
-/// Air samples that got a label in one tick, as indices in the block.
+/// Samples in air that got the filling's label in one tick, as indices in the processed block of samples.
 class FreshLabels {
  public:
   void add(std::ptrdiff_t at) noexcept {
@@ -33,7 +33,7 @@ class FreshLabels {
 };
 
 /// A ball of filling, without the pressing head and the head's exit path along its axis. Both are enlarged by half a
-/// voxel (kClear), so that the filling exerts no force. A limiting solid removes what lies outside it.
+/// voxel (kClear), so that the filling exerts no force. The filling outside a limiting solid is left out.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
@@ -42,10 +42,10 @@ class Fill {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Adds the filling to samples lo to lo+size-1 (z runs fastest; strides in samples): each distance becomes the
-  /// smaller one, but at least -Sweep::kInner. Empty voxels get a label (label.h). `added`: voxels³ per tissue, and
-  /// `fresh`: labelled air; both may be null. Returns true if a sample changed. Bitwise equal on every processor and
-  /// for any blocks. Any thread.
+  /// Adds the filling to samples lo to lo+size-1 (z runs fastest; strides in samples): each becomes the smaller of
+  /// itself and the filling's distance, at least -Sweep::kInner. Empty voxels get a label (label.h). `added`: volume
+  /// per tissue, voxels³; `fresh`: air samples that got a label; both may be null. Returns true if a sample changed.
+  /// Bit-identical on every processor and for any blocks. Any thread.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 

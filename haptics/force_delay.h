@@ -17,7 +17,7 @@ class ForceDelay {
     dvec3 f_T_W{0}, tau_T_W{0};  // force (N) and torque (N·m) on the hand
   };
 
-  /// `settings`: settings of the servo. `most`: largest delay that pass() will get, s.
+  /// `settings`: settings of the servo. `most`: largest delay that will be passed to pass(), s.
   ForceDelay(const ServoSettings& settings, double most);
 
   /// Call once per tick. Returns force and torque of the newest tick that is at least `delay` (ns) old. If `delay` is

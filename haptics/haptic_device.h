@@ -46,8 +46,8 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Sets force (N) and torque (N·m), frame W, until the next call. The destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Call before write(). The argument is true if the tool touches tissue or is inside it, or if this is unknown. After
-  /// a fault or release(), the motors stay off until it was false for some time. Servo thread only.
+  /// Call before write(). The argument is true if the tool touches tissue or is inside tissue, or if this is unknown.
+  /// After a fault or release(), the motors stay off until it was false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
   /// Call after write(), with the result of the last sample. Simulated hands react to it. Servo thread only; never
   /// allocates.

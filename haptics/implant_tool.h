@@ -11,9 +11,9 @@ namespace typodont::haptics {
 
 /// Purpose of an instrument in an implant set.
 enum class ImplantToolKind {
-  kRound,    // round bur: cuts on all sides, moves freely
-  kDrill,    // drill: makes a bed, or widens or deepens it along its axis
-  kGauge,    // gauge: measures a bed (drilled hole), never cuts
+  kRound,    // round bur: cuts on all sides, moves in any direction
+  kDrill,    // drill: makes an implant bed (the drilled hole), or widens or deepens it along its axis
+  kGauge,    // gauge: measures the depth of an implant bed (the drilled hole), never cuts
   kTap,      // thread tap: cuts a thread; advances by rotation
   kImplant,  // implant: has a thread; remains in the bone
   kScrew,    // screw: closes an implant and stays in it
@@ -27,15 +27,15 @@ struct ImplantTool {
   double end_ability = 0;     // on the end face, farther from the axis than `centre_radius`
   double centre_ability = 0;  // on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
-  double centre_radius = 0;   // m, radius of the end face's centre
+  double centre_radius = 0;   // m, radius within which the end face has centre_ability
   double max_grey = 0;        // Hounsfield units; denser bone stops the tool
   // Alpha of eq. (2), Zhao 2020: ratio of tangential to normal force at the edge.
   double thrust_ratio = 1;
   double pitch = 0;          // m, advance of the thread per turn; 0: no thread
   double core_diameter = 0;  // m, core diameter of the thread; 0: no thread
-  double bore_diameter = 0;  // m, diameter of the inner thread for a screw; 0: no inner thread
+  double bore_diameter = 0;  // m, diameter of the implant's inner thread for a screw; 0: none
   double bore_depth = 0;     // m, depth of the inner thread
-  double speed = 0;          // rad/s, speed stated by the manufacturer; 0: does not rotate
+  double speed = 0;          // rad/s, speed that the manufacturer states; 0: the tool does not rotate
   // Speed at full pedal with a reduction gear, rad/s; 0: speed of the motor.
   double top_speed = 0;
   bool by_hand = false;    // turned by hand (ratchet)

@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// Sample of a test in which a machine moves the rotating tool forward and a sensor records the force.
+/// One moment of a test in which a machine moves the rotating tool forward and a sensor records the force.
 struct FeedSample {
   double t = 0;      // s, time
   Pose X_WT;         // pose of the tool
@@ -60,7 +60,7 @@ double stability_of(std::span<const std::pair<int, double>> overlap, double gain
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 
-/// Sample of a push into tissue.
+/// One moment of a recorded push into tissue.
 struct PushSample {
   double t = 0;      // s, time; must increase
   double depth = 0;  // m, penetration depth; 0 or less: no contact

@@ -38,9 +38,9 @@ SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& option
 
 /// A sphere of the tissue's current state, for drawing.
 struct ShownSphere {
-  dvec3 p_W{0};        // m, centre
+  dvec3 p_W{0};        // m, centre of the sphere
   double radius = 0;   // m, radius of the sphere
-  double density = 0;  // relative to dentin; determines the cutting speed
+  double density = 0;  // density relative to that of dentin; determines the cutting speed
 };
 
 /// Returns all remaining spheres; none with another contact method. Carver thread only.

@@ -47,16 +47,16 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Carver thread: number of the offered tissue patch; 0: no patch is offered
+  // Carver thread: serial number of the offered tissue patch; 0: no patch is offered
   alignas(64) std::uint32_t offered_ = 0;
-  bool offered_step_ = false;  // the offered tissue patch is a step, to which no cuts are added
-  std::uint32_t held_ = 0;     // number of the servo's tissue patch, valid while none is offered
+  bool offered_step_ = false;  // true: the offered tissue patch is a step (PatchStep), to which no cuts are added
+  std::uint32_t held_ = 0;     // serial number of the servo's tissue patch; valid while no patch is offered
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
   // Data of the servo thread:
   alignas(64) Nanos waiting_since_ = 0;   // ns, start of waiting for the tissue patch; 0: not waiting
-  bool adopted_ = false;                  // the last take() returned a tissue patch
-  std::atomic<std::uint32_t> taken_ = 0;  // number of the last tissue patch that take() returned
+  bool adopted_ = false;                  // true: the last take() returned a tissue patch
+  std::atomic<std::uint32_t> taken_ = 0;  // serial number of the last tissue patch that take() returned
 };
 
 }  // namespace typodont::haptics

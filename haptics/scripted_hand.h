@@ -33,11 +33,11 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 /// exactly.
 struct HandModel {
   double mass = 0.15;  // kg, mass of the hand
-  double damping = 5;  // N·s/m, b in the formula
-  // K in the formula, for each axis, N/m.
+  double damping = 5;  // N·s/m, damping b in the formula
+  // Stiffness K in the formula, for each axis, N/m.
   dvec3 stiffness{0};
   dvec3 push{0};                // N, constant additional force
-  double tremor_amplitude = 0;  // N for each axis, sinusoidal (physiological tremor: 8–12 Hz)
+  double tremor_amplitude = 0;  // N for each axis, amplitude of the sinusoidal tremor (physiological: 8–12 Hz)
   double tremor_frequency = 9;  // Hz, frequency of the tremor
 };
 

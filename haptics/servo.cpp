@@ -20,8 +20,8 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Normalises an orientation, but does not change a unit quaternion: recorded orientations (ServoTick::X_WT) must keep
-/// their bits in a replay.
+/// Normalises an orientation, but does not change a unit quaternion: recorded orientations (ServoTick::X_WT) must stay
+/// bit-identical in a replay.
 dquat made_unit(const dquat& R) {
   constexpr double kRounding = 1e-14;  // rounding error of |R|² after a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
@@ -56,8 +56,8 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // Limit of the distance between centre and proxy / travel. Below 1, because the centre of a tissue patch is rounded
-  // to eight voxels.
+  // Limit of: distance between snapshot's centre and proxy / travel (distance that the tool may move). Below 1, because
+  // the centre of a tissue patch is rounded to eight voxels.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -245,7 +245,7 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
 }
 
-/// Sets kDeepPenetration if the tool is inside tissue. A tool that began inside tissue is led out before it cuts.
+/// Sets kDeepPenetration if the tool is inside tissue. A tool that started inside tissue is moved out before it cuts.
 void Servo::State::watch_start(ContactTick& now) noexcept {
   Motion& m = motion;
   const Contact& contact = now.contact;
@@ -377,7 +377,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Writes both positions from the input, because to copy one from the other would wait for the store.
+  // Writes both positions from the input; copying one from the other would have to wait for the first write.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

@@ -26,15 +26,15 @@ struct ServoSettings {
   // Stiffness of the coupling in contact with enamel, N/m. For another tissue, it is multiplied by the ratio of that
   // tissue's stiffness to enamel's.
   double stiffness = 1000;
-  double damping = 2;  // N·s/m, damping along the contact normal
+  double damping = 2;  // N·s/m, damping of the coupling along the contact normal
   bool friction = true;
   bool cutting = true;
   // true: the passivity controller limits the force. The energy ledger is computed in any case.
   bool passivity = true;
-  // true: harder tissue stops a bur that cuts in softer tissue (one-sided walls at borders)
+  // true: a bur that cuts softer tissue is stopped at the border to harder tissue (one-sided walls)
   bool boundary_walls = true;
-  double force_limit = 20;    // N, largest force
-  double torque_limit = 0.5;  // N·m, largest torque
+  double force_limit = 20;    // N, largest magnitude of the force
+  double torque_limit = 0.5;  // N·m, largest magnitude of the torque
   // true: the device can output torque (DeviceInfo). false: the torque is only reported, and is not in the energy
   // ledger.
   bool gives_torque = true;
@@ -80,9 +80,9 @@ inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kD
 inline constexpr double kPedalUp = 0.01;
 
 /// Computes contact, cutting and force of one hand in one tissue. Servo thread only; tick() never allocates or locks.
-/// Deterministic: equal samples and snapshots give equal bits.
-/// The tool changes in the first tick in which the pedal is released, the spindle has stopped, and neither old nor new
-/// head touches tissue; so a change causes no force step.
+/// Deterministic: equal samples and snapshots give bit-identical ticks. The tool changes in the first tick in which the
+/// pedal is released, the spindle has stopped, and neither old nor new head touches tissue; so a change causes no force
+/// step.
 class Servo {
  public:
   /// `settings` must be complete, including the frame. Throws Error if the contact method rejects the settings.
@@ -116,8 +116,8 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Returns the best centre of a new snapshot, m, W: on the line from proxy p_WG to hand p_WT, at most travel / 2 from
-/// the proxy. `lead`: m, expected motion of the tool; it moves the centre to at most 0.8 travel from the proxy.
+/// Returns the best centre of a new snapshot (m, frame W): on the line from proxy p_WG to hand p_WT, at most travel / 2
+/// from the proxy. `lead`: m, expected motion of the tool; it moves the centre to at most 0.8 × travel from the proxy.
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead = dvec3(0)) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by a snapshot centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {

@@ -24,9 +24,9 @@ struct SoftLaw {
   double friction = 0.1;            // Coulomb coefficient, for a tool that does not rotate
   double specific_energy = 0.3e9;   // J/m³, for cutting with a bur
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, deeper cuts bleed
-  double blood_radius = 2.5e-3;     // m, final radius of the stain around a wound
-  double blood_time = 8;            // s, time constant with which the stain grows
+  double bleeding_depth = 0.25e-3;  // m, depth above which a cut bleeds
+  double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
+  double blood_time = 8;            // s, time constant with which the blood stain grows
 };
 
 /// A point where a cut of the soft tissue bleeds.
@@ -44,7 +44,7 @@ struct SoftMove {
   float inward = 0;
 };
 
-/// The surface at rest: points with normal, area, thickness and links to neighbours. Immutable; any thread.
+/// Surface of soft tissue at rest: points with normal, area, thickness, links to neighbours. Immutable; any thread.
 class SoftSurface {
  public:
   struct Point {
@@ -57,8 +57,8 @@ class SoftSurface {
     std::uint32_t point = 0;  // index of the neighbouring point
     double tension = 0;       // N/m, force per difference of the two points' displacements
   };
-  /// `distance`: signed distance from a position in W to the tissue's surface, m, negative inside. Where `hidden` is
-  /// true, no points are created, and the layer ends. `lo`, `hi`: sampled box. Throws std::invalid_argument above 16
+  /// `distance`: signed distance from a position in frame W to the tissue's surface, m, negative inside. Where `hidden`
+  /// is true, no points are created, and the layer ends. `lo`, `hi`: sampled box. Throws std::invalid_argument above 16
   /// million cells.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
@@ -117,7 +117,7 @@ class SoftTissue {
     double dt = 1e-3;        // s, duration of this tick
     Pose X_WG;               // pose that the tool would have without soft tissue
     std::uint32_t tool = 0;  // index of the tool
-    double cutting = 0;      // m/s, speed of the bur's circumference × cutting coefficient; 0: does not cut
+    double cutting = 0;      // m/s, speed of the bur's circumference × cutting coefficient; 0: the tool does not cut
   };
   struct Output {
     dvec3 force{0};     // N, force of the soft tissue on the tool
@@ -169,11 +169,11 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    // Elastic displacement now and at the tick's start, m.
+    // Elastic displacement of the point now and at the start of the tick, m.
     double v = 0, before = 0;
     double stiffness = 0;  // N/m, stiffness of the layer below the point
     double springs = 0;    // N/m, stiffness of the layer plus that of the links
-    // Largest value of elastic displacement plus cut, m.
+    // Largest value of the point's elastic displacement plus depth of its cut, m.
     double limit = 0;
     double yield = 0;  // m/N, displacement per contact force within one tick
     bool contact = false;
@@ -190,14 +190,14 @@ class SoftTissue {
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m, z of the shank's centre on the tool's axis
-    // Enlargement of the head, m, so that no thin tip passes between the points.
+    // Enlargement of the head, m, so that a thin tip does not pass between the points of the surface.
     double blunt = 0;
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m, ball's centre on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // Ends on the axis (z), largest radius, and reach from the origin of T, m.
+    // Ends of the tool on the axis (z), largest radius, and largest distance from the origin of T, m.
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
@@ -230,7 +230,7 @@ class SoftTissue {
   Pose last_;
   std::uint32_t tool_ = 0;
   Pose seen_;        // pose of the tool for which gap_ was computed
-  double gap_ = -1;  // m that the tool may move from seen_ before it can touch
+  double gap_ = -1;  // m that the tool may move from seen_ before it can touch soft tissue; negative: unknown
 };
 
 }  // namespace typodont::haptics

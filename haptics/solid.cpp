@@ -82,7 +82,7 @@ struct Cone : Solid {
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
     const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
-    // Positive if the point is outside the slanted side.
+    // Positive if the point is on the outer side of the slanted line.
     const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);
     return std::abs(z) < half && out < 0 ? -nearest : nearest;
   }
@@ -382,8 +382,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near, because it
-  // changes by at most the distance between two points.
+  // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near: between two
+  // points, the distance from a solid changes by at most their distance.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {
@@ -393,8 +393,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   struct Scratch {
     std::vector<const Part*> near;
     std::vector<glm::ivec3> voxels;
-    std::vector<dvec3> centres;                  // m, W
-    std::vector<std::vector<double>> distances;  // m, for each part in `near`
+    std::vector<dvec3> centres;                  // m, frame W, centres of the block's voxels
+    std::vector<std::vector<double>> distances;  // m, for each part in `near`: distances of the block's voxels
   };
   const auto block = [&](const glm::ivec3& from, Scratch& scratch) {
     auto& near = scratch.near;

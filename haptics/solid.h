@@ -13,25 +13,25 @@
 
 namespace typodont::haptics {
 
-/// Solid with a signed distance in m, W; negative inside. For intersections and differences, a lower bound of the true
-/// distance.
+/// Solid with a signed distance (m, frame W), negative inside. For intersections and differences, a lower bound of the
+/// true distance.
 class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
-  /// Computes distance() for several points, with equal bits. Faster for meshes if consecutive points are close to each
-  /// other.
+  /// Computes distance() for several points; the results are bit-identical. Faster for meshes if consecutive points are
+  /// close to each other.
   virtual void distances(std::span<const dvec3> p_W, std::span<double> distances) const {
     for (std::size_t i = 0; i < p_W.size(); ++i) distances[i] = distance(p_W[i]);
   }
-  /// Bounding box, m, W; infinite for an unbounded solid.
+  /// Corners of the bounding box, m, frame W; infinite for an unbounded solid.
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
 
 /// Lists the voxels from `first` to `end` (exclusive) so that consecutive ones are neighbours, for Solid::distances().
 void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector<glm::ivec3>& voxels);
 
-/// Access to mesh files that a JSON solid names. This module reads none; `read_mesh_solid` of Typodont::import does.
+/// Finds and reads the mesh files of a JSON solid. This module reads none; `read_mesh_solid` of Typodont::import does.
 struct SolidFiles {
   /// Finds a file by its name. Empty: files are in the folder of the JSON file.
   std::function<std::filesystem::path(const Json& name)> find;
@@ -48,8 +48,8 @@ std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius
 
 /// Reads the name of a tissue. Throws Error that states `expected`, also for "air".
 Tissue read_tissue_name(const Json& json, std::string_view expected = "the name of a tissue");
-/// Reads the key "hardness", a fraction 0..1 of the tissue's own, as byte (dense_tissue.h); kOwnHardness if it is
-/// absent. Throws Error.
+/// Reads the key "hardness", a fraction 0..1 of the tissue's own hardness, as byte (dense_tissue.h); kOwnHardness if it
+/// is absent. Throws Error.
 std::uint8_t read_hardness(const Json& json);
 
 /// Reads a tissue with "solids", and samples it on voxels; a later solid overrides label and hardness of earlier ones.

@@ -19,16 +19,16 @@ namespace packing {
 
 /// Which volume of a partly cut sphere counts as removed.
 enum class Removal {
-  // Intersection of the tool with the uncut sphere (lens, eq. 2 of S2).
+  // The intersection of the tool with the uncut sphere (lens, eq. 2 of S2).
   kMended,
-  // Shrinkage of the sphere (eq. 6 of S2 as printed): about 2r/δ times too much at a small overlap δ.
+  // The shrinkage of the sphere of radius r (eq. 6 of S2 as printed): about 2r/δ times too much at a small overlap δ.
   kAsPrinted,
 };
 
 /// A cut sphere: `base` before the current cut; eq. 6 of S2 then gives the current sphere. Ten doubles, as in the
 /// shaders.
 struct CutSphere {
-  dvec3 base{0};           // m, W, centre before the current cut
+  dvec3 base{0};           // m, frame W, centre before the current cut
   double base_radius = 0;  // m, radius of the sphere `base`
   // Volume that `base` represents, including its part of the gaps between spheres, m³.
   double base_volume = 0;
@@ -46,18 +46,18 @@ static_assert(sizeof(CutSphere) == 10 * sizeof(double));
 
 }  // namespace packing
 
-/// Sphere of the tool that moves by the vector `motion`; m, W.
+/// Sphere of the tool that moves by the vector `motion`; lengths in m, frame W.
 struct SweptBall {
   dvec3 from{0}, motion{0};
   double radius = 0;
 };
-/// Sphere of the tool at rest; m, W.
+/// Sphere of the tool at rest; lengths in m, frame W.
 struct RestingBall {
   dvec3 p{0};
   double radius = 0;
 };
-/// Sphere of the tool that cuts from `from` to `to`; m, W. Tissue spheres near the path from `from` to `near_to` (at or
-/// beyond `to`) are examined.
+/// Sphere of the tool that cuts from `from` to `to` (m, frame W). Tissue spheres near the path from `from` to `near_to`
+/// (at or beyond `to`) are examined.
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;
@@ -81,19 +81,19 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// The passes on a GPU, with the same bits as on the CPU; result lists are not sorted. Used by one thread at a time. If
-/// a function returns false, the tissue on the GPU is unknown: call load().
+/// The passes on a GPU, with bit-identical results to those of the CPU; the lists of results are not sorted. Used by
+/// one thread at a time. If a function returns false, the tissue on the GPU is unknown: call load().
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;
 
   /// Returns the name of the GPU, for messages.
   virtual std::string device() const = 0;
-  /// Number of spheres: spheres() of the tissue; max_balls() of a tool, at most.
+  /// spheres(): number of spheres of the tissue. max_balls(): largest number of spheres of a tool.
   virtual std::size_t spheres() const noexcept = 0;
   virtual std::size_t max_balls() const noexcept = 0;
 
-  /// Loads the whole tissue, which has spheres() elements.
+  /// Loads the whole tissue, which has spheres() spheres. Returns false if this fails.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;
 
   /// Pass 1: finds the first contact of moving tool spheres.

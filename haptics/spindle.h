@@ -14,12 +14,12 @@ namespace typodont::haptics {
 /// T_h; for an air turbine, T_h = 0.
 struct Spindle {
   std::string name = "ideal";
-  double free_speed = 0;    // rad/s, speed ω₀ without load, at full pedal
+  double free_speed = 0;    // rad/s, ω₀: speed without load, at full pedal
   double stall_torque = 0;  // N·m, T_s at full pedal; 0: ideal motor, whose speed does not fall under load
   double held_torque = 0;   // N·m, T_h at full pedal
-  // Time constant of the speed, s; 0: the speed changes at once.
+  // Time constant with which the speed follows the pedal, s; 0: the speed changes at once.
   double run_up_time = 0;
-  // Handpiece drawn with this motor (as Tool::handpiece); empty: a turbine.
+  // Handpiece that is drawn with this motor (as Tool::handpiece); empty: a turbine.
   std::string handpiece;
   std::optional<Nozzles> nozzles;  // water and air nozzles; not used by the servo
 };

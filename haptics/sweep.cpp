@@ -15,8 +15,8 @@ namespace {
 // Longest path of a short sweep, voxels. A short sweep cuts at its end pose, then searches for samples that were deeper
 // in the head earlier on the path.
 constexpr double kShort = 3;
-// Largest sideways motion of a drill "along its axis" per step, voxels. Over a whole bed, the sum stays far below kTop
-// (5e-4 voxels), the tolerance of depths.
+// Largest sideways motion of a drill "along its axis" per step, voxels. Over the depth of a whole implant bed, the sum
+// stays far below kTop (5e-4 voxels), the tolerance of depths.
 constexpr double kAlongAxis = 1e-9;
 
 /// Returns true for a cylinder with a flat end. The fast code for the rim is exact only for this shape.
@@ -37,9 +37,9 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(travel - along * axis) + turned <= kAlongAxis;
 }
 
-// Largest distance from a sample's curved path to its straight segments, voxels.
+// Largest distance of a sample's curved path from the straight segments that replace it, voxels.
 constexpr double kBend = 0.01;
-// voxels; like kBend, but for a round end; the correction Straight::bend_turn makes the real error much smaller
+// voxels; like kBend, for a head with a round end; the correction Straight::bend_turn makes the error much smaller
 constexpr double kMaxBend = 0.03;
 
 }  // namespace
@@ -74,7 +74,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ =
         continues && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) && moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // If a drill moves along its axis, samples that were nearest to its flank at A do not change.
+      // If a drill moves along its axis, samples that were nearest to its flank at the start pose A do not change.
       const MeridianPiece& end = pieces_[0];  // from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
@@ -90,7 +90,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     const double half = along_axis_ ? 0 : tool.length / 2;
     return (half * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
   };
-  // A drill along its axis cuts near its end face.
+  // A drill that moves along its axis cuts only near its end face.
   const dvec3 to_end = along_axis_ ? X_WA.R * dvec3(0, 0, -tool.length / 2 / frame.voxel) : dvec3(0);
   const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
   lo_ = glm::ivec3(glm::ceil(to_end + glm::min(a - extent_a, b - extent_b)));

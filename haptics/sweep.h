@@ -1,5 +1,5 @@
 // The volume that a head sweeps in one tick. Servo and carver cut with the same code, so the tissue patch and the
-// tissue stay bitwise equal.
+// tissue stay bit-identical.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ class Sweep {
 
   /// Cuts samples lo to lo+size-1 (z runs fastest; strides in samples): each distance becomes the larger one of itself
   /// and the depth in the swept head, up to kInner. `removed` (may be null): volume per tissue; it needs `tissue`.
-  /// Returns true if a sample changed. Bitwise equal on every processor. Any thread.
+  /// Returns true if a sample changed. Bit-identical on every processor. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
@@ -56,7 +56,7 @@ class Sweep {
     float safe_travel = 0;
   };
 
-  /// Returns true if depths must be computed along the whole path, not only at its end. This is slower.
+  /// Returns true for a long path: depths must be computed along the whole path, not only at its end, which is slower.
   bool is_long() const noexcept { return straights_ > 0; }
 
   /// Returns true if both sweeps have the same head.
@@ -105,8 +105,8 @@ class Sweep {
   }
   /// Returns an upper bound of the rounding error of a sample's depth, voxels, for a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
-  /// Returns true if the step is so short that the ball at B can replace the capsule from A to B. Their surfaces differ
-  /// by |AB|² / (8 · radius).
+  /// Returns true if the path AB is so short that the ball at B can replace the capsule from A to B. The surfaces of
+  /// ball and capsule differ by |AB|² / (8 · radius).
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
@@ -115,13 +115,13 @@ class Sweep {
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
   // Straight path of the head from pose B back to pose A. Read it with path_back(), which sets its member `pieces`.
   Straight back_;
-  // Origin near A and B, voxels; positions are stored relative to it, so that floats are precise.
+  // Voxel near the poses A and B; positions are stored relative to it, so that floats are precise.
   glm::ivec3 base_;
-  glm::vec3 a_, ab_;       // voxels; a_: position A relative to base_; ab_: vector from A to B (axis of the capsule)
+  glm::vec3 a_, ab_;       // voxels; a_: position at A relative to base_; ab_: vector from A to B (axis of the capsule)
   float inverse_length2_;  // 1/|ab|²; 0 if A and B are equal
   float radius_;           // voxels, largest radius of the head
-  // Number of segments of a long path; in each, samples move through the head on straight lines. 0: short path, or
-  // ball.
+  // Number of segments of a long path; in each segment, samples move on straight lines relative to the head. 0: short
+  // path, or ball.
   int straights_ = 0;
   // true: sample paths get a second-order term (Straight::bend_turn), so that fewer segments suffice.
   bool bends_ = false;
@@ -129,7 +129,7 @@ class Sweep {
   double reach_;     // voxels, distance from the head's centre to its farthest point
   // Half the length of the axis of a head that is not a ball, voxels. The head lies within radius_ of the axis.
   double half_length_;
-  double travel_;     // voxels, path length of the head's farthest point; for a ball, of its centre
+  double travel_;     // voxels, path length of the head's farthest point from A to B; for a ball, of its centre
   Pose X_VA_, X_VB_;  // poses A and B of a head that is not a ball, in voxels of the volume
   glm::ivec3 lo_, hi_;
 };

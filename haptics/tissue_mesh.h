@@ -16,7 +16,7 @@ class TissueVolume;
 struct TissueMesh {
   std::vector<dvec3> vertices;        // m, positions of the vertices
   std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
-  std::vector<Tissue> tissue;         // tissue below each triangle
+  std::vector<Tissue> tissue;         // tissue directly below each triangle
 };
 
 /// Returns the tissue's surface as a mesh: the source mesh (TissueVolume::mesh), or else the zero set of the distance

@@ -51,7 +51,7 @@ class TissueVolume {
 
   const VoxelFrame& frame() const;
   double band() const;  // m, limit of the stored distances
-  /// Returns true if the distances outside the tissue were exact before the first cut.
+  /// Returns true if the stored distances outside the tissue were exact before the first cut.
   bool exact_outside() const;
   /// Returns where the tissue lies in the file from which it was imported; the identity for other tissue.
   const FilePlace& place() const;
@@ -79,7 +79,7 @@ class TissueVolume {
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
   /// Copies every n-th sample, for a coarse tissue patch; the first sample is at voxel n·lo. Distances are in coarse
-  /// voxels; inside, they may be −Sweep::kMargin, because the field is inexact there after a cut.
+  /// voxels; inside tissue, they may be −Sweep::kMargin, because the field is inexact there after a cut.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
@@ -135,7 +135,7 @@ class TissueVolume {
   /// Replaces the distances of a block; labels do not change. Returns the bounding box of the writes.
   VoxelBox replace(const RasterBlock& block);
 
-  /// Adds a filling: each distance becomes the smaller of itself and the distance to the filling. Voxels that were
+  /// Adds a filling: each distance becomes the smaller of itself and its distance to the filling. Voxels that were
   /// empty get the label of the filling. Returns the bounding box of the writes.
   VoxelBox fill(const Fill& filling);
   /// Adds a body with the shape of a tool's head. Returns the bounding box of the writes.

@@ -21,8 +21,8 @@ using glm::dvec2;
 
 constexpr Form kLength{"0.05–60", R"({"type": "number", "minimum": 0.05, "maximum": 60})"};
 
-// Height above the free end, in diameters. Below it, samples on the head's surface have constant density; above it,
-// their density decreases.
+// Height above the free end / diameter of the head. Below this height, samples on the head's surface have constant
+// density; above it, their density decreases.
 constexpr double kBluntEnd = 0.1;
 
 /// Piece of a meridian: a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank end. The distance
@@ -89,7 +89,7 @@ Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // At the tangent point, radius and line are perpendicular.
+  // At the point where hemisphere and cone touch, the radius is perpendicular to the cone's line.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -126,7 +126,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// Shank that widens from the neck to the full diameter.
+/// Meridian of a shank that widens from its neck to the full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -159,7 +159,7 @@ constexpr std::array kShapes = {
     ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
 };
 
-/// Returns null for a shaft.
+/// Returns the properties of a shape; null for a shaft.
 const ShapeKind* kind_of(HeadShape shape) {
   const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
   return row == kShapes.end() ? nullptr : &*row;
@@ -205,7 +205,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins where the ball is as wide as the shank's neck.
+  // On a ball, the shank begins at the height where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -256,7 +256,7 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // Squared distance to the closest point, and vector from there to the query point.
   double best2 = 1e300, best_x = 0, best_z = 0;
-  // Normal of the closest piece, for points on the surface.
+  // Normal of the closest piece; needed only for points on the surface.
   double normal_x = 0, normal_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {
@@ -359,7 +359,7 @@ double Tool::area() const {
 
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
-  // Bisection along ρ: the head is convex, so the sign changes only once.
+  // Bisection of the radius ρ: the head is convex, so the sign of the distance changes only once.
   double lo = 0, hi = radius() * (1 + 1e-9);
   for (int i = 0; i < 60; ++i) {
     const double mid = (lo + hi) / 2;
@@ -382,7 +382,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     return samples;
   }
   // Places samples at the quantiles (i + 1/2)/count of a density along the meridian, each turned by the golden angle.
-  // The density area / (height above the end)² puts equally many into each doubling of the height.
+  // The density, area / (height above the end)², puts equally many samples into each doubling of the height.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;

@@ -37,10 +37,10 @@ class HeadField {
   /// the shank.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
-  /// Signed distance of a point in T; negative inside; exact.
+  /// Exact signed distance of a point in frame T from the head; negative inside.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Also returns the distance to each piece. A piece whose distance exceeds the smallest by more than 2 r is nowhere
-  /// the closest within radius r of the point.
+  /// Also returns the distance to each piece of the meridian. A piece whose distance exceeds the smallest by more than
+  /// 2 r is nowhere the closest within radius r of the point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Also returns the unit direction in which the distance increases, frame T.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
@@ -64,7 +64,7 @@ struct Tool {
   std::string iso_code;  // ISO 6360 code, if the tool has one
   HeadShape shape = HeadShape::kSphere;
   double diameter = 1.2e-3;  // m, largest diameter of the head
-  double length = 1.2e-3;    // m, along the axis; for a ball, its diameter
+  double length = 1.2e-3;    // m, length of the head along the axis; for a ball, its diameter
   bool cuts = true;          // false: probe or gauge, which touches but never cuts
   // Fraction of the normal force that cuts, at the side of the head.
   double side_efficiency = 1;
@@ -83,7 +83,7 @@ struct Tool {
   // Parts that never cut: the shank from the head to the handpiece, which widens from its neck; the safe end, a round
   // pin beyond the free end.
   double shank_length = 0;         // m, length that can touch tissue; 0: no shank
-  double shank_diameter = 1.6e-3;  // m; default: friction grip shank, ISO 1797 type 3
+  double shank_diameter = 1.6e-3;  // m, full diameter; default: friction grip shank, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck
   double neck_length = 0;          // m, length from the neck to the full diameter
   double safe_length = 0;          // m, length of the safe end; 0: none

@@ -9,7 +9,7 @@ namespace typodont::haptics {
 std::uint64_t queries_of_this_thread() noexcept;
 /// Adds `count` queries. For code that reads the distance field without tissue_patch.h.
 void count_queries(std::uint64_t count) noexcept;
-/// Number of elements near the head that contact models have examined.
+/// Numbers of elements near the head that this thread's contact models have examined.
 struct SearchCounts {
   std::uint64_t spheres = 0;    // spheres examined by "packing"
   std::uint64_t triangles = 0;  // triangles examined by "mesh_lod"

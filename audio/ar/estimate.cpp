@@ -21,8 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // Pass m of Burg's method. Before it, forward[i] and backward[i] are the errors of order m at the samples m + 1 + i
-  // and m + i.
+  // Pass m of Burg's method. Before it, forward[i] and backward[i] are the prediction errors of order m at the samples
+  // m + 1 + i and m + i.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -33,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // Each error depends on the samples i … i + m + 1, and gets the weight of the middle one.
+      // Each prediction error depends on the samples i … i + m + 1, and gets the weight of the middle one.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -41,7 +41,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += w * (forward[i] * forward[i] + backward[i] * backward[i]);
       }
     }
-    // |k| ≤ 1, because |2fb| ≤ f² + b².
+    // |k| ≤ 1, because |2fb| ≤ f² + b² for the forward error f and the backward error b.
     const double k = energy > 0 ? -2 * cross / energy : 0.0;
     result.reflection.push_back(k);
     variance *= 1 - k * k;

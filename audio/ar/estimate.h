@@ -9,8 +9,8 @@ namespace typodont::audio {
 
 struct Estimate {
   std::vector<double> reflection;
-  double variance = 0;  // variance of the residual
-  // Variances of the residual for the orders 0…p; may be empty.
+  double variance = 0;  // variance of the prediction residual
+  // Variances of the prediction residual for the orders 0…p; may be empty.
   std::vector<double> by_order;
   /// True: the solution was unstable, and was replaced by the stable model with the same spectrum.
   bool refactored = false;

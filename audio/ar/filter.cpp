@@ -38,15 +38,15 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Contribution of the past output. Unknown samples of the slice are set to zero, so that all lanes use all
-    // coefficients.
+    // Contribution of the past output. Samples of the slice that are not computed yet are set to zero, so that all
+    // lanes use all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // Oldest samples first, because loads of the newest samples would wait until they are stored.
+    // Adds the oldest samples first, because loads of the newest samples would wait until they are stored.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;

@@ -39,10 +39,10 @@ class BlockFilter {
   void process(const T* noise, T* out) noexcept;
 
  private:
-  std::size_t order_;  // the model's order, padded to a multiple of 2
+  std::size_t order_;  // the model's order, rounded up to a multiple of 2
   std::vector<T> a_, response_, history_;
   T gain_;
-  std::size_t at_;  // index in history_ at which the next block is written
+  std::size_t at_;  // index in history_ at which the next block of output is written
 };
 
 /// Normalised lattice filter (Gray & Markel 1975). Rotations keep the energy bounded for |k| ≤ 1, also while k changes.
@@ -52,7 +52,7 @@ class LatticeFilter {
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Changes the coefficients between two samples. Order and past samples stay.
+  /// Changes the coefficients between two samples. The order of the filter and its past samples stay.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }

@@ -32,10 +32,10 @@ constexpr double kLowestCompared = 60;
 constexpr double kSilence = 1e-3;
 // dB; at both ends, frames that are quieter than the loud ones by more than this are silence.
 constexpr double kQuietBelowLoud = 40;
-// Largest deviation from the median level of the loud part in a steady interval, dB.
+// In a steady interval, the level differs from the loud part's median level by at most this, dB.
 constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
-// Speed changes (highest − lowest) / mean above this are removed before the fit.
+// If (highest − lowest) / mean speed of the spindle is above this, changes of the speed are removed before the fit.
 constexpr double kConstantSpeed = 0.002;
 // Largest allowed FitOptions::hold_out.
 constexpr double kMaxHeldOut = 0.9;
@@ -62,7 +62,7 @@ void refuse_what_is_not_finite(const std::filesystem::path& file, const Recordin
   }
 }
 
-/// Throws Error for clipping: many samples have the extreme value, some of them adjacent.
+/// Throws Error for clipping: many samples have the largest or smallest value, some of them adjacent.
 void refuse_clipping(const std::filesystem::path& file, std::span<const double> x) {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   std::size_t extreme = 0, neighbours = 0;
@@ -127,7 +127,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// Longest interval whose level is within kSteadyWithin of the median of loud frames.
+/// Longest interval whose level is within kSteadyWithin of the loud frames' median level.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -150,7 +150,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
 /// Returns the mains frequency (50 or 60 Hz) if its power is 20 dB above the median around it, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  // Recordings shorter than this cannot distinguish 50 from 60 Hz.
+  // In recordings shorter than 0.5 s, 50 Hz cannot be distinguished from 60 Hz.
   if (static_cast<double>(points) < 0.5 * rate) return 0;
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
@@ -227,7 +227,7 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the held-out part with the model. `model`: its expected spectrum at the frequencies of `report`.
+/// Compares the held-out part with the model. `model`: the model's expected spectrum at the frequencies of `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -246,7 +246,7 @@ HeldOut compared(std::span<const double> unseen, double rate, const FitReport& r
   return held;
 }
 
-/// Lists parts for a message: "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+/// Lists parts of a recording for a message: "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
   for (const SoundPart& part : parts)

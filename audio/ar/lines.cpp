@@ -21,14 +21,14 @@ constexpr double kProminence = 10;              // dB, smallest prominence of a 
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
 constexpr std::size_t kMaxLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // poles of the models of amplitude and frequency deviations
-// Slower changes of frequency than this count as changes of the spindle's speed, s.
+// s; changes of a line's frequency that are slower than this count as changes of the spindle's speed.
 constexpr double kDrift = 1;
-constexpr double kLongestTrack = 60;  // s, lines are followed at most this long
+constexpr double kLongestTrack = 60;  // s, longest part of a recording in which a line is followed
 // The noise beside a line is measured in bands of this width, Hz.
 constexpr double kFloorReach = 100;
-// Largest amplitude variance caused by noise, relative to the squared mean amplitude, for a usable band.
+// Largest amplitude variance caused by noise, relative to the squared mean amplitude, in a band that can be used.
 constexpr double kWeakNoise = 0.02;
-// Half widths of the bands, in the order in which they are tried, Hz.
+// Half widths of the bands around a line, in the order in which they are tried, Hz.
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 using Complex = std::complex<double>;
@@ -46,7 +46,7 @@ void smooth(std::vector<Complex>& z, std::size_t half) {
   }
 }
 
-/// Half length of the averages for a gain of -3 dB at `bandwidth` (Hz).
+/// Half length, in samples, of the moving averages whose gain is -3 dB at `bandwidth` (Hz).
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
@@ -75,8 +75,8 @@ std::vector<Complex> band_about(std::span<const double> x, std::span<const Compl
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // (1 - H) x, with the band-pass H around `frequency`, lacks power there. Noise through a filter of twice the width
-  // replaces this power: both power responses add up to 1 within 0.6 dB.
+  // (1 - H) x, with the band-pass H around `frequency`, lacks power in this band. Noise through a filter of twice the
+  // width replaces this power: both power responses add up to 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -94,7 +94,7 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// Amplitude and frequency over time. `z`: complex amplitude, without its ends, where averages are one-sided.
+/// Amplitude and frequency of a line over time. `z`: complex amplitude, without its ends, where averages are one-sided.
 LineTrack track_of(std::span<const Complex> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -161,7 +161,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// Returns the line's noise, with its variance reduced by `variance`.
+/// Returns the noise of a line's amplitude, with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -177,7 +177,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power of the noise in the band: `floor` ∫|H|², where |H|² = 2^-(f/bandwidth)².
+  // Power of the noise in the line's band: `floor` ∫|H|², where |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -220,7 +220,7 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // Frequency and full width of each band already tried, Hz.
+  // Centre frequency and full width of each band that was already tried, Hz.
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMaxLines) break;

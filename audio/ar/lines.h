@@ -12,16 +12,16 @@ namespace typodont::audio {
 /// A spectral line over time, one value per kLineStep samples.
 struct LineTrack {
   double frequency = 0;           // Hz, mean frequency of the spectral line
-  double bandwidth = 0;           // Hz, half width (−3 dB) of the band
+  double bandwidth = 0;           // Hz, half width (−3 dB) of the band around the line
   double floor = 0;               // one-sided power density beside the line, 1/Hz
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
   std::vector<double> deviation;  // Hz, deviation from the mean frequency
 
   double mean_amplitude() const;
-  /// Variances that noise alone would cause: of the amplitude, relative to its squared mean, and of the frequency, Hz².
+  /// Variances that noise alone would cause: of the amplitude (relative to its squared mean), of the frequency (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
-  /// Standard deviation / mean of the amplitude: 0 for a sinusoid, 0.52 for narrow-band noise.
+  /// Standard deviation of the amplitude / its mean: 0 for a sinusoid, 0.52 for narrow-band noise.
   double variation() const;
   /// variation() without the part caused by noise beside the line.
   double own_variation() const;
@@ -41,9 +41,9 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
   ModelLine line;
-  // Standard deviation of the frequency, including the drift of the spindle, Hz.
+  // Standard deviation of the line's frequency, including the drift of the spindle's speed, Hz.
   double spread = 0;
-  // Result of LineTrack::variation().
+  // Standard deviation of the line's amplitude / its mean (LineTrack::variation()).
   double variation = 0;
 };
 

@@ -1,4 +1,4 @@
-// White Gaussian noise, sixteen samples at a time, with the same bits on every processor.
+// White Gaussian noise, sixteen samples at a time, bit-identical on every processor.
 #pragma once
 
 #include <cstdint>

@@ -9,14 +9,14 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kFrame = 0.05;  // s, frames of the recording
+constexpr double kFrame = 0.05;  // s, length of a frame of the recording
 // Frames this much quieter than loud frames are inaudible, dB.
 constexpr double kAudible = 25;
 // dB, largest change of a constant level over kEvenOver frames
 constexpr double kEvenWithin = 1.5;
 constexpr std::ptrdiff_t kEvenOver = 6;
-constexpr double kUnderLoad = 2.5;  // dB, increase over the idle level that counts as load
-constexpr double kShortest = 0.2;   // s, shorter parts are merged
+constexpr double kUnderLoad = 2.5;  // dB, rise of the level above the idle level that counts as load
+constexpr double kShortest = 0.2;   // s, shorter parts of a recording are merged with a neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Returns the level of each frame in dB.
@@ -30,7 +30,7 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// Level that separates quiet from loud frames (Otsu 1979); nullopt if they do not differ.
+/// Level that separates quiet from loud frames (Otsu 1979), dB; nullopt if their levels do not differ.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);

@@ -20,7 +20,7 @@ double bessel_i0(double x) {
   return sum;
 }
 
-/// Sinc × Kaiser window at t samples; 0 beyond `half`. `cutoff`: relative to half the sampling rate.
+/// Sinc × Kaiser window at t samples; 0 if |t| > `half`. `cutoff`: frequency / half the sampling rate.
 double windowed_sinc(double t, double cutoff, double half, double beta) {
   if (std::abs(t) >= half) return 0;
   const double u = t / half;
@@ -50,7 +50,7 @@ TYPODONT_CLONES float dot_between(const float* row, const float* next_row, float
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate) {
   if (from_rate == to_rate) return {x.begin(), x.end()};
   constexpr double kCrossings = 64, kBeta = 12;
-  // Transition band of width about 0.06 r that ends at r/2, where r is the lower rate.
+  // The transition band is about 0.06 r wide and ends at r/2, where r is the lower of the two sampling rates.
   const double cutoff = std::min(1.0, to_rate / from_rate) * 0.97;
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;
@@ -91,7 +91,7 @@ InterpolationKernels::InterpolationKernels(double fastest) {
     set.rows.resize(static_cast<std::size_t>(kPhases + 1) * static_cast<std::size_t>(set.taps));
     for (int phase = 0; phase <= kPhases; ++phase) {
       for (int i = 0; i < set.taps; ++i) {
-        // Tap i multiplies x[i − taps/2 + 1]. With cut-off 1 and offset 0, the result equals the input sample.
+        // Tap i multiplies the sample x[i − taps/2 + 1]. With cut-off 1 and offset 0, the result equals the sample *x.
         const double t = i - (set.taps / 2 - 1) - static_cast<double>(phase) / kPhases;
         set.rows[static_cast<std::size_t>(phase) * static_cast<std::size_t>(set.taps) + static_cast<std::size_t>(i)] =
             static_cast<float>(windowed_sinc(t, cutoff, half, kBeta));

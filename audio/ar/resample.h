@@ -10,7 +10,7 @@ namespace typodont::audio {
 /// rate; no delay.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
-/// Kernels for positions between samples. For each range of playback speeds, a set of kernels that avoids aliasing.
+/// Interpolation kernels for positions between samples; one set for each range of playback speeds, against aliasing.
 /// Constant, and shared by all streams.
 class InterpolationKernels {
  public:
@@ -20,13 +20,13 @@ class InterpolationKernels {
 
   /// Value of the signal at `offset` samples (0 ≤ offset < 1) after *x; reads x[−reach+1 … reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  // Number of samples that read() uses on each side.
+  // Number of samples that read() uses on each side of the position.
   int reach(double speed) const noexcept;
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:
   struct Set {
-    double speed;  // largest speed of this set
+    double speed;  // largest playback speed for which this set is used
     int taps;      // number of filter taps; a multiple of 16
     // Kernels for kPhases + 1 positions between two samples, each a row of `taps` values.
     std::vector<float> rows;

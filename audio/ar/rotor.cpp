@@ -23,7 +23,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     std::nth_element(around.begin(), middle, around.end());
     const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
     if (prominence < at_least_dB) continue;
-    // Position of the peak from a parabola through the logarithms of three bins.
+    // Position of the peak in bins, from a parabola through the logarithms of the power in three bins.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
     const double curve = l - 2 * c + r;
     const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
@@ -42,7 +42,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  // A series must reach at least the initial best_score, dB.
+  // A harmonic series must reach at least the initial best_score, dB.
   double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {

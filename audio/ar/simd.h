@@ -1,5 +1,5 @@
 // Vectors of fixed length. Every processor executes the same operations in the same order, without fused multiply-add,
-// so results have the same bits.
+// so results are bit-identical.
 #pragma once
 
 #include <cstdint>

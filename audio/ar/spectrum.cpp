@@ -130,7 +130,7 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 }
 
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate) {
-  // Transform of autocorrelation × autocorrelation of the window (Blackman & Tukey 1958).
+  // Fourier transform of the signal's autocorrelation × the window's autocorrelation (Blackman & Tukey 1958).
   const auto r = autocorrelation_of_power(power);
   const auto through = autocorrelation(window_samples(Window::kHann, n), n - 1);
   RealFft fft(2 * n);
@@ -159,7 +159,7 @@ double log_spectral_distance(std::span<const double> a, std::span<const double> 
 
 double chance_distance(std::size_t count, std::size_t n) {
   const double windows = count < n ? 1 : 1 + std::floor(2 * static_cast<double>(count - n) / static_cast<double>(n));
-  // Hann windows that overlap by half: their powers have a correlation of 1/36.
+  // The powers in two Hann windows that overlap by half have a correlation of 1/36.
   const double variance = (1 + 2.0 / 36 * (windows - 1) / windows) / windows;
   return 10 / std::log(10.0) * std::sqrt(variance);
 }

@@ -26,12 +26,12 @@ std::vector<double> autocorrelation_of_power(const std::vector<double>& power);
 /// |1 + Σ taps_i z^-i|² at `points` = 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> power_of_taps(std::span<const double> taps, std::size_t points);
 
-/// Root mean square of 10·log10(a/b), dB.
+/// Log-spectral distance of two power spectra: root mean square of 10·log10(a/b), dB.
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
 /// Expected log-spectral distance (dB) between a result of welch() and the exact spectrum, for Gaussian noise (Welch
 /// 1967).
 double chance_distance(std::size_t count, std::size_t n);
-/// Itakura–Saito distance (1968): mean of a/b − ln(a/b) − 1.
+/// Itakura–Saito distance (1968) of two power spectra: mean of a/b − ln(a/b) − 1.
 double itakura_saito(std::span<const double> a, std::span<const double> b);
 
 }  // namespace typodont::audio

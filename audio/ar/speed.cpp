@@ -21,7 +21,7 @@ constexpr std::size_t kMaxTried = 6;  // largest number of spectral lines that a
 constexpr double kSmoothing = 0.3;
 constexpr int kPasses = 3;  // number of successive moving averages; the result is nearly Gaussian
 
-/// Value at `at` of the straight line fitted to values[from … from + count).
+/// Value at the index `at` of the straight line fitted to values[from … from + count).
 double extrapolated(const std::vector<double>& values, std::size_t from, std::size_t count, double at) {
   double mean = 0, slope = 0, squares = 0;
   const double middle = static_cast<double>(from) + 0.5 * static_cast<double>(count - 1);
@@ -76,7 +76,7 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The track is shorter than the sound at both ends, where the filter lacks samples; there the speed is constant.
+    // The track lacks both ends of the sound, where the filter has too few samples; the speed is set constant there.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

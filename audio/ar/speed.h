@@ -13,9 +13,9 @@ struct SpeedTrack {
   std::vector<double> ratio;  // speed / mean speed; empty: no line could be followed
 
   bool known() const { return !ratio.empty(); }
-  // Ratio at time t (s): interpolated, constant beyond the ends; 1 if unknown.
+  // Speed / mean speed at time t (s): interpolated, constant beyond the ends of the track; 1 if unknown.
   double at(double t) const;
-  double range() const;  // highest minus lowest ratio
+  double range() const;  // highest minus lowest value of `ratio`
 };
 
 /// Measures the speed by following the strongest steady line. Empty without such a line, and for sounds below 0.5 s or

@@ -24,7 +24,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // The bandwidth is large at first, so that a late start is soon corrected.
+      // The loop's bandwidth is large at first, so that a late first callback is soon corrected.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;

@@ -23,7 +23,7 @@ DeviceOutput::~DeviceOutput() {
 }
 
 bool DeviceOutput::close_within(Nanos patience) {
-  // Closes on another thread, because PortAudio can wait ten minutes for a JACK server that has crashed.
+  // Closes the stream on another thread, because PortAudio can wait ten minutes for a JACK server that has crashed.
   if (closed_->load()) {
     closed_->store(false);
     std::thread([backend = backend_, closed = closed_] {

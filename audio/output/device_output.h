@@ -24,7 +24,7 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// Margin for late callbacks and ticks in the queue, ns.
+  /// Delay of the output that allows for late callbacks and for ticks still in the queue, ns.
   static constexpr Nanos kMargin = 1'000'000;
   /// If no callback comes during this time, the device counts as lost, ns.
   static constexpr Nanos kSilentFor = 500'000'000;
@@ -38,7 +38,7 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  /// Shared with the thread that closes the stream.
+  /// The sound library, shared with the thread that closes the stream.
   std::shared_ptr<StreamBackend> backend_;
   std::shared_ptr<std::atomic<bool>> closed_;  // false while another thread closes the stream
   std::string device_;

@@ -23,7 +23,7 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Factor of the power at `frequency` (Hz), without the tissue's change of level.
+/// Factor by which a tissue changes the power at `frequency` (Hz), without its change of level.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;
@@ -52,7 +52,7 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // Sets the level. A floor 100 dB below the idle sound keeps the Levinson recursion well-conditioned.
+    // Scales the power to its level. A floor 100 dB below the idle sound keeps Levinson's recursion well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

@@ -13,15 +13,15 @@ namespace typodont::audio {
 /// soft tissue damps. See audio/README.md.
 struct TissueColour {
   double level_dB;       // dB, increase of the power over idling, at free speed
-  double slope_dB;       // dB per octave, around 3 kHz, from 200 Hz to 16 kHz
+  double slope_dB;       // dB per octave, slope of the gain from 200 Hz to 16 kHz, 0 dB at 3 kHz
   double centre;         // Hz, centre frequency of the tissue's resonance
   double resonance_dB;   // dB, gain at the centre of the resonance
   double width_octaves;  // octaves, standard deviation of the Gaussian resonance curve
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 
-/// One model per tissue, with order and rate of the idle model; air: the idle model itself. Spectrum × factors,
-/// autocorrelation, Levinson–Durbin.
+/// Returns one model per tissue, with order and rate of the idle model; air: the idle model itself. Computation: idle
+/// spectrum × factors, autocorrelation, Levinson–Durbin.
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle);
 
 }  // namespace typodont::audio

@@ -14,7 +14,7 @@ constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz, limits of the band in w
 constexpr double kDropletsPerSecond = 500;
 constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that comes from the droplets
 
-// White noise beside the suction's resonance, relative to the noise that excites it.
+// Amplitude of the suction's white noise outside its resonance, relative to the noise that excites the resonance.
 constexpr float kSuctionHiss = 1;
 
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
@@ -36,7 +36,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// Cut-off frequency of scraping / frequency of the tissue's lowest mode.
+// Cut-off frequency of the scraping sound / frequency of the tissue's lowest mode.
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
@@ -78,7 +78,7 @@ float ModalBank::next() noexcept {
       mode.re = re;
       energy += mode.re * mode.re + mode.im * mode.im;
     }
-    if (check && energy < 1e-14f) {  // below -140 dB the sound has ended
+    if (check && energy < 1e-14f) {  // below -140 dB, the mode's sound has ended
       ringing_[t] = false;
       for (Mode& mode : modes_[t]) mode.re = mode.im = 0;
     }
@@ -108,7 +108,7 @@ float Scrape::next(float slip, float level, Tissue tissue) noexcept {
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
-  // Poles of a resonance at 1.4 kHz with a width of 900 Hz.
+  // Poles of the suction's resonance at 1.4 kHz with a width of 900 Hz.
   const double radius = std::exp(-kPi * 900 / sample_rate);
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
@@ -143,7 +143,7 @@ Spray::Spray(double sample_rate, std::uint64_t seed)
       droplet_probability_(static_cast<float>(kDropletsPerSecond / sample_rate)),
       hiss_gain_(1),
       droplet_gain_(0) {
-  // Makes the output's standard deviation 1 for white noise: the output is divided by the root of the impulse
+  // Makes the output's standard deviation 1 for white noise as input: the output is divided by the root of the impulse
   // response's energy.
   float energy = 0;
   for (int i = 0; i < 4096; ++i) {

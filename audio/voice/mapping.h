@@ -1,4 +1,4 @@
-// Relates hand work to the sound. Sources: audio/README.md.
+// Relates the contact of the drill to its sound. Sources: audio/README.md.
 #pragma once
 
 #include <algorithm>
@@ -6,22 +6,22 @@
 
 namespace typodont::audio {
 
-// Values at which 63 % of the idle sound is replaced by the sound of cutting.
+// The first three values: each of them alone replaces 63 % of the idle sound by the sound of cutting.
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
 inline constexpr double kEdgeArea = 2e-6;        // m², contact area that doubles the cutting sound's power
 inline constexpr double kMaxArea = 20e-6;        // m², above this area, contacts do not become louder
-// N, force for 63 % of the largest brightness
+// N, force that gives 63 % of the largest brightness (amplification of high frequencies)
 inline constexpr double kBrightForce = 1.5;
-// Removal rate for 63 % of the largest brightness, m³/s.
+// Removal rate that gives 63 % of the largest brightness (amplification of high frequencies), m³/s.
 inline constexpr double kBrightRemoval = 0.5e-9;
 inline constexpr double kBrightFrom = 4000;  // Hz; force and removal amplify only frequencies above this
 
-// The amplitude of the idle sound is proportional to speed^kIdleExponent, measured while a drill ran down.
+// The idle sound's amplitude is proportional to the spindle speed^kIdleExponent, measured while a drill ran down.
 inline constexpr double kIdleExponent = 3.75;
 
-/// Fraction of the sound of cutting, 0..1.
+/// Fraction of the sound of cutting in the mix with the idle sound, 0..1.
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
 }

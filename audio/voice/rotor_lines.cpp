@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-// Lines above this fraction of the sampling rate are silent.
+// Spectral lines with frequencies above this fraction of the sampling rate are silent.
 constexpr double kHighest = 0.45;
 constexpr int kWarmUp = 4000;  // number of values discarded until a random process is stationary
 }  // namespace
@@ -72,7 +72,7 @@ void RotorLines::Oscillator::add(const double* speeds, const float* power, float
       wanders_next = frequency_noise.next();
     }
     const int n = std::min(count, step - since);
-    // Change of the phase per sample and hertz.
+    // Change of an oscillator's phase per sample and hertz, in units of 2^-32 turns.
     const auto per_hertz = static_cast<float>(0x1p32 / rate);
     const auto highest = static_cast<float>(kHighest * rate);
     const auto hertz = static_cast<float>(frequency + wanders);

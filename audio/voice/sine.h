@@ -1,4 +1,4 @@
-// Sine functions that give the same bits on every processor.
+// Sine functions whose results are bit-identical on every processor.
 #pragma once
 
 #include <cmath>

@@ -28,10 +28,10 @@ class ModelStream {
   ArFilter filter_;
   GaussianNoise noise_;
   const InterpolationKernels* kernels_;
-  double step_;  // number of model samples per device sample at speed 1
+  double step_;  // number of samples of the model per sample of the device, at speed 1
   std::vector<float> samples_;
   int filled_ = 0;
-  int at_ = 0;         // index of the sample before the playback position
+  int at_ = 0;         // index of the model's sample before the playback position
   double offset_ = 0;  // position after sample at_, 0 … 1
 };
 

@@ -22,13 +22,13 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the synthesizer. Sources: audio/README.md.
-constexpr double kFastestSpeed = 2;  // highest speed, relative to the free speed
-constexpr double kAttack = 0.5e-3;   // s, time constant of all levels except water and suction
+constexpr double kFastestSpeed = 2;  // highest spindle speed, relative to the free speed
+constexpr double kAttack = 0.5e-3;   // s, time constant with which all levels change, except those of water and suction
 // Time from rest to free speed after a jump of the wanted speed, s; measured.
 constexpr double kRunUp = 0.4;
 // Time constant of the run-down from free speed, s; measured.
 constexpr double kRunDown = 1.25;
-// Change of the speed per tick that means "switched on or off", not "loaded"; relative to the free speed.
+// A change of the speed per tick above this fraction of the free speed means "switched on or off", not "loaded".
 constexpr double kJump = 0.5;
 // Speed below which the drill is silent, relative to the free speed.
 constexpr double kAtRest = 0.03;
@@ -36,10 +36,10 @@ constexpr float kTouchStrength = 0.02f;  // amplitude of a touch; full scale is 
 constexpr float kTapPerNewton = 0.25f;
 // If the force rises more slowly, no knock is heard, N/s.
 constexpr double kSlowRise = 20;
-constexpr float kScrapeLevel = 0.12f;  // amplitude at 1 N and 20 mm/s
+constexpr float kScrapeLevel = 0.12f;  // amplitude of scraping at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
-// Standard deviation, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a handpiece (Dutta
-// et al., J Conserv Dent 16 (2013) 121-125).
+// Standard deviation of suction, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a
+// handpiece (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
 // Levels of water and suction change this much slower (factor below 1) than other levels.
 constexpr float kWaterRate = 0.02f;
@@ -50,8 +50,8 @@ constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
-/// While it exists, denormal numbers are flushed to zero: the computing time is constant, and the bits do not depend on
-/// the caller's mode.
+/// While it exists, denormal numbers are flushed to zero: the computing time is constant, and the result is independent
+/// of the caller's setting.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -167,7 +167,7 @@ struct DrillSynth::Impl {
     return fastest / sample_rate;
   }
 
-  /// Sample index of a time; exact for months.
+  /// Sample index (with fraction) of a time; exact for months.
   double index_of(Nanos t) const noexcept {
     const Nanos seconds = t / kNanosPerSecond;
     return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
@@ -402,7 +402,7 @@ struct DrillSynth::Impl {
   // Sample indices since the start: now, begin of the next call, last state.
   double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  // Speed relative to the free speed: current value, value at the end of the ramp, change per sample.
+  // Spindle speed relative to the free speed: current value, value at the end of the ramp, change per sample.
   double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
   // Level of each stream.

@@ -102,7 +102,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // earlier row for the differences
+  std::size_t back = 0;  // index of an earlier row, from which differences are computed
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");

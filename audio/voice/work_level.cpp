@@ -13,9 +13,9 @@ namespace typodont::audio {
 
 namespace {
 
-// 2^13 + 1 frequencies from 0 to half the rate.
+// Number of frequencies from 0 to half the sampling rate: 2^13 + 1.
 constexpr std::size_t kPoints = 8193;
-// Sampling rate of a usual device, Hz.
+// Sampling rate of a usual sound device, Hz.
 constexpr double kRate = 48000;
 constexpr double kMaxBright = 30;  // largest gain of the frequencies above kBrightFrom
 

@@ -5,8 +5,8 @@
 
 namespace typodont::audio {
 
-/// Sets working_gain and brightness so that, from idling to cutting, the whole level and the level above kBrightFrom
-/// rise as measured. Returns false if this is impossible.
+/// Sets working_gain and brightness so that, from idling to cutting, the level of the whole sound and its level above
+/// kBrightFrom rise as measured. Returns false if this is impossible.
 bool calibrate(SoundModels& models, const WorkLevel& measured);
 
 }  // namespace typodont::audio

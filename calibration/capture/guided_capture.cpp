@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Numbers of touches in each step. For the arm: four sockets, then a plate with 5×5 points in two places.
+// Number of touches in each step. For the arm: four sockets, then a plate with 5×5 points in two positions.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;

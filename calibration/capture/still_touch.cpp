@@ -37,7 +37,7 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   while (used < count_ && back(used).t >= begin) ++used;
   // The averaged window is complete when one sample is at least as old as its begin.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Sums the differences to one sample. So the mean of equal samples is exact.
+  // Sums the samples' differences from the newest one, so that the mean of equal samples is exact.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

@@ -22,8 +22,8 @@ namespace {
 
 // If all coordinates are below this, the file probably contains metres, not mm; m.
 constexpr double kMinReach = 3e-3;
-constexpr double kMaxReach = 10;           // m; points farther from the origin are refused
-constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
+constexpr double kMaxReach = 10;           // m; points farther from the origin than this are refused
+constexpr double kUnitLengthError = 0.01;  // largest accepted deviation of a quaternion's length from 1
 
 /// Names of the columns; empty if there is no header.
 std::vector<std::string> header_of(const std::filesystem::path& file) {
@@ -44,7 +44,7 @@ std::vector<std::string> header_of(const std::filesystem::path& file) {
   return {};
 }
 
-/// Three columns such as "hx" to "hz", in mm, or in metres if the header names them with _m.
+/// Three columns such as "hx" to "hz". Their unit is mm, or metres if their names in the header end with _m.
 struct LengthColumns {
   std::array<std::string, 3> names;
   double unit = kMillimetre;

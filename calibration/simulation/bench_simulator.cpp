@@ -73,7 +73,7 @@ BenchState BenchSimulator::drawings() const {
 
 ArmReading BenchSimulator::hold(const dvec3& p_W) {
   const dvec3 p_H = inverse(truth_.X_WH) * p_W;
-  // Random wrist; Newton's method gives the first three joints.
+  // Draws random angles of the wrist; Newton's method then gives those of the first three joints.
   for (int attempt = 0; attempt < 50; ++attempt) {
     ArmReading reading;
     reading.angle = {0, 0.1, 1.6, random_.uniform(-0.6, 0.6), random_.uniform(-0.6, 0.6), random_.uniform(-0.5, 0.5)};

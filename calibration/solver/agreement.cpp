@@ -26,7 +26,7 @@ double extent(Points points) {
 }
 
 // Consensus by a contrario RANSAC (Moisan & Stival 2004). NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3): expected number of
-// sets of k pairs that agree as well by chance. α_k: probability of a residual up to the k-th.
+// sets of k pairs that agree as well by chance. α_k: probability that a wrong pair's residual is at most the k-th.
 class Consensus {
  public:
   /// `sigma`: wrong points are normally distributed with this standard deviation, m; 0: they are uniform in the cube
@@ -37,7 +37,7 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs lie; with sigma, of 1 / their largest density.
+        // Logarithm of the volume (m³) in which wrong pairs lie; with sigma, of 1 / their largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -56,8 +56,8 @@ class Consensus {
     }
   }
 
-  /// Finds the largest set that agrees; in it, a core that agrees much better than a normal distribution would; then a
-  /// majority by least trimmed squares, if that has even less noise.
+  /// Finds the largest set of pairs that agrees on one motion; in it, a core that agrees much better than a normal
+  /// distribution would; then a majority by least trimmed squares, if that has even less noise.
   Agreement find() const {
     Agreement best = find_core();
     // Residuals below 1e-9 of the coordinates are rounding errors, which are not normally distributed. Then no pair
@@ -179,7 +179,7 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    // A smaller score is better: log NFA, or median of squared residuals, m².
+    // A smaller score is better: logarithm of the NFA, or median of the squared residuals (m²).
     double score;
     std::size_t count;
   };
@@ -293,7 +293,7 @@ class Consensus {
     return fit;
   }
 
-  // Residuals up to this multiple of the coordinates' rounding error count as rounding.
+  // Residuals up to this multiple of the coordinates' rounding error count as rounding errors.
   static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
@@ -310,7 +310,7 @@ class Consensus {
 };
 
 // Consensus for known noise: the motion with most pairs within a limit wins. Motions come from triples with equal
-// triangles in H and D, and are refitted before counting (Chum, Matas & Kittler 2003).
+// triangles in the frames H and D, and are refitted before counting (Chum, Matas & Kittler 2003).
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -377,8 +377,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Σ residual², m². A pair beyond the limit counts as limit² (Torr & Zisserman 2000); with 0, the fit would gain by
-  /// moving pairs just beyond the limit.
+  /// Σ residual², m². A pair whose residual exceeds the limit counts as limit² (Torr & Zisserman 2000); if it counted
+  /// as 0, the fit would gain by moving pairs beyond the limit.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -410,7 +410,7 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
-  // Largest plausible sum of squared residuals of good pairs (95 %), m².
+  // Sum of the squared residuals that the good pairs do not exceed with a probability of 95 %, m².
   double expected_ = 0;
 };
 

@@ -32,7 +32,7 @@ double rounding_of(Points p_H, Points p_D);
 
 struct Agreement {
   Fit fit;
-  // Logarithm of the number of equally good sets that is expected by chance.
+  // Logarithm of the number of equally good sets of pairs that is expected by chance.
   double log_nfa = std::numeric_limits<double>::infinity();
 };
 /// With known noise, sets smaller than `least` may be missed.

@@ -67,7 +67,7 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
 
 namespace {
 
-/// True joint angles (rad), and the axes of D, E, F in H.
+/// True joint angles (rad), and the axes of the joints D, E, F in the haptic frame H.
 struct Joints {
   std::array<double, 6> q;
   dvec3 tilt_axis, axis[3];
@@ -157,7 +157,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   const auto scales = arm_parameter_scales();
   const std::array<double, kArmParameters> start = to_vector(nominal);
   std::array<double, kArmParameters> values = start;
-  std::map<int, Pose> place;  // pose of each group in H
+  std::map<int, Pose> place;  // pose of each group's socket or plate in frame H
   std::vector<bool> used(captures.size(), true);
 
   const auto locate = [&](const std::array<double, kArmParameters>& at) {
@@ -198,13 +198,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the parameters of the arm alone (variable projection). Sockets and plates take their best places
-  // for each candidate: J is projected onto the complement of their derivatives N. A prior (nominal values, plausible
+  // Gauss–Newton for the parameters of the arm alone (variable projection). For each candidate, sockets and plates take
+  // their best places: J is projected onto the complement of their derivatives N. A prior (nominal values, plausible
   // errors) holds undetermined parameters.
   MatrixXd open_axes;
   // Covariance of the parameters after division by their scales.
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
-  double sigma = 2e-4;  // m, first value; estimated later
+  double sigma = 2e-4;  // m, standard deviation of a capture; first value, estimated later
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);
     std::size_t rows = 0;
@@ -238,7 +238,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // A direction is determined if its standard deviation is below a third of the plausible error.
+    // A combination of parameters is determined if its standard deviation is below a third of its plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
@@ -264,7 +264,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // After convergence, excludes outliers and continues.
+      // After convergence, excludes captures that are outliers, and continues.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));

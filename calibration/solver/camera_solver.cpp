@@ -56,7 +56,7 @@ struct Turn {
   Vector3d w_;
 };
 
-// Position of p_W in the picture; derivatives if requested.
+// Position of the point p_W in the picture, pixels; its derivatives if they are requested.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -101,7 +101,7 @@ struct PanelSpot {
   }
 };
 
-// In all cost functions, lens and camera come first; residuals are in pixels × `weight` (1/σ).
+// In all cost functions, the first parameter blocks are lens and camera; residuals: pixels × `weight` (1/σ).
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -434,7 +434,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The first estimate is good; a smaller trust region doubled the number of iterations.
+  // Large, because the first estimate is good; a smaller trust region doubled the number of iterations.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);

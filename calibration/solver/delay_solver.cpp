@@ -100,7 +100,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // variance of the interpolated p / variance of a sample
+  double noise_gain = 1;  // variance of the interpolated position / variance of a sample
 };
 
 // Lagrange interpolation through six samples around the time u, without gaps.
@@ -146,7 +146,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// Slope at sample k by regression over the samples k ± 1 … k ± m, without k itself; nullopt across a gap.
+// Velocity (m/s) at sample k by regression over the samples k ± 1 … k ± m, without k itself; nullopt across a gap.
 std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return {};
   double mean_t = 0;
@@ -167,7 +167,7 @@ std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) 
   return v / tt;
 }
 
-// Noise per axis from fourth differences, which are 70 σ² for white noise and 0 for smooth motion.
+// Noise of the positions per axis (m) from fourth differences, which are 70 σ² for white noise and 0 for smooth motion.
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -212,7 +212,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // Limits the influence of glitches: at most 1.5 times the mean that the median implies.
+    // Limits the influence of glitches: the mean counts at most as 1.5 times the mean that the median implies.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -355,7 +355,7 @@ class Matcher {
   mutable std::vector<dvec3> scratch_a_, scratch_b_;
   mutable std::vector<double> scratch_r_, residuals_;
   mutable std::vector<Row> rows_;
-  mutable std::vector<std::optional<dvec3>> slopes_;  // for one smoothing m: slope at each sample of query_
+  mutable std::vector<std::optional<dvec3>> slopes_;  // for one number m of samples: slope at each sample of query_
 };
 
 double variance_of(const Track& track) {

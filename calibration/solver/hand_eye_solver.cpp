@@ -30,8 +30,8 @@ using Indices = std::vector<std::size_t>;
 
 // Lever arm that converts a rotation error to a displacement, as at a stylus, m.
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m, rounding error
-// Number of random triples of rows; with half of the pairs good, all are bad with a probability of 1e-23.
+constexpr double kFloor = 1e-13;  // rad and m, smallest noise that is assumed, because of rounding errors
+// Number of random triples of pairs. If half of the pairs are good, no triple is good with a probability of 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;     // number of best random samples that concentrate() improves
 constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is rejected
@@ -39,7 +39,7 @@ constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is 
 constexpr std::size_t kMinForFullNoise = 20;
 // With smaller rms rotations, X and Z are not determined, rad.
 constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
-// If rotation / noise is smaller, nothing is determined.
+// If rms rotation of the arm / rotation noise is below this, X and Z are not determined.
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -213,7 +213,7 @@ class Solver {
   }
 
   struct Sample {
-    double score = std::numeric_limits<double>::infinity();  // m², sum of distance2() over `rows`
+    double score = std::numeric_limits<double>::infinity();  // m², sum of squared residuals over `rows`
     // Pairs with the smallest residuals: half of all, plus two.
     Indices rows;
   };

@@ -317,7 +317,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   const std::size_t blocks = model.blocks();
   std::vector<bool> used(blocks, true);
   std::vector<double> size(blocks);
-  double sigma[kKinds];  // m, noise per component for each kind of touch
+  double sigma[kKinds];  // m, noise of a residual component for each kind of touch
   std::fill(sigma, sigma + kKinds, 2e-4);
   VectorXd x = VectorXd::Zero(n);
   Eigen::MatrixXd covariance;
@@ -376,7 +376,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Reduced gradually, because good residuals are still large before convergence.
+      // The noise is reduced gradually, because residuals of good touches are still large before convergence.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

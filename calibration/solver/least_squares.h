@@ -16,12 +16,12 @@ struct LeastSquares {
   int degrees_of_freedom = 0;
   std::vector<bool> used;
   std::vector<double> residuals;  // norm of the residual of each block (touch)
-  // Undetermined directions, one per column, in scaled unknowns.
+  // Combinations of the scaled unknowns that the data do not determine, one per column.
   Eigen::MatrixXd open_axes;
 };
 
-/// `residual(x, block, r)` writes `size` values. `scale`: plausible errors of the unknowns. A direction is determined
-/// if its standard deviation is below a third of its plausible error.
+/// `residual(x, block, r)` writes `size` values. `scale`: plausible errors of the unknowns. A combination of unknowns
+/// is determined if its standard deviation is below a third of its plausible error.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {

@@ -159,7 +159,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Elongated noise looks like two motions. So two isotropic distributions must fit better than one elongated one.
+    // Noise that is largest along one axis looks like two motions. So two isotropic distributions must fit better.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

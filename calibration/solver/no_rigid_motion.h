@@ -7,16 +7,16 @@
 
 namespace typodont::calibration {
 
-/// Returns true if D is a mirror image of H (F-test at 1 %); false for flat sets.
+/// Returns true if the points p_D are a mirror image of p_H (F-test at 1 %); false for flat sets.
 bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 
 /// Returns true if a mirror image fits more pairs, or fits them better. For data with outliers.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Ratio of lengths in D to those in H, if a scale fits much better and differs from 1 by 2 %.
+/// Distance between points p_D / between points p_H, if this scale fits much better and differs from 1 by 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// Ratio of lengths in D to those in H, as the median over distances between points. For data with outliers.
+/// Median of distance between two points p_D / distance between the same points p_H. For data with outliers.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

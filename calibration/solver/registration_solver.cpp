@@ -48,7 +48,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 
 struct Scatter {
   Vector3d values;  // m², sums of squares about the centroid, ascending
-  Matrix3d axes;    // axes in H, as columns
+  Matrix3d axes;    // principal axes of the points in the haptic frame H, as columns
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -113,7 +113,7 @@ class Registration {
     return rest;
   }
 
-  // Limit for the residual of a correct pair, m.
+  // Largest plausible residual of a correct pair, m.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -239,8 +239,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom, the estimate is uncertain: largest noise that is compatible with the residuals (95
-    // %).
+    // With few degrees of freedom, the estimate is uncertain; so the largest noise that is compatible with the
+    // residuals (95 %) is used.
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -367,7 +367,7 @@ class Registration {
   Scatter scatter_;
   Vector3d spread_;   // m, rms spread of the points along the main axes, ascending
   double noise_ = 0;  // m per axis, largest noise compatible with the residuals
-  // True: the points coincide, or lie on a line.
+  // coincident_: true if all points coincide; collinear_: true if they lie on a line.
   bool coincident_ = false, collinear_ = false;
   int undetermined_ = 0;  // number of rotations that the points do not determine
 };

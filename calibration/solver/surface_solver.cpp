@@ -26,7 +26,7 @@ constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
 // σ / median |residual| for normal errors.
 constexpr double kPerMedian = 1.4826;
-// Per round, the residual limit shrinks at most to this fraction.
+// Per round, the limit of the residuals shrinks at most to this fraction of its last value.
 constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, step below which the pose has converged
 // Ridge on the offset, because the walls of a corner do not determine it.

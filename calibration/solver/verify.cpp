@@ -62,7 +62,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // A ridge, far below the weight of one touch, in case all points lie in a plane.
+    // Adds a ridge, far below the weight of one touch, for the case that all points lie in a plane.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;

@@ -8,8 +8,8 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,  // Wang 2009: the force changes by at most δ per tick, in any direction
-  // Vertex deformation: constant until the wanted force differs by `renewal`.
+  kSlew,  // Wang 2009: the force changes by at most δ (`step`) per tick, in any direction
+  // Vertex deformation: the force is constant until the computed force differs from it by `renewal`.
   kStroke,
 };
 

@@ -17,14 +17,14 @@ struct PassivityLaw {
   // m/s², largest acceleration expected of any hand. A hand that moves inward faster than turning × tick (m/s) cannot
   // reverse its motion within the next tick.
   double turning = 2;
-  // s; a tick longer than 2.2 times this may be long enough for the hand to reverse and retreat as fast as it advanced
+  // s, nominal tick; in a tick 2.2 times as long, the hand may be able to reverse and retreat as fast as it advanced
   double human_tick = 1e-3;
   // m per tick; a larger motion of the hand counts as a jump, whose direction may reverse in the next tick
   double jump_distance = 0.3e-3;
   double twisting = 20;  // rad/s², largest expected angular acceleration of any hand
   // true: positions are multiples of an encoder step, too coarse to show changes of the velocity
   bool in_counts = false;
-  // upper limit of the predicted speed of retreat / largest recent speed of the hand
+  // upper limit of (predicted speed of retreat / largest recent speed of the hand)
   double faster = 1.2;
   // If the hand may reverse: predicted change of its velocity in the next tick / largest recent change.
   double again = 3;
@@ -34,20 +34,20 @@ struct PassivityLaw {
   /// This fraction of the largest recent change of velocity is subtracted from the mean change (see change_margin), so
   /// that a single stroke, with changes only at its start and end, adds nothing.
   double start_fraction = 0.1;
-  double mean_weight = 0.01;  // weight of one tick in the running mean of the changes
+  double mean_weight = 0.01;  // weight of one tick in the running mean of the changes of velocity
   // s; the largest recent speed and change of velocity begin to decay after this time of motion
   double hold = 1;
   // s, like `hold`, for the largest speed while the hand feels no force. Shorter, because a fast approach is often
   // followed by a slow touch.
   double free_hold = 0.15;
-  double fading = 0.5;  // s, time constant of the decay after `hold`
-  double uneven = 1.5;  // predicted next tick / longest recent tick, for an irregular clock
-  double still = 1e-4;  // m/s; a slower motion counts as rounding error or rest
-  double leap = 2;      // m/s; a faster motion counts as a jump
+  double fading = 0.5;  // s, time constant with which largest speed and change decay after `hold`
+  double uneven = 1.5;  // predicted length of the next tick / longest recent tick, for an irregular clock
+  double still = 1e-4;  // m/s; a slower motion of the hand counts as rounding error or rest
+  double leap = 2;      // m/s; a faster motion of the hand counts as a jump
   // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again
   double clock_memory = 10;
-  double longest_gap = 5;  // ticks; a longer gap counts as a pause
-  // J, allowed energy deficit. The promised limit is 1 nJ; the other half covers rounding and sudden reversals.
+  double longest_gap = 5;  // ticks; a longer time between two samples counts as a pause
+  // J, allowed energy deficit: half of the promised limit of 1 nJ. The other half covers rounding and sudden reversals.
   double credit = 0.5e-9;
 };
 
@@ -70,7 +70,7 @@ struct PassivityState {
   double advance = 0;   // m per tick, fastest recent motion against the force
   dvec3 moved{0};       // m, displacement in the previous tick
   double distance = 0;  // m, length of `moved`
-  // For ticks of decay_for s: per_second = 1 / decay_for. decay, clock_decay: factors per tick on retreats, `longest`.
+  // For ticks of decay_for s: per_second = 1 / decay_for; decay, clock_decay: factors per tick on retreat and longest.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   // m/s: largest recent speed, and largest recent change of velocity in one tick; also without contact
   RecentMaximum speed, change;
@@ -94,8 +94,8 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// Updates the state with a tick of a hand that moves or has just stopped. In m: displacement, its length `distance`,
-/// and its `change` since the previous tick.
+/// Updates the state with a tick of a hand that moves or has just stopped. `moved`: displacement, m; `distance`: its
+/// length; `change`: `moved` minus that of the previous tick.
 inline void learn(const PassivityLaw& law, const dvec3& moved, double distance, const dvec3& change, double dt,
                   bool touches, PassivityState& state) noexcept {
   const double speed = distance * state.per_second, changed = glm::length(change) * state.per_second;
@@ -172,7 +172,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   observe(law, moved, glm::length(moved), turned, dt, tick, strength > 0, state);
   double at_stake = 0;
   if (strength > 0) {
-    // m along the force, positive: outwards
+    // m, displacement of the hand along the force; positive: outwards
     const double along = glm::dot(f, moved) / strength;
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * state.decay, -along);

@@ -10,18 +10,18 @@ namespace typodont::haptics {
 struct TipLaw {
   double yield = 0;             // N, push above which the tip sinks; 0: it never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // pull-out / push-in force at the same depth
+  double grip = 0.6;            // force that pulls the tip out / force that pushes it in, at the same depth
   double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
 };
 
 struct TipState {
   double penetration = 0;  // m, depth of the tip in soft tissue; 0: not in tissue
-  dvec3 p{0};              // m, W, head's centre when the tip is held
+  dvec3 p{0};              // m, frame W, head's centre while the tissue holds the tip
   dvec3 n{0, 0, 1};        // unit vector out of the tissue, frame W
 };
 
-/// Returns the force on the tool in N. Plastic, so it only absorbs energy: p follows a push above the yield force, or a
-/// pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
+/// Returns the force on the tool in N. The contact is plastic, so it only absorbs energy: p follows a push above the
+/// yield force, or a pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.penetration, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;

@@ -1,7 +1,7 @@
-// Estimates the velocity of the hand from quantised positions: low noise at rest, fast response in motion, known lag.
-// End-fit FOAW (first-order adaptive windowing: Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing
-// for velocity estimation"), changed: (1) an interval of allowed slopes makes a tick O(window); (2) all axes use the
-// shortest window; (3) stored samples are at least kSpacing apart.
+// Estimates the velocity of the hand from quantised positions: with low noise at rest, fast response in motion, and
+// known lag. End-fit FOAW (first-order adaptive windowing: Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive
+// windowing for velocity estimation"), changed: (1) an interval of allowed slopes makes a tick O(window); (2) all axes
+// use the shortest window; (3) stored samples are at least kSpacing apart.
 #pragma once
 
 #include <algorithm>

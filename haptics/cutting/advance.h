@@ -1,5 +1,5 @@
-// Bounds of the speed at which a head approaches samples. Kernels skip samples from which the head recedes. Private to
-// haptics/cutting.
+// Bounds of the distance by which a head approaches samples in one motion. Kernels skip samples from which the head
+// recedes. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace typodont::haptics {
 
 /// Smallest and largest n·w over the samples within `reach` of `center`, where w is the motion of a sample in frame T,
-/// and n any normal of the meridian's pieces `first` to `last`. `rho`: distance of `center` from the axis.
+/// and n any outward normal of the meridian's pieces `first` to `last`. `rho`: distance of `center` from the axis.
 struct Advance {
   float slowest, fastest;
 };

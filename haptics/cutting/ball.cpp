@@ -26,27 +26,27 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  // voxels from the sweep's base voxel, the origin here
+  // voxels from the sweep's base voxel: box of the samples
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
-/// Groups of eight samples along z, and the terms that the groups of a row share.
+/// Buffer for groups of eight samples along z, and the terms that all groups of a row share.
 struct Work {
-  // Largest numbers: of groups, of batches of eight rows (kRowBatches), and of samples in one row (kLongest).
+  // Capacities: groups, batches of eight rows (kRowBatches), samples in one row (kLongest).
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Terms that are equal along rows; one row per lane.
+  // Terms of the distance that are equal for all samples of a row; one row per lane.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // array index of the first sample of each row
-  // z of samples i to i + 7, relative to A
+  // voxels, z of samples i to i + 7 of a row, relative to the start A of the motion
   F8 z[kLongest];
   // each element: (z of the first sample << 16) | row
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
-/// Raises samples to max(old, min(radius - distance, kInner)) where this is above -kMargin (kInner 3, kMargin 3.5
-/// voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows are shorter than a group.
+/// Raises samples to max(old, min(radius - distance, kInner)) where radius - distance is above -kMargin (kInner 3,
+/// kMargin 3.5 voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -114,7 +114,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends to `work` the lanes of `entries` set in `mask`.
+/// Appends to `work` those lanes of `entries` that are set in `mask`.
 TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -134,12 +134,12 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
   // If the sweep continues the last one, a ball of radius `inner` around A is empty already.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  // z of A relative to a row's first sample
+  // voxels, z of the motion's start A relative to a row's first sample
   const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // rounding error of the test whether a sample is ahead of A
+  // rounding error of the test whether a sample is ahead of the motion's start A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -183,7 +183,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      // omits the empty part only if it is longer than a group
+      // leaves out the row's empty part only if it is longer than a group
       const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
@@ -216,7 +216,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Cuts now if eight more of the longest rows might not fit.
+      // Cuts the collected groups now if the groups of eight more rows might not fit into `work`.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -226,8 +226,8 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   return changed;
 }
 
-// Compiled for several instruction sets. Samples are independent and FMA is off: same bits on every processor, for any
-// division into rows.
+// Compiled for several instruction sets. Samples are independent and FMA is off: the result is bit-identical on every
+// processor and for any division into rows.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -239,19 +239,19 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// Blocks, the path length at which each must be examined, and the list that carve_due() fills.
+/// Input and output of carve_due(): blocks, path length at which each must be examined, list of groups.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // labels, from the front's first voxel on
+  const Tissue* tissue;  // labels, from the first voxel of the stored box (CutFront) on
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
   glm::ivec3 held_lo, held_hi;  // box of the tissue patch
-  // path lengths at which the blocks must be examined again, from the first block on
+  // path lengths at which the blocks must be examined again, one element per block
   float* due;
   int due_x, due_y;
   float path_length;  // path length at the end of this sweep
   float ahead;        // path length for which groups are listed; 0: no list
-  float slip;         // voxels, rounding error of a depth
+  float slip;         // voxels, largest rounding error of a depth
   int lanes;          // number of samples in a group
   // Layers of blocks along x belong to the parts in turn. `part`: the current part; `first_layer`: part of the first
   // layer.
@@ -409,7 +409,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance that the ball must approach until a sample changes; a sample at kInner never changes.
+            // Distance by which the ball must approach a sample until it changes; a sample at kInner never changes.
             F8 safe_travel = (raised ? now : least) - depth;
             safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables extend beyond the sweep, because groups are longer, and lists are used up to one voxel later.
+  // The tables extend beyond the sweep's box, because groups do, and lists are used for up to one more voxel of path.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

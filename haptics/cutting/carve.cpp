@@ -1,4 +1,4 @@
-// Cuts and fillings in a tissue patch, and their transfer to a newer patch.
+// Makes cuts and fillings in a tissue patch, and transfers them to a newer patch.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Takes the larger of two fields in each sample.
+/// Sets each sample to the larger of its values in two distance fields.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {
@@ -48,8 +48,8 @@ bool relabel(TissuePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3&
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Cuts in a box of the tissue patch, with sweeps or whole voxels. `make` writes the distances from a to b, and returns
-/// true if a sample changed.
+/// Cuts in a box of the tissue patch, with sweeps or whole voxels. `make` changes the distances in the box a to b, and
+/// returns true if a sample changed.
 template <class Make>
 PerTissue carve_box(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {
@@ -111,7 +111,7 @@ PerTissue fill(TissuePatch& patch, const Fill& filling, bool* changed) noexcept 
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // Filling only reduces distances, so earlier labels stay valid; only new ones are checked.
+  // Filling only reduces distances, so existing labels stay valid; only the labels of this filling are checked.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

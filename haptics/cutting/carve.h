@@ -11,8 +11,8 @@
 // sums the removed volume of each tissue.
 //
 // The servo thread cuts its tissue patch with the functions of this file. The carver thread owns the whole volume, and
-// repeats every cut in it. Both threads use the same kernels, so that patch and volume contain the same bits. A kernel
-// is a function that processes 8 or 16 samples with one vector instruction (lane_ops.h).
+// repeats every cut in it. Both threads use the same kernels, so that patch and volume contain bit-identical samples. A
+// kernel is a function that processes 8 or 16 samples with one vector instruction (lane_ops.h).
 //
 // To save time, the servo does not examine every sample around the head. The active front (haptics/cutting/cut_front.h)
 // stores how far the head must still move before a sample can change. The kernels therefore examine only the samples
@@ -43,8 +43,8 @@ class CutFront;
 class VoxelStamp;
 
 /// Cuts in the servo's tissue patch. Returns the removed volume of each tissue in voxels³. Removed filling loses its
-/// label. `changed`: a sample changed, even in air. `front`: active front of this patch and tool. `hardened`: volume ×
-/// hardness.
+/// label. `changed`: true if a sample changed, even in air. `front`: active front of this patch and tool. `hardened`:
+/// removed volume × hardness.
 PerTissue carve(TissuePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 /// Like carve() above, but removes the whole voxels of `stamp`.
@@ -54,11 +54,11 @@ PerTissue carve(TissuePatch& patch, const VoxelStamp& stamp, bool* changed = nul
 /// Adds filling to the servo's tissue patch. Returns the added volume of each tissue in voxels³.
 PerTissue fill(TissuePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Adds the cuts that were made in `old` while `patch` was copied: in lo..hi (inclusive), takes the larger distance.
-/// `filled`: copies all samples and labels from `old`.
+/// Adds the cuts that were made in `old` while `patch` was copied: in the box lo..hi (inclusive), each sample becomes
+/// the larger of both patches. `filled` true: copies all samples and labels of the box from `old`.
 void merge(TissuePatch& patch, const TissuePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
-/// Updates the boxes of cuts and fillings as merge() does, without changing samples.
+/// Updates the boxes of changed samples in `patch` as merge() does, without changing samples.
 void mark_merged(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool filled) noexcept;
 
 }  // namespace typodont::haptics

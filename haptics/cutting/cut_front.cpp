@@ -11,9 +11,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// additional blocks around the front's box, so that the box moves seldom
+// margin of the box of blocks around the head, in blocks, so that the box moves seldom
 constexpr int kBorder = 2;
-// largest number of groups in all lists; fronts of dental burs have fewer
+// largest number of groups in all lists of a CutFront; dental burs need fewer
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
@@ -36,7 +36,7 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kBorder;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMaxParts)));
-  // Memory for the groups of one part: twice the average, because parts in the middle of the head have more groups.
+  // Number of groups for which a part gets memory: twice the average, because parts in the head's middle have more.
   const std::size_t capacity = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kPadding;
   for (Groups& part : parts_) {
     part.x.assign(capacity, 0);
@@ -100,7 +100,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // Copies the blocks a to b (positions before the move).
+    // Copies the blocks a to b (indices before the box was moved).
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {
@@ -155,8 +155,8 @@ int CutFront::renewed_early(double travel) const noexcept {
   if (outdated() > 0 || !(travel > 0)) return -1;
   std::array<double, kMaxParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - path_length_) / travel;
-  // At most one part per tick may be renewed early. If at most n lists expire in the next n ticks, for every n, all can
-  // be renewed in time; otherwise the first to expire is renewed now.
+  // At most one part's list is renewed early per tick. If at most n lists expire in the next n ticks, for every n, all
+  // can be renewed in time; otherwise the list that expires first is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

@@ -1,6 +1,6 @@
 // The active front (docs/cutting.md) tells which samples the next cuts can change. Safe travel of a sample: distance
 // that the head can surely move before the sample changes. A block must be examined again when the safe travel of one
-// of its samples is used up. Lists contain the samples just ahead.
+// of its samples is used up. Lists contain the samples just ahead of the head.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace typodont::haptics {
 /// Number of samples along z in a group: 8 or 16, as many as one vector instruction of this processor handles.
 int widest_group() noexcept;
 
-/// The active front of one tool: which samples cuts can change. Remains valid when the tissue patch is replaced.
-/// Blocks: 4 × 4 × 8 voxels, z is the fastest index. Allocates at set-up only.
+/// The active front of one tool: stores which samples its cuts can change. Remains valid when the tissue patch is
+/// replaced. Blocks: 4 × 4 × 8 voxels, z is the fastest index. Allocates at set-up only.
 class CutFront {
  public:
   /// Allocates buffers for all tools in `tools`. `voxel`: m. `lanes`: 8 or 16; the results do not depend on it.
@@ -29,8 +29,8 @@ class CutFront {
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
-  /// nearest. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's lifetime in which
-  /// they can first change.
+  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's
+  /// lifetime in which they can first change.
   struct Run {
     int kind;
     bool narrow;
@@ -49,15 +49,15 @@ class CutFront {
 
   /// The sorted list of groups, one array per property. Vector loads may read beyond the last element.
   struct Listed {
-    float* x;  // voxels, x of each group from the front's first voxel
+    float* x;  // voxels, x of each group relative to the first voxel of CutFront
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // index of the first sample, from the front's first voxel
+    std::int32_t* at;      // index of the first sample, relative to the first voxel of CutFront
     std::uint8_t* length;  // how many samples of the group may change
-    std::uint8_t* label;   // tissue of these samples
+    std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than the front states.
+  /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than is stored here.
   void forget() noexcept { known_ = false; }
   /// Position of a group in a tissue patch with the edge n that starts at voxel `patch_lo`.
   struct Place {
@@ -86,7 +86,7 @@ class CutFront {
   static constexpr double kMaxListed = 0.2;
 
   /// One part of the lists: the groups that the head may change until its path length is `until`. Arrays: position and
-  /// index of each group's first sample, relative to the front's first voxel; number of samples that may change;
+  /// index of each group's first sample, relative to the first stored voxel; number of samples that may change;
   /// tissue.
   struct Groups {
     std::vector<float> x, y;
@@ -106,7 +106,7 @@ class CutFront {
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// Makes the list from the first `listed` groups in `found`. It is valid for `valid_for` voxels from the path
+    /// Makes the list from the first `listed` groups in `found`. The list is valid for `valid_for` voxels from the path
     /// length `path_length`. If `found` was too small, the part gets no list.
     void renew(int listed, double path_length, double valid_for) noexcept;
     /// Stage at the path length `path_length` (voxels); each stage is an eighth of the list's lifetime.
@@ -121,21 +121,21 @@ class CutFront {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
   }
-  /// Returns true if the front has room for all blocks around the voxels lo to hi.
+  /// Returns true if the stored box of blocks contains all blocks around the voxels lo to hi.
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
   /// Sets the head's pose `X_V` (voxels), and adds `travel` (voxels), the motion of the head's farthest point, to the
   /// path length.
   void advance_to(const Pose& X_V, double travel) noexcept;
-  /// Moves the front so that it contains all blocks around the voxels lo to hi.
+  /// Moves the stored box of blocks so that it contains all blocks around the voxels lo to hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {
     const glm::ivec3 at = block - first_;
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Part to which a layer of blocks belongs. `layer`: counted from the front's first layer.
+  /// Part to which a layer of blocks along x belongs. `layer`: counted from the first stored layer.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Box of blocks, inclusive, counted from the front's first block.
+  /// Box of blocks, both ends inclusive; indices are relative to the first stored block.
   struct Blocks {
     glm::ivec3 first, last;
   };
@@ -163,8 +163,8 @@ class CutFront {
     const CutFront& front_;
     int first_part_, layers_;  // part of the first layer that the head reaches, and number of reached layers
     int most_;                 // largest number of reached parts that get lists
-    // Voxels. The lists of one cut get the lifetimes 1, 2, … × this, so that they expire one after another. ahead_: for
-    // reached parts; ahead_of_empty_: for others.
+    // Voxels. The lists of one cut get the lifetimes 1, 2, … × this value, so that they expire one after another.
+    // ahead_: for parts that the head reaches; ahead_of_empty_: for others.
     double ahead_, ahead_of_empty_;
     int early_;  // part renewed although its list is valid; -1: none
     int made_ = 0, empty_ = 0;
@@ -182,23 +182,23 @@ class CutFront {
   /// Table of those terms of the distance that depend only on z. `k`: number of the table.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kRowLength + kBeyond); }
 
-  // Spare elements of each table, because a group may begin at the front's last sample.
+  // Spare elements of each table, because a group may begin at the last sample of the stored box.
   static constexpr int kBeyond = 32;
   int lanes_;
-  glm::ivec3 size_{0};   // size in blocks
-  glm::ivec3 first_{0};  // index of the front's first block
+  glm::ivec3 size_{0};   // number of stored blocks along each axis
+  glm::ivec3 first_{0};  // index of the first stored block
   // due_: path length at which each block must be examined; moved_: buffer for move_around()
   std::vector<float> due_, moved_;
   static constexpr int kMaxParts = 16;
-  // The number of parts is a power of two. Positions are relative to the front's first voxel.
+  // The number of parts is a power of two. Positions in their lists are relative to the first stored voxel.
   std::vector<Groups> parts_;
-  // First voxel and edge (samples) of the lists' tissue patch.
+  // First voxel and edge (samples) of the tissue patch for which the lists were made.
   glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
   bool along_axis_ = false;  // true: the last sweep moved a drill along its axis
-  double path_length_ = 0;   // voxels, farthest point's path length since the last reset
+  double path_length_ = 0;   // voxels, path length of the head's farthest point since the last reset
   Pose X_V_;                 // pose of the head in frame V, voxels
 };
 

@@ -8,7 +8,7 @@ TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
   return pick(rises, depth, old);
 }
 
-/// Removed fraction of each voxel when its distance changes from `was` to `is`, in the units of inside_fraction.h.
+/// Removed fraction of each voxel when its sample changes from `was` to `is`, in the units of inside_fraction.h.
 TYPODONT_INLINE Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));

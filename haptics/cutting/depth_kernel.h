@@ -1,5 +1,5 @@
-// Included once in each namespace of lane_ops.h. Depth in the head from rho (distance from the axis) and z (height
-// along it). It depends only on voxel and pose: leaving out pieces that cannot be nearest gives the same bits.
+// Included once in each namespace of lane_ops.h. Depth in the head at rho (distance from its axis) and z (along it).
+// Voxel and pose alone determine it: leaving out pieces that cannot be nearest gives a bit-identical depth.
 
 TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -10,7 +10,7 @@ TYPODONT_INLINE Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance from the nearest of some pieces, and whether the point is outside at least one of them.
+/// Squared distance of a point from the nearest of some meridian pieces; whether the point is outside at least one.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -26,7 +26,7 @@ struct NearestPiece {
   }
   TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // Tests only end a, because end b is end a of the next piece. End a may be the tip.
+    // Tests only the piece's end a, because its end b is end a of the next piece. End a may be the head's tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -45,7 +45,7 @@ TYPODONT_INLINE NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Depth below the nearest of the pieces in the bit mask `set`.
+/// Depth of a point below the nearest of the meridian's pieces in the bit mask `set`.
 TYPODONT_INLINE Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

@@ -27,12 +27,12 @@ namespace {
 constexpr int kLanes = 8;
 // voxels; air nearer than this to the filling gets the filling's label, for queries at the surface
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // voxels, rounding error of a chord
+constexpr float kSlip = 1e-3f;  // voxels, added to the ball's reach because of rounding errors
 
 /// Eight samples of a row. Lanes outside the block get values that no filling changes.
 struct Lanes {
   float* at;
-  int from, to;  // lanes inside the block
+  int from, to;  // first lane inside the block, and one after the last
 
   TYPODONT_INLINE bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_INLINE F8 load() const {
@@ -65,7 +65,7 @@ void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, 
   }
 }
 
-// FMA is off and samples are independent: same bits on every processor and for any block.
+// FMA is off and samples are independent: the result is bit-identical on every processor and for any block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;

@@ -12,16 +12,16 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// Positions in voxels, from the base voxel near the head.
+/// Input of lower_block(): a ball of filling. Positions in voxels, relative to a base voxel near the head.
 struct FillBall {
   HeadPose head;
   // meridian of the head; neither the head nor its path of retreat may contain filling
   MeridianPiece pieces[HeadField::kMaxPieces];
-  // bit mask of all pieces
+  // bit mask of all pieces of the meridian
   unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // the kernel asks it for the limiting solid
+  const Fill* filling;  // gives the solid that limits the filling
 };
 
 struct FillBlock {

@@ -22,23 +22,23 @@ namespace {
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // may refer to an element outside the array
+  std::ptrdiff_t at, stride_x, stride_y;  // `at` may be outside the array
   int from[3], to[3];                     // range of samples to process along each axis
   glm::ivec3 first;                       // first sample relative to HeadPose::base
-  // Upper bound of the depths as a linear function: value at the centre, and slopes. Valid because heads are convex, so
-  // depth is concave.
+  // Upper bound of the depths as a linear function: value at the block's centre, and slopes. Valid because heads are
+  // convex, so depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // Piece of the meridian that is nearest to all samples, between its ends; otherwise kManyPieces plus a bit mask of
-  // the pieces that can be nearest.
+  // Piece of the meridian that is nearest to all samples, which lie between its ends; otherwise kManyPieces plus a bit
+  // mask of the pieces that can be nearest.
   int kind;
   bool beside;  // true: samples may be deeper during the motion than at its end
   // voxels, smallest distance by which the motion brings the head nearer to a sample
   float slowest;
 
-  /// Address of the sample near the centre.
+  /// Address of the sample nearest to the block's centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Upper bound of depth in the row (ix, iy), voxels.
+  /// Upper bound of the depths in the row (ix, iy), voxels.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kRowLength - 1) * bound_z, 0.0f);
@@ -47,10 +47,10 @@ struct HeadBlock {
 
 /// Further inputs and results of carve_head_block().
 struct BlockSafeTravel {
-  // input: voxels of path for which `live` will be valid
+  // input: length of the path, in voxels, for which `live` will be valid
   float ahead = 0;
   float safe_travel = kNoEnd;  // voxels of motion until a processed sample can change
-  // Output, may be null: for each row of the column (y is the fastest index), a bit mask of samples that may change.
+  // Output (may be null): for each row of the column (y is fastest), a bit mask of the samples that may change.
   std::uint64_t* live = nullptr;
   int shift = 0;         // bit of the first sample in each element of `live`
   bool emptied = false;  // true if a sample became air
@@ -130,14 +130,14 @@ constexpr int kStretch = 64;  // largest number of samples of a row that are lis
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// For eight block centres: distance from the head and from each piece, and the outward direction.
+/// For eight block centres: distances from the head and from each piece of its meridian; outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  // T: position of the centre, rho, and the outward direction (n_rho, n_z)
+  // frame T: position of the centre, its distance rho from the axis, and the outward direction (n_rho, n_z)
   F8 x, y, z, rho, n_rho, n_z;
 };
 
-/// `R`: rotation from V to T, column by column. `center`: positions relative to the head's centre.
+/// `R`: rotation from V to T, column by column. `center`: positions of the block centres relative to the head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -230,8 +230,8 @@ TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Distances along a piece from both of its ends (negative beyond them), and the depth below it. T: one or eight
-/// floats.
+/// Distances of a point from both ends of a meridian piece, along the piece (negative beyond the ends), and its depth
+/// below the piece. T: one or eight floats.
 template <class T>
 TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -246,7 +246,7 @@ TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& 
 }
 
 /// Returns a bit mask. A piece's bit is set if this piece alone is nearest to all `count` samples along z while the
-/// head moves by `ahead`. `first`, `last`: examined pieces. `v`: first sample relative to the head, frame V.
+/// head moves by `ahead`. `first`, `last`: examined pieces. `v`: first sample relative to the head's centre, frame V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -278,8 +278,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// Examines blocks at one pose, eight at a time.
 class HeadPass {
  public:
-  /// Examines blocks at the start pose or at the end pose. `after`: the other pose has been cut already; `ahead`:
-  /// voxels of path for which the results are valid.
+  /// Examines blocks at the start pose or at the end pose. `after`: true if the other pose has been cut already;
+  /// `ahead`: voxels of path for which the results are valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -289,7 +289,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds the block whose first voxel is `block`. Returns true if there are eight; then call examine().
+  /// Adds the block whose first voxel is `block`. Returns true if there are now eight blocks; then call examine().
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -298,7 +298,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Computes distance and nearest pieces for the added blocks; call it before near() and what().
+  /// Computes distances from the head and nearest pieces of the added blocks; call it before near() and what().
   void examine() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -307,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Single piece of the meridian that is nearest to all samples of the group from `first_voxel`; `kind` if none is.
+  /// The piece of the meridian that is nearest to all samples of the group from `first_voxel`; `kind` if no piece is.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -354,7 +354,7 @@ class HeadPass {
   /// Call it after near(). Returns kNone, and sets `safe_travel`, if nothing can change within `ahead`.
   Work what(int lane, HeadBlock& block, float& safe_travel, bool clipped) const {
     const float d = seen_.distance[lane], path_length = after_ ? back_.longest : 0;
-    // The middle sample shows if the block is far away: field and depth change by at most one per voxel.
+    // The middle sample shows if the block is far from the head: samples and depths change by at most one per voxel.
     if (!clipped) {
       safe_travel = *block.middle() + d - 2 * kHalf;
       if (safe_travel > 1 + path_length) return Work::kNone;
@@ -398,7 +398,7 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece suffices if all samples lie between its ends and no other piece is nearer to a sample inside.
+    // One piece suffices if all samples lie between its ends and no other piece is nearer to a sample inside the head.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -420,7 +420,7 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // voxels, centres relative to the head's centre
+  F8 center_[3];  // voxels, block centres relative to the head's centre
   Seen seen_;
   int lanes_ = 0;
 };
@@ -431,7 +431,7 @@ class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// `due`: receives the path length at which the block must be examined next. Returns true if the batch is full.
+  /// Adds a block. `due`: receives the path length of its next examination. Returns true if the batch is full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -458,7 +458,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch, and sets the path length at which each block must be examined next. `again`: in the next cut.
+  /// Cuts the batch. Sets the path length of each block's next examination; if `again` is true, the next cut.
   bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -485,7 +485,7 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Returns the kind of a group that extends over two blocks with the kinds `a` and `b`.
+/// Returns the kind (HeadBlock::kind) of a group that extends over two blocks with the kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -587,7 +587,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
   }
 }
 
-/// Cuts the blocks of one part of the front that must be examined now, and sets the path length of their next
+/// Cuts the blocks in one part of the active front that must be examined now, and sets the path length of their next
 /// examination. Lists groups that may change within `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
@@ -679,7 +679,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 }
 
 /// For a head that is too fast for lists. The samples of a large head exceed the near caches, so blocks are processed
-/// in batches of eight: request one sample each; decide and request rows; cut.
+/// in batches of eight: prefetch one sample of each block; decide, and prefetch rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();
@@ -736,8 +736,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   if (front.outdated() < front.parts()) {
-    // Extends beyond the sweep, because groups end with their blocks, and lists are used up to a voxel later. For a
-    // motion along the axis, the box contains only the end, but earlier lists extend farther.
+    // The tables extend beyond the sweep's box, because groups end with their blocks, and lists are used for up to one
+    // more voxel. In a motion along the axis, the box contains only the end of the head; earlier lists extend farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kRowLength - 1);
@@ -745,7 +745,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   }
   CutFront::Renewal renewal(front, front.reached(lo_, hi_), travel_, CutFront::kListedOfHead);
   bool changed = false;
-  unsigned unlisted = 0;  // bit mask of parts without lists
+  unsigned unlisted = 0;  // bit mask of the parts that have no list
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (renewal.keeps(part)) {

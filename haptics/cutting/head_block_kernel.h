@@ -1,8 +1,8 @@
 // Included once in each namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h and path_kernel.h.
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
-/// Returns true if a sample changed. `may_raise` false: only computes `found`. `tops`: receives samples that may have
-/// been deeper earlier in the motion.
+/// Returns true if a sample changed. `may_raise` false: changes no sample, only computes `found`. `tops`: receives
+/// samples that may have been deeper earlier in the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSafeTravel& found) {
   static_assert(kLanes == kRowLength);

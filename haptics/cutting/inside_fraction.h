@@ -1,5 +1,5 @@
-// Fraction of a voxel inside a surface, in integer units, whose sums are exact in any order. So removed, added and
-// remaining volumes agree.
+// Fraction of a voxel that lies inside a surface, as an integer, so that sums are exact in any order. So removed, added
+// and remaining volumes agree.
 #pragma once
 
 #include <bit>
@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
-/// Returns the fraction in units at `distance` voxels from the voxel's centre to the surface. Floats between 1 and 2
-/// are one unit apart, so the difference of their bit patterns is a number of units.
+/// Returns the fraction in units of 2⁻²³, if the surface is `distance` voxels from the voxel's centre. Floats between 1
+/// and 2 are one unit apart, so the difference of their bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
   // Without branches, so that the sum over the 512 samples of a leaf is vectorised.
   const float above = distance < -0.5f ? -0.5f : distance;

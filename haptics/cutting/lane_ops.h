@@ -1,5 +1,5 @@
 // Operations on eight floats (GCC vector types; or two halves of four lanes) or on sixteen (AVX-512). All are exact or
-// IEEE-rounded: same bits on every processor. Private to haptics/cutting.
+// IEEE-rounded: bit-identical on every processor. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -72,15 +72,15 @@ TYPODONT_INLINE Floats root(Floats v) {
 TYPODONT_INLINE Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Low 16 bits of non-negative lanes; rest: high_half().
+/// Low 16 bits of each non-negative lane; high_half() returns the other bits.
 TYPODONT_INLINE Ints low_half(Ints v) {
   return v & 0xffff;
 }
 TYPODONT_INLINE Ints high_half(Ints v) {
   return v >> 16;
 }
-/// Hardness bytes (label.h, dense_tissue.h); filled samples have the filling's hardness. `labels` null: nothing is
-/// filled.
+/// Hardness bytes of samples (label.h, dense_tissue.h); filled samples have the filling's hardness. `labels` null:
+/// nothing is filled.
 TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
   B8 bytes = *reinterpret_cast<const B8*>(hardness);
   if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
@@ -101,7 +101,7 @@ TYPODONT_INLINE bool every(Mask mask) {
 
 }  // namespace eight
 
-/// Two halves of four lanes, because GCC splits comparisons of wider vectors into single elements.
+/// Eight lanes as two halves of four, because GCC splits comparisons of wider vectors into single elements.
 namespace halves {
 
 struct Floats {

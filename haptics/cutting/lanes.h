@@ -20,7 +20,7 @@ typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
 using typodont::bits_of;
 
-/// Returns one bit per lane of the mask.
+/// Returns a number with one bit for each lane of the mask.
 TYPODONT_INLINE unsigned bits_of(const L8& mask) {
   return bits_of(__builtin_convertvector(mask, I8));
 }
@@ -42,7 +42,7 @@ TYPODONT_INLINE bool any_of(const I8& mask) {
 }
 
 TYPODONT_INLINE void take_root(D8& v) {
-  asm("" : "+m"(v));  // through memory, or some roots are computed one by one
+  asm("" : "+m"(v));  // through memory; otherwise some roots are computed one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;

@@ -1,4 +1,4 @@
-// Cuts by a ball in a leaf.
+// Cuts by a ball in a leaf (8³ samples) of the carver's volume.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-// Compiled for two halves of four lanes and for sixteen lanes, with the same bits. Eight lanes with AVX2 would need
-// fewer instructions, but make a drilling tick a third longer.
+// Compiled for two halves of four lanes and for sixteen lanes, with bit-identical results. Eight lanes with AVX2 would
+// need fewer instructions, but make a drilling tick a third longer.
 namespace halves {
 namespace {
 
@@ -64,12 +64,12 @@ Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm
 Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  // voxels, distance from the centre to a corner: |(3.5, 3.5, 3.5)|, rounded up
+  // voxels, distance from a leaf's centre to its corner: |(3.5, 3.5, 3.5)|, rounded up
   constexpr float kHalf = 6.1f;
-  // voxels: reach of the sweep; rounding error of a depth
+  // voxels: largest distance from the ball's centre at which samples change; rounding error of a depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // A leaf that is farther from B than the sweep reaches does not change.
+  // A leaf that is farther from the motion's end B than the sweep reaches does not change.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.safe_travel -= slip;

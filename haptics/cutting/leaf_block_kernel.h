@@ -1,12 +1,12 @@
 // Included once in each namespace of lane_ops.h, after cut_kernel.h and depth_kernel.h. Cuts the blocks of a leaf.
 
-/// `emptied`: a sample became air.
+/// Result for a block whose samples were raised. `emptied`: a sample became air.
 struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Like carve_head_block() for a whole block of a leaf, but without volume and safe travel. Only for blocks in which no
-/// sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
+/// Like carve_head_block() for a whole block of a leaf, but without removed volume and safe travel. Only for blocks in
+/// which no sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kRowLength, kGroups = kRows / kTogether;
@@ -70,7 +70,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
           return depth_below_pieces(block.pieces, set, rho, z);
         });
   }
-  // a copy, so that writing samples cannot change it
+  // a copy, so that the compiler knows that writing samples does not change it
   const MeridianPiece piece = block.pieces[block.kind];
   if (piece.radius == 0.0f) {
     return raise_leaf_block(

@@ -18,12 +18,12 @@ struct LeafGroups {
 };
 constexpr LeafGroups kLeafGroups;
 
-/// Bit mask of the groups that the cut may change: not too far away, not behind A, and not inside the ball at A, where
-/// all samples are kInner.
+/// Bit mask of the groups that the cut may change: not too far away, not behind the motion's start A, and not inside
+/// the ball at A, where all samples are kInner.
 TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
   constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
-  // The last terms are larger than all rounding errors.
+  // The terms 1e-2 are larger than all rounding errors.
   const float reach = c.radius + Sweep::kMargin + length + 1e-2f, inner = c.radius - Sweep::kInner - 1e-2f;
   const float ahead = std::abs(c.aby) * kHalfY + std::abs(c.abz) * kHalfZ + 1e-3f * length;
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
@@ -48,11 +48,11 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   return near;
 }
 
-/// `capsule` false: the ball at B is accurate enough (Sweep::is_ball).
+/// `capsule` false: only the ball at the motion's end B is cut (Sweep::is_ball).
 template <bool capsule>
 TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
-  // Terms that depend on y or z only. A group consists of one or two whole rows, so all groups have the same z terms.
+  // Terms of distances that depend on y or z only. A group is one or two whole rows, so all have the same z terms.
   float y_along[n], y_apart[n];
   alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
@@ -110,7 +110,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   if (any(raised)) return {true, any(emptied), 0};
   Floats min_safe_travel = never;
   const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // distance that the ball must approach until the sample changes; a sample at kInner (3) never changes
+    // voxels by which the ball must approach until the sample changes; a sample at kInner (3) never changes
     const Floats now = load(at);
     min_safe_travel =
         lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-// Compiled for each vector width. Samples are independent, volumes are integers, and FMA is off: same bits for all.
+// Compiled for each vector width. Samples are independent, volumes are integers, FMA is off: bit-identical.
 namespace halves {
 namespace {
 
@@ -128,7 +128,7 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // Often all groups of a part are narrow, or none: then only one of the kernels is called.
+    // Often all groups of a part are narrow (Run::narrow), or none is: then only one of the kernels is called.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

@@ -25,16 +25,16 @@ struct Capsule {
   bool continues;
 };
 
-/// The lists of groups that a ball may change, as plain data. Positions: relative to the first voxel of the front.
+/// The lists of groups that a ball may change, as plain data. Positions: relative to the first voxel of the CutFront.
 struct BallFront {
   Capsule c;
-  // front's first voxel, relative to the origin of `c`
+  // first voxel of the CutFront, relative to the origin of `c`
   glm::ivec3 origin;
-  float* distance;  // sample at the front's first voxel
-  struct {          // tables, indexed by z
-    // for a capsule: height above A, voxels; for a ball at B: squared height from B, voxels²
+  float* distance;  // sample at the first voxel of the CutFront
+  struct {          // tables, one value for each z
+    // for a capsule: height above its start A, voxels; for a ball at B: squared height difference from B, voxels²
     float* apart;
-    // voxels², height above A × z component of the motion
+    // voxels², height above the motion's start A × z component of the motion
     float* ahead;
   } heights;
   CutFront::Listed groups;
@@ -51,9 +51,9 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // first voxel of the front, relative to HeadPose::base
+  glm::ivec3 origin;  // first voxel of the CutFront, relative to HeadPose::base
   float* distance;
-  // tables, indexed by z: contributions of z to the coordinates x, y, z in frame T
+  // tables, one value for each z: contributions of z to the coordinates x, y, z in frame T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;
@@ -82,7 +82,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Returns true if a sample changed. Adds to `removed`.
+/// Cuts the listed groups. Returns true if a sample changed. Adds the volume to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

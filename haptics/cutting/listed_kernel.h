@@ -1,17 +1,17 @@
 // Included once in each namespace of lane_ops.h. Cuts the groups in the lists of cut_front.h.
 
 constexpr int kChunk = 128;  // number of groups that are processed together
-// number of groups by which prefetching is ahead
+// number of groups by which prefetching is ahead of cutting
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_INLINE void fetch(const float* group) {
   __builtin_prefetch(group);
-  // prefetches the end of the group too, because it usually lies in two cache lines
+  // prefetches the group's last sample too, because the group usually lies in two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Returns true if all samples of kLanes groups may change. `length`: number of such samples in each group.
+/// Returns true if all samples of kLanes groups may change. `length`: number of samples that may change, per group.
 TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -20,13 +20,13 @@ TYPODONT_INLINE bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms that are equal for all samples of a group.
+/// Terms of the distance from a ball that are equal for all samples of a group.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// `capsule` false: the ball at B is accurate enough. `ahead`: all samples are ahead of A; `whole`: all may change. If
-/// `ahead` or `whole` is true, its test is left out.
+/// Cuts groups. `capsule` false: only with the ball at B. `ahead`: all samples are ahead of A; `whole`: all may change.
+/// If `ahead` or `whole` is true, its test is left out.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -99,7 +99,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// Cuts the narrow groups (only eight samples can change), or the others. Returns true if a sample changed.
+/// Cuts either the narrow groups (only eight samples can change) or the others. Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -142,7 +142,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Depth below one or two pieces, including their end points.
+/// Depth of samples below one or two pieces of the meridian, including the pieces' end points.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -165,8 +165,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// For a motion along the axis: end, rim or flank is nearest. Gives the bits of BelowAny only for samples that this
-/// motion can cut.
+/// For a motion along the axis: end, rim or flank is nearest. Only for samples that this motion can cut, the depth is
+/// bit-identical to that of BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -197,7 +197,7 @@ struct HeadRows {
   alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
 };
 
-/// Bounds for the groups, of whose samples only the middle one is computed.
+/// Bounds of the motions of all samples in a group; only the motion of the group's middle is computed.
 struct HeadSides {
   // voxels: half the length of a group along z; component of this half perpendicular to the axis
   float half, off;
@@ -244,7 +244,7 @@ struct HeadSides {
   }
 };
 
-/// `beside`: samples may have been deeper during the motion than at its end.
+/// `beside`: true if samples may have been deeper during the motion than at its end.
 template <bool beside, class Below>
 TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -286,7 +286,7 @@ TYPODONT_INLINE void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Cuts a run: groups with the same nearest pieces.
+/// Cuts a run (CutFront::Run): groups with the same nearest pieces of the meridian.
 template <class Below>
 TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
@@ -329,7 +329,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// Cuts the narrow groups (only eight samples can change), or the others. Returns true if a sample changed.
+/// Cuts either the narrow groups (only eight samples can change) or the others. Returns true if a sample changed.
 TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

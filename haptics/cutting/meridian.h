@@ -23,14 +23,14 @@ struct MeridianPiece {
 // mask of the pieces that can be nearest.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// Pose of a head in voxels, relative to `base`, which is near enough for floats.
+/// Pose of a head in voxels, relative to the voxel `base`, which is so near that floats are precise enough.
 struct HeadPose {
   glm::ivec3 base;
   float p[3];  // voxels, the head's centre relative to `base`
   float R[9];  // rotation from V to T, column by column
 };
 
-/// Array of samples from which a head removes tissue.
+/// The samples from which a head removes tissue: an array, and the box of voxels that it contains.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;

@@ -30,7 +30,7 @@ namespace {
 
 // tan of half the angle at a corner; at a sharper corner, one line alone does not give the depth
 constexpr float kRightAngle = 1.001f;
-constexpr int kSteps = 24;  // largest number of steps; almost always less than ten
+constexpr int kSteps = 24;  // largest number of search steps; almost always less than ten
 // voxels, largest difference between the paths of a block's samples and that of its centre
 constexpr float kBesideSlip = 0.5f;
 
@@ -38,7 +38,7 @@ constexpr float kBesideSlip = 0.5f;
 /// of the axis; `height`: z of this point relative to a block's centre. Returns false if no block is that near.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // |d|² - (d·a)² <= far², quadratic in z; d = (off, z), a: unit vector of the axis
+  // |d|² - (d·a)² <= far², solved for z (quadratic); d = (off, z), a: unit vector of the axis
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -80,13 +80,13 @@ TYPODONT_INLINE Points bends_from(const Straight& path, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + path.bend_shift[2])};
 }
 
-/// Depths of eight samples, and their derivatives along the paths.
+/// Depths of eight samples, and the derivatives of the depths along the paths.
 struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depth of eight samples, accurate to kTop; ends early if it is below `needed` or above `most`.
-/// Steps alternate: intersection of two tangents (an upper bound, exact at a corner), maximum of a parabola.
+/// For each of eight samples, searches its largest depth on the path, to kTop; stops if it is below `needed` or above
+/// `most`. Steps alternate: intersection of two tangents of the depth (upper bound), maximum of a parabola.
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
   // in frame T: start points, motions, second-order terms
@@ -161,7 +161,7 @@ struct Search {
   }
 };
 
-/// Largest depths of eight samples: fraction of path, position, depth.
+/// Largest depths of eight samples on their paths; at which fraction of the path and where they occur.
 struct Deepest {
   F8 fraction;
   Points at;
@@ -212,8 +212,8 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   return found;
 }
 
-/// Largest depths at eight block centres. Depth is concave, so a linear bound (n_x, n_y, n_z) is valid for the whole
-/// blocks.
+/// Largest depths of eight block centres on their paths. Depth is concave, so a linear bound (n_x, n_y, n_z) is valid
+/// for the whole blocks.
 struct Centres {
   unsigned set;  // input: bit mask of pieces that can be nearest
   // Input, voxels: the search ends early if the largest depth is certainly below `outside` or above `emptied`.
@@ -270,7 +270,7 @@ void examine_line(const Straight* path_at, Centres* centres, int line) {
   centres->fraction = found.fraction;
 }
 
-/// Block centres at the start of the path: depths, and distances from each piece.
+/// Eight block centres at the start of the path: their depths, and distances from each piece of the meridian.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
@@ -280,7 +280,7 @@ struct AtStart {
   // true: the head recedes from every sample, so by concavity the depth is largest at the start
   I8 recedes;
 
-  /// Bit mask of the pieces that can be nearest within `reach` of the centre's start.
+  /// Bit mask of the pieces of the meridian that can be nearest to a point within `reach` of the centre's start.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -303,7 +303,7 @@ void examine_start(const Straight* path_at, const Centres* centres, AtStart* fou
 TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(path, at.at);
-  // First and last piece that can be nearest, with normals.
+  // First and last piece of the meridian that can be nearest to a sample, with normals.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -347,7 +347,7 @@ TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
     const MeridianPiece& line = path.pieces[i];
     const bool round = has_round_end(path.pieces, i);
     if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
-    // distances along the line from both ends
+    // distances of the centres along the meridian's line from its two ends
     const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
     const F8 reach_beside = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
     I8 alone = from_b > reach_beside + Sweep::kInner * line.corner_b;
@@ -364,7 +364,7 @@ TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Called only if a centre is inside the head: rare.
+/// Called only if a block's centre is inside the head, which is rare.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
   const Straight& path = *path_at;
@@ -395,7 +395,7 @@ float min_depth_at_start(const Straight* path_at, const glm::ivec3* first) {
   return least;
 }
 
-/// A block's processed part, and the bounds at its centre.
+/// The processed part of a block, and bounds of the depth at the block's centre.
 struct PathBlock {
   float* distance;
   const Tissue* tissue;
@@ -411,16 +411,16 @@ struct PathBlock {
   int line;
   bool emptied;
 
-  /// Upper bound in the row through the centre, minus that in the row (ix, iy).
+  /// Upper bound of the depth in the row through the block's centre, minus the bound in row (ix, iy), voxels.
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// Upper bound of depth in the row through the centre.
+  /// Upper bound of the depth in the row through the block's centre, voxels.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// -kMargin minus the upper bound in the row (ix, iy), voxels. If it is not negative, the row does not change.
-  /// Negative if `emptied`.
+  /// -kMargin minus the upper bound of the depth in row (ix, iy), voxels. If it is not negative, the row does not
+  /// change. Negative if `emptied`.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Upper bound of the depth in the block.
+  /// Upper bound of the depths of all samples in the block, voxels.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
@@ -437,7 +437,7 @@ void fetch(const PathBlock& block) {
 }
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
-/// Returns true if a sample changed. `safe_travel`: voxels.
+/// Returns true if a sample changed. `safe_travel`: voxels until a sample can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_path_block(const Straight* path_at, const PathBlock* block_at, RemovedVolume* removed, float* safe_travel) {
   const Straight& path = *path_at;
@@ -450,9 +450,9 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, smallest motion of the head after which a row that is not read can change
+  // voxels, motion of the head after which a sample in a row that is not read can change
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels, motion until a row that is read can change
+  F8 read = F8{} + kNoEnd;  // voxels of motion until a sample that is read can change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float reach_beside = block.unread(ix, iy); reach_beside >= 0) {
@@ -511,7 +511,7 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   return changed;
 }
 
-/// Raises eight samples of the list to their largest depths on the path.
+/// Raises eight samples of the list PathMaxima to their largest depths on the path.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;
@@ -550,7 +550,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // R − 1, computed without cancellation.
+  // R − 1 for the rotation R from pose A to pose B, computed without cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight path{.from = head_pose(X_VA),
                 .shift = {},
@@ -571,7 +571,7 @@ Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* 
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   path.turned = static_cast<float>(std::sqrt(turned / 2));
   path.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Error of a tangent: rounding of the depth, corners (2 kNear), rounding of the direction.
+  // Error of a tangent to the depth, voxels: rounding of the depth, corners (2 kNear), rounding of the direction.
   path.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * path.longest;
   return path;
 }
@@ -706,7 +706,7 @@ class PathPass {
     }
     block.first = first - path_.from.base;
   }
-  /// Computes the bounds of a group and requests its rows; meanwhile, the earlier blocks are cut.
+  /// Computes the bounds of the depths in a group of blocks and prefetches its rows; meanwhile, earlier blocks are cut.
   void examine(int which) {
     Group& group = groups_[which];
     Centres& centres = group.centres;
@@ -765,7 +765,7 @@ class PathPass {
   float* due_[8];
   Group groups_[HeadField::kMaxPieces + 1];
   int waiting_ = 0;
-  PathBlock fetched_[8];  // blocks whose rows have been requested from memory
+  PathBlock fetched_[8];  // blocks whose rows have been prefetched
 };
 
 }  // namespace
@@ -776,7 +776,7 @@ bool Sweep::carve_path(const HeadTarget& target, RemovedVolume* removed, const D
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // voxels; reach of a cut, plus one for the deviation from a straight path
+  // voxels; distance from the head within which a cut changes samples, plus one for the curvature of the path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));

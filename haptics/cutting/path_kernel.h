@@ -1,11 +1,11 @@
-// Included after depth_kernel.h. Depths along a path.
+// Included after depth_kernel.h. Depths of samples while the head moves.
 
 /// Returns `depth`, but −kNoEnd for samples that this motion does not change (Straight::still_above).
 TYPODONT_INLINE Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
 
-/// Distance from the nearest piece, with the vector from it and its normal.
+/// Distance of a sample from the nearest piece of the meridian, the vector from this piece, and the piece's normal.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -34,7 +34,7 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Outward direction; at a corner, any direction between both normals.
+  /// Outward direction; at a corner, any direction between its two normals.
   TYPODONT_INLINE void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
@@ -49,7 +49,7 @@ struct NearestWithNormal {
   }
 };
 
-/// `set`: bit mask of the pieces that are examined.
+/// `set`: bit mask of the examined pieces of the meridian.
 TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -67,10 +67,10 @@ TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// Distance from the nearest piece; component of a motion away from it, times rho (distance from axis) to save a root.
+/// A sample's distance from the nearest piece; its motion away from the piece, times rho (distance from the axis).
 struct NearestOnPath {
   NearestPiece nearest;
-  /// component away from the piece × distance from the piece × rho
+  /// component of the motion away from the piece × distance from the piece × rho
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -98,7 +98,7 @@ struct NearestOnPath {
   }
 };
 
-/// `set`: bit mask of the pieces.
+/// `set`: bit mask of the examined pieces of the meridian.
 TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                               Floats motion_rho, Floats motion_z) {
   NearestOnPath found{no_piece_yet(), all(0.0f)};
@@ -110,7 +110,7 @@ TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsig
   return found;
 }
 
-/// Upper bound of n·w over the outward normals n of the pieces that can be nearest. `away`, `along`: components of the
+/// Upper bound of n·w over the outward normals n of the pieces `first` to `last`. `away`, `along`: components of the
 /// motion w perpendicular to the axis and along it; `tip`: the sample may be nearest to a tip.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {

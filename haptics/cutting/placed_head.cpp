@@ -9,7 +9,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// voxels; air nearer than this to the body gets the body's label, for queries at the surface
+// voxels; air nearer than this to the head gets the head's label, for queries at the surface
 constexpr float kLabelled = 1;
 
 }  // namespace

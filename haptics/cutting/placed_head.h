@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Adds a head as Fill adds a ball; for implants that stay in bone. Carver thread only.
+/// Adds a head to the tissue as Fill adds a ball; for implants that stay in bone. Carver thread only.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
@@ -20,14 +20,14 @@ class PlacedHead {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Lowers each sample to the head's distance; see Fill::lower().
+  /// Lowers each sample to its distance from the head, if this is smaller; see Fill::lower().
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 
  private:
   HeadField head_;  // lengths in voxels
   Tissue label_;
-  Pose X_TV_;  // pose of the frame V in T, voxels
+  Pose X_TV_;  // pose of the volume's frame V in the tool's frame T, voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -12,7 +12,7 @@
 
 namespace typodont::haptics {
 
-/// Distances, labels and hardness of the samples; all three arrays have the same index.
+/// Distances, labels and hardness of samples; the same index refers to the same sample in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
   const Tissue* tissue = nullptr;          // null: nothing is filled
@@ -24,16 +24,16 @@ struct GradedSamples {
   }
 };
 
-/// Sums that are updated while cutting.
+/// Removed volume, summed while cutting.
 struct RemovedVolume {
   // voxels³, sum of the removed fractions of all voxels
   PerTissue volume{};
-  GradedSamples graded;  // input; without it, `hardened` remains zero
+  GradedSamples graded;  // input: hardness of the samples; without it, `hardened` remains zero
   // Units of 2⁻²³ voxel (inside_fraction.h) × hardness byte (1 to 255). Integers, so the order of the sum does not
   // matter.
   std::array<std::int64_t, kTissueCount> hardened{};
 
-  /// Adds the removed volume `units` of one sample.
+  /// Adds the volume `units` that was removed at one sample.
   void add(std::int64_t units, Tissue label, const float* sample) noexcept {
     const auto t = static_cast<std::size_t>(label);
     volume[t] += kFractionUnit * static_cast<double>(units);

@@ -1,19 +1,19 @@
 // Included after cut_kernel.h, with eight lanes. Rows of samples that may lie partly outside the processed region.
 
-/// One sample per lane; only the lanes `from` to `to` - 1 are processed.
+/// A row with one sample per lane; only the lanes `from` to `to` - 1 are processed.
 struct Row {
   float* distance;
   int from, to;
   bool whole;  // true if all samples are processed
 
-  /// Reads samples; other lanes get a value that never rises.
+  /// Reads the row's samples; the lanes that are not processed get a value that never rises.
   TYPODONT_INLINE Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  /// `labels`: needed only if the removed volume is counted.
+  /// Writes the samples. `labels`: needed only if the removed volume is counted.
   TYPODONT_INLINE void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);

@@ -19,7 +19,7 @@ class SafeTravelRows {
   TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {
     std::memcpy(rows_ + row * kRow + z, &safe_travel, sizeof safe_travel);
   }
-  /// Smallest safe travel (motion until a sample can change) of those samples from z on whose bits in `which` are set.
+  /// Smallest safe travel (motion until a sample can change) of the row's samples from z on that `which` selects.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -42,8 +42,8 @@ class SafeTravelRows {
   float rows_[16 * kRow];
 };
 
-/// The list's lifetime `ahead` (voxels) is divided into CutFront::kStages stages. Returns the first in which a sample
-/// with this safe travel can change.
+/// The list's lifetime `ahead` (voxels) is divided into CutFront::kStages stages. Returns the first stage in which a
+/// sample with this safe travel can change.
 inline int stage_of(float safe_travel, float ahead) {
   const float stage = safe_travel / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr float kCleared = 0.5f;  // voxels, distance of a removed voxel: completely air
+constexpr float kCleared = 0.5f;  // voxels, value of a removed voxel's sample: the voxel is completely air
 
 }  // namespace
 

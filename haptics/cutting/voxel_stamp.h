@@ -1,4 +1,4 @@
-// Removes voxels with centres in the head: reference for Sweep.
+// Removes all voxels whose centres are in the head: reference with which Sweep is compared.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// A head at one pose. Tissue patch and volume both use carve(), so their bits agree.
+/// A head at one pose. Tissue patch and volume both use carve(), so they remain bit-identical.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
@@ -27,7 +27,7 @@ class VoxelStamp {
 
  private:
   HeadField head_;  // lengths in voxels
-  Pose X_TV_;       // pose of the frame V in T, voxels
+  Pose X_TV_;       // pose of the volume's frame V in the tool's frame T, voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// acos with a clamped argument, so that rounding or a wrong count gives no NaN.
+/// acos with a clamped argument, so that a rounding error or a wrong encoder count gives no NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -179,7 +179,7 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   if (arm.linkage == Arm::Linkage::kFiveBar) {
-    // Central differences with steps of 1e-6 rad, exact to nine digits; the closed form would need much more code.
+    // Derivatives by central differences with steps of 1e-6 rad, exact to nine digits; a closed form would be longer.
     constexpr double kStep = 1e-6;
     glm::dmat3 J;
     for (int i = 0; i < 3; ++i) {

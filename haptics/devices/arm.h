@@ -16,15 +16,15 @@ namespace typodont::haptics {
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  // Diameters of the capstans, and of the bodies A, B, C, m.
+  // Diameters of the motors' capstans, and of the bodies A, B, C that they drive, m.
   dvec3 capstan{0}, body{0};
   double La = 0, Lb = 0, Lc = 0;                 // m, lengths of the links, if the linkage is serial
-  std::array<double, 6> L{};                     // m, lengths of a five-bar linkage
+  std::array<double, 6> L{};                     // m, lengths of the links of a five-bar linkage
   dvec3 origin{0};                               // m, origin of the workspace in the base's frame
   dvec3 torque_constant{0};                      // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};                // counts per turn of encoders A to F; 0: no stylus encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1: the angle decreases when the count increases
-  std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
+  std::array<std::int64_t, 6> home{};            // counts of the encoders A to F in the home position
   double current_limit = 3;                      // A, largest motor current; the firmware itself has no limit
   double force_limit = 5, stiffness = 1000;      // N, largest force; N/m, largest stiffness
   double continuous_force = 0;                   // N, force that the motors can give permanently without overheating
@@ -50,12 +50,12 @@ using Counts = std::array<std::int64_t, 6>;
 dvec3 body_angles(const Arm& arm, const Counts& counts);
 /// Angles of the stylus D, E, F, rad; invalid without stylus encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Pose of the stylus tip in H. The orientation was not verified on hardware.
+/// Pose of the stylus tip in the base frame H. The orientation was not verified on hardware.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
 /// Columns ∂p/∂A, ∂p/∂B, ∂p/∂C, m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
-/// Motion of the tip per encoder count at home, m: combined for A, B and C.
+/// Motion of the tip per encoder count in the home position, m: root of the sum of squares over A, B and C.
 double position_step(const Arm& arm);
 /// Torques on A, B, C that balance the arm's weight, N·m; zero if the preset states no masses.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);

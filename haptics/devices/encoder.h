@@ -21,9 +21,9 @@ class Encoder {
   /// Result of Encoder::read16() or read32() for a reading.
   enum class Step {
     kGood,
-    // The reading is too far from the last accepted one, and is ignored.
+    // The reading is too far from the last accepted reading, and is ignored.
     kRejected,
-    // Counts were lost: wrong value until home() is called.
+    // Counts were lost: the encoder's value is wrong until home() is called.
     kSlipped,
   };
   /// `reach`: largest plausible change since the last accepted reading; `nearby`: largest change between successive

@@ -48,7 +48,7 @@ class FdLink : public Link {
     if (ready < 0) return -1;
     const ssize_t n = ::read(fd_.get(), buffer.data(), buffer.size());
     if (n > 0) return static_cast<int>(n);
-    // Ready to read, but without bytes: the connection is closed.
+    // If the descriptor is ready to read but delivers no bytes, the connection is closed.
     return n < 0 && (errno == EAGAIN || errno == EINTR) ? 0 : -1;
   }
 

@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 struct HidField {
   std::uint32_t usage = 0;     // usage page in the upper 16 bits, usage in the lower 16
-  std::uint8_t report_id = 0;  // 0 if the device's reports have no id
+  std::uint8_t report_id = 0;  // id of the report with this field; 0: reports have no id
   std::uint32_t bit = 0;       // position of the field, counted after the report id
   std::uint32_t bits = 0;
   std::int32_t minimum = 0, maximum = 0;  // smallest and largest value of the field

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Largest motion of a resting arm, m; a hand that holds it moves more.
+// Largest motion of a resting arm, m; an arm that a hand holds moves more.
 constexpr double kStill = 1e-4;
 
 }  // namespace
@@ -35,8 +35,8 @@ std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
     throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;
-  // The encoders count from the pose at opening, so the arm must rest in its home position; a hand would move it more
-  // than kStill.
+  // The encoders count from the pose at opening, so the arm must rest in its home position; an arm that a hand holds
+  // moves more than kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;

@@ -16,7 +16,7 @@ namespace {
 
 // Longest plausible time between two samples, s; a longer time is a clock jump or a stopped loop.
 constexpr double kLongestGap = 0.1;
-constexpr double kNoise = 5e-4;             // m, noise of a resting hand
+constexpr double kNoise = 5e-4;             // m, largest noise of the position of a resting hand
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns, interval of the watchdog's checks without force
 constexpr double kPedalReleased = 0.05;
 

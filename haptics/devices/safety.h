@@ -13,13 +13,13 @@ struct SafetyLimits {
   double torque = 0;         // N·m, largest torque for a short time (peak torque)
   double continuous = 0;     // N, force that the motors can give permanently; 0: the peak force
   double thermal_time = 30;  // s, thermal time constant of the motor windings
-  // Largest rate of change, N/s: full force within a few ms. (1 m/s into 2 N/mm needs 2000 N/s.)
+  // Largest rate at which the force rises, N/s. (A hand that moves at 1 m/s into 2 N/mm needs 2000 N/s.)
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
   // Largest speed of the hand, m/s; above it, an encoder is broken or the arm out of control.
   double speed = 3;
-  double ramp_in = 0.25;     // s, time in which the enabled force rises
-  double free_force = 0.02;  // N, model force below which there is no contact
+  double ramp_in = 0.25;     // s, time in which the force rises to its full value after the motors were armed
+  double free_force = 0.02;  // N, computed force below which there is no contact
   double free_time = 0.05;   // s, time free of contact after which the force returns
   double silence = 1.8e-3;   // s, time without a write after which the watchdog sends zero force
   double pedal_time = 120;   // s, time after which a pressed pedal counts as stuck

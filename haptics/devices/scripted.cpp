@@ -90,7 +90,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 
 namespace {
 
-/// Times of the samples: sample i at i / rate.
+/// Gives the times of the samples: sample i has the time i / rate.
 class Ticker {
  public:
   Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
@@ -154,8 +154,8 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Four implicit steps, stable for any stiffness and rate. The displacement uses the mean velocity, so it is exact
-      // for a constant force. A stiff wall then becomes unstable exactly where theory predicts it.
+      // Integrates in four implicit steps, stable for any stiffness and rate. The displacement uses the mean velocity,
+      // so it is exact for a constant force. A stiff wall then becomes unstable exactly where theory predicts it.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

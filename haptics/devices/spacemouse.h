@@ -26,7 +26,7 @@ struct SpaceMouseControl {
   double reach = 0.03;       // m, displacement at full deflection with position control
   double turn_reach = 0.6;   // rad, rotation at full deflection with position control
   double dead_zone = 0.03;
-  double smoothing = 0.02;  // s, time constant; smooths reports at 100 Hz for a servo at 1 kHz
+  double smoothing = 0.02;  // s, time constant of a filter; smooths reports at 100 Hz for a servo at 1 kHz
 };
 /// Creates the hand. Base frame H: x right, y away, z up. Button 1 acts as the pedal.
 std::unique_ptr<HapticDevice> make_spacemouse(std::unique_ptr<Link> link, const SpaceMouseControl& control, double rate,

@@ -65,7 +65,7 @@ WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload)
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
   // Masks the frame, as a client must, to protect web proxies (RFC 6455, 5.3). Within one computer there is no proxy,
-  // so bits of the clock are random enough.
+  // so the low bits of the time are random enough.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {

@@ -46,7 +46,7 @@ class WebSocket {
   void answer_ping() noexcept;
 
   std::unique_ptr<Link> link_;
-  std::vector<std::uint8_t> in_;  // received bytes; those in [begin_, end_) are not yet parsed
+  std::vector<std::uint8_t> in_;  // received bytes; the bytes in [begin_, end_) are not yet parsed
   std::size_t begin_ = 0, end_ = 0;
   std::vector<char> message_;  // the joined fragments of a message
   std::size_t length_ = 0;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// Copies the samples lo … lo + n − 1 to `to`, z fastest. Outside the box, takes the nearest sample inside.
+// Copies the samples lo … lo + n − 1 to `to`, z fastest. Positions outside the box get the nearest sample in it.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -36,7 +36,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // Number of samples along z that are copied together; outside the box, one at a time.
+        // Number of samples along z that are copied together; for positions outside the box, one at a time.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           const T* from = &g.v[static_cast<std::size_t>(i)];
@@ -79,7 +79,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
     }
     return;
   }
-  // The 2 × 2 × 2 blocks, z fastest; null: not stored.
+  // First sample of each of the 2 × 2 × 2 blocks, z fastest; null: block is not stored.
   const T* stored[8] = {};
   T common[8] = {};  // value of blocks that are not stored
   for (int k = 0; k < 8; ++k) {
@@ -104,7 +104,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
 
 struct Kernel {
   int reach;
-  std::vector<float> weight;  // kernel at 0 … `reach` from its centre
+  std::vector<float> weight;  // weights of the kernel at the distances 0 … `reach` from its centre, samples
   explicit Kernel(double sigma) : reach(std::max(1, static_cast<int>(std::ceil(3.5 * sigma)))) {
     double sum = 0;
     for (int k = -reach; k <= reach; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
@@ -113,7 +113,7 @@ struct Kernel {
   }
 };
 
-// Smooths one block along each axis. `a`, `b`: buffers that all blocks share.
+// Smooths one block along each axis. `a`, `b`: buffers that are used again for the next block.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -368,7 +368,7 @@ class WallFlood {
       return face;
     }
     const Rows& rows = reached_[static_cast<std::size_t>(slot)];
-    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // index of the neighbour's samples that touch the face
+    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // plane of the neighbouring block's samples that touch the face
     for (std::size_t k = 0; k < kEdge; ++k) {
       if (axis == 0) {
         face[k] = rows[last * kEdge + k];
@@ -451,8 +451,8 @@ class WallFlood {
 
   const SparseMask& open_;
   const BlockSet& set_;
-  std::vector<Rows> passable_, reached_;              // samples in the mask; samples reached so far
-  std::vector<std::uint8_t> block_reached_, queued_;  // for each block of the box
+  std::vector<Rows> passable_, reached_;              // for each block: samples in the mask; samples reached so far
+  std::vector<std::uint8_t> block_reached_, queued_;  // for each block: reached; waits in the queue
   std::vector<glm::ivec3> queue_;
 };
 
@@ -606,8 +606,8 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
   return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
-// Computes the distance to the mask in the next plane from that in the last one: 0 in the mask, at most `most`. Without
-// branches, so that it vectorises.
+// Computes the distance to the mask in the next plane from the distance in the last plane: 0 in the mask, at most
+// `most`. Without branches, so that it vectorises.
 template <class Along>
 void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Along* distance) {
   for (std::size_t j = 0; j < samples; ++j) {
@@ -621,7 +621,7 @@ void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Alo
 template <class Along, class Squared>
 Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // Value beyond `reach`: larger than 3 reach²; kFar + 2 reach² must not overflow.
+  // Squared distance beyond `reach`: larger than 3 reach²; kFar + 2 reach² must not overflow.
   constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
@@ -648,7 +648,7 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
     of_second.resize(plane * row);
     along_x.resize(plane * (kEdge + 1));
     Squared *a = of_first.data(), *b = of_second.data();
-    // Along x: distance to the mask in the planes before (first pass) and after (second pass).
+    // Along x: distance to the mask in the planes before a sample (first pass) and after it (second pass).
     Along *up = along_x.data(), *from = up + plane * kEdge;
     const auto beyond = static_cast<Along>(reach + 1);
     std::fill_n(from, plane, beyond);

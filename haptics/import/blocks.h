@@ -27,7 +27,7 @@ struct BlockSet {
   glm::ivec3 count{0};  // size of the box in blocks
   // For each block of the box (z runs fastest): its index among the stored blocks, or kOutside or kInside.
   std::vector<std::int32_t> slot;
-  std::vector<glm::ivec3> first;  // position of the first sample of each stored block
+  std::vector<glm::ivec3> first;  // position in the box of each stored block's first sample
 
   BlockSet() = default;
   /// `wanted`: for each block one byte, which is not zero if the block is stored; z runs fastest.
@@ -134,20 +134,20 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// Smooths with a Gaussian, only stored samples. `sigma`: voxels.
+/// Smooths a volume with a Gaussian, only at stored samples. `sigma`: voxels.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Smooths with the kernel (1 + c) G − c G∗G. G: Gaussian; c = 1 + (blur / sigma)² ≤ 3. Blur displaces curved
+/// Smooths a volume with the kernel (1 + c) G − c G∗G. G: Gaussian; c = 1 + (blur / sigma)² ≤ 3. Blur displaces curved
 /// iso-surfaces by blur² · mean curvature; the kernel's second moment −blur² moves them back.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// The factor c of smooth_in_place().
+/// The factor c of the kernel in smooth_in_place().
 double sharpening(double sigma, double blur);
-/// Factor of smooth_in_place() on white noise's standard deviation.
+/// Standard deviation of white noise after smooth_in_place() / before it.
 double noise_left(double sigma, double blur);
 
-/// Marks blocks (one byte each, z runs fastest) that contain a sample above `bound` after smoothing. `sigma`: voxels.
+/// Marks blocks (one byte each, z runs fastest) that contain a sample above `bound` after a Gaussian of `sigma` voxels.
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
 /// Smallest (ball_max: largest) value within `radius` voxels of each sample in the mask `wanted`.

@@ -93,7 +93,7 @@ void for_each_in(const VoxelBox& box, Work work) {
   }
 }
 
-/// Removes tissue in `solid` (signed distance, m). Samples near the new surface keep their labels.
+/// Removes the tissue inside `solid` (function: signed distance, m). Samples near the new surface keep their labels.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -149,7 +149,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // Mean of a sample and its neighbours, to reduce noise.
+  // Mean grey value of a sample and its neighbours, to reduce noise.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -181,7 +181,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // Adds one layer of samples to the part, because its border is blurred. Only labels that occur in the part are
+  // Adds one layer of samples around the part, because its border is blurred. Only labels that occur in the part are
   // included; this can add samples just outside the surface.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
@@ -212,7 +212,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
   Grid<float> solid(inside.size);
   for (std::size_t i = 0; i < solid.v.size(); ++i)
     solid.v[i] = inside.v[i] ? 0.5F - std::sqrt(to_rest.v[i]) : std::sqrt(to_part.v[i]) - 0.5F;
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the distance
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the distance to the part
   solid = gaussian(solid, kSmooth);
   remove(t, box, [&](const glm::ivec3& p) { return static_cast<double>(solid[p - box.lo]) * t.frame.voxel; });
   return before;

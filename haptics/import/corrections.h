@@ -31,7 +31,7 @@ struct LabelStroke {
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
   dvec3 point{0};       // m, position from which the corrected part grows
-  double reach = 5e-3;  // m, largest distance of the corrected part from `point`
+  double reach = 5e-3;  // m, largest distance from `point` up to which the part extends
   double tolerance = 0.3;
 };
 

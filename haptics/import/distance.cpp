@@ -23,7 +23,7 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   const BlockSet& set = *g.set;
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
-  // Index of the first sample of each of the at most eight blocks, z fastest; negative: not stored.
+  // start[k]: index of the first sample of block k of the (at most 2×2×2) blocks around p; negative: not stored.
   constexpr int kEdge = BlockSet::kEdge;
   const glm::ivec3 first = lo & ~(kEdge - 1);
   std::ptrdiff_t start[8];
@@ -75,7 +75,7 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
         nearest.v[j] = d;
         feature.v[j] = f;
         unpropagated[j] = 1;
-        // Earlier buckets are already processed.
+        // Never an earlier bucket than the current one, because those are already processed.
         const auto into = std::max(b, static_cast<std::size_t>(d / width));
         if (into < buckets.size()) buckets[into].push_back(j);
       });
@@ -266,7 +266,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Takes the closest point of a neighbouring sample if it is nearer.
+  // Takes the closest point that a neighbouring sample has found, if it is nearer to this sample.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
     // Stored separately first: threads read each other's samples.

@@ -26,7 +26,7 @@ using importing::TriangleTree;
 
 // Smallest cosine of the angle between the normals of scan and CT on a crown.
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;  // m², smaller enclosed gaps count as crown
+constexpr double kGapArea = 10e-6;  // m², smaller gaps that a crown encloses count as crown
 // Smaller pieces do not count as crown, m².
 constexpr double kMinPiece = 5e-6;
 constexpr double kLabelDepth = 0.75;  // voxels below the surface at which tissue is read
@@ -43,7 +43,7 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Distance (m) and its gradient (m per voxel) at a position in voxels; Catmull–Rom interpolation.
+/// Signed distance (m) from tissue and its gradient (m per voxel) at a position in voxels; Catmull–Rom interpolation.
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -135,8 +135,8 @@ class Crowns {
 
   struct Near {
     dvec3 point, normal;
-    double distance = 0;  // m, without sign
-    // Weight of the scan: 1 inside a crown, 0 at its rim and outside.
+    double distance = 0;  // m, distance from the scan, without sign
+    // Weight of the scan's surface in the fused surface: 1 inside a crown, 0 at its rim and outside it.
     double weight = 0;
   };
   /// Nearest point on the scan within `reach`; p and `reach` in m, frame C.
@@ -256,7 +256,7 @@ class Crowns {
     }
   }
 
-  /// Computes the weights of the points: 0 at the rim, rising to 1 at the distance `blend` along the edges.
+  /// Computes the weight of the scan at each point: 0 at the rim, rising to 1 at the distance `blend` along the edges.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -312,11 +312,11 @@ class Crowns {
   const FuseOptions& options_;
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
-  std::vector<dvec3> points_;           // m, frame C
+  std::vector<dvec3> points_;           // m, frame C, corners of the scan's triangles
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  // For each triangle: at the border of the scan; part of a crown.
+  // For each triangle: true if it is at the border of the scan; true if it is part of a crown.
   std::vector<bool> at_border_, covered_;
   std::vector<double> weights_;  // weight of the scan at each point: 0 at the rim, 1 inside
   FuseReport report_;
@@ -430,7 +430,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.place = ct.place;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // phi is positive inside: near crowns a blend of scan and CT, elsewhere the CT.
+  // phi (positive inside tissue): near crowns a blend of the distances to scan and CT, elsewhere that to the CT.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
@@ -440,7 +440,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
         std::abs(static_cast<double>(rough)) > far + coarse) {
-      phi.v[at] = -rough * inverse;  // far away, only the sign counts
+      phi.v[at] = -rough * inverse;  // far from the crowns, only the sign counts
       return;
     }
     const importing::Jet jet = distance_at(ct, place);
@@ -475,7 +475,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
   const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
-  // Smaller changes than this count as none, so that the CT's distance stays; voxels.
+  // If a distance changes by less than this, the CT's distance stays; voxels.
   constexpr double kEqual = 0.005;
   progress(0.9);
 

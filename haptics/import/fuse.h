@@ -81,7 +81,7 @@ struct FuseOptions {
 struct FuseReport {
   double scanned_area = 0;  // m², area of the scanned surface
   double covered_area = 0;  // m², area of the scan that replaces the CT's surface
-  // Distances of the replacing surface from the CT's surface, m: mean (positive outside); median and 95 % quantile of
+  // Distances of the crowns' new surface from the CT's surface, m: mean (positive outside); median and 95 % quantile of
   // the absolute value.
   double mean = 0, median_size = 0, max_size = 0;
 };

@@ -33,8 +33,8 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // Copies lines first, because the result overwrites its input. Along x and y, `wide` neighbouring lines are processed
-  // together.
+  // Copies lines of samples first, because the result overwrites its input. Along x and y, `wide` neighbouring lines
+  // are processed together.
   Grid<float> out = g;
   constexpr int kWide = 64;
   for (int axis = 0; axis < 3; ++axis) {

@@ -48,7 +48,7 @@ double free_memory() {
     constexpr std::string_view kKey = "MemAvailable:";
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
-  // A limit of the address space (ulimit -v) also counts reserved memory.
+  // If the address space is limited (ulimit -v), reserved memory counts too.
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     double pages = 0;
@@ -149,7 +149,7 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from the centre.
+        // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from its centre.
         const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += fraction * h * h * h;

@@ -53,9 +53,9 @@ struct ImportOptions {
   // Number of the DICOM series in the printed list.
   std::optional<int> series;
   std::optional<dvec3> spacing;  // m, spacing along the scan's axes that replaces the file's
-  // Threshold between surroundings and softer tissue; empty: from the histogram.
+  // Grey value that separates the surroundings from the softer tissue; empty: found in the histogram.
   std::optional<double> surface_grey;
-  // Threshold between softer and denser tissue; empty: from the histogram.
+  // Grey value that separates softer from denser tissue; empty: found in the histogram.
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: automatic
   std::optional<double> nan_grey;    // grey value replacing NaN voxels; empty: NaN is an error
@@ -65,12 +65,12 @@ struct ImportOptions {
   // Tissue of each value of a label map; overrides the tissues that the file names. If not empty, the scan is a label
   // map.
   std::map<int, Tissue> labels;
-  double band = 1.5e-3;  // m, exact distances up to here on both sides
+  double band = 1.5e-3;  // m, distances from the surface are exact up to this, on both sides
   // Part of the scan to import; empty: all. The grey values always come from the whole scan.
   std::optional<ImportRegion> region;
   double mesh_unit = 1e-3;      // length in m of one unit of a mesh file
   Pose mesh_pose;               // pose of the file's frame in the frame of the imported volume
-  std::optional<double> shell;  // m, thickness of enamel or cortical bone
+  std::optional<double> shell;  // m, thickness of enamel or cortical bone in a mesh
   // Height of the crowns from gingiva to cusps, m, for an arch without colours.
   std::optional<double> crown;
   bool greys = true;             // keeps the grey values, for write_preview()
@@ -94,8 +94,8 @@ struct JawTooth {
 };
 
 struct JawReport {
-  std::vector<JawTooth> teeth;  // the teeth with enamel or metal, the largest first
-  double border = 0;            // m, uncertainty of the position of a border
+  std::vector<JawTooth> teeth;  // teeth with enamel or metal, the largest first
+  double border = 0;            // m, uncertainty of the position of a border between tissues
   // Volume expected to be mislabelled between tooth and bone, m³.
   double mislabelled = 0;
   std::vector<JawCanal> canals;
@@ -108,7 +108,7 @@ struct JawReport {
 struct KindGreys {
   double cortical = 0;  // lowest grey value of cortical bone
   double enamel = 0;    // lowest grey value of enamel
-  // Hardness: 0 at `soft`, 1 at own_cancellous or own_cortical.
+  // Grey values that define hardness: 0 at `soft`, 1 at own_cancellous or own_cortical.
   double soft = 0, own_cancellous = 1, own_cortical = 1;
 };
 
@@ -117,11 +117,11 @@ struct ImportReport {
   dvec3 spacing{0};                    // m, spacing of the scan; zero for a mesh
   double voxel = 0;                    // m, voxel edge of the imported volume
   glm::ivec3 size{0};                  // size of the imported volume in voxels
-  dvec3 lo{0}, hi{0};                  // m, bounding box of the surface in the file's coordinates
+  dvec3 lo{0}, hi{0};                  // m, bounding box of the tissue in the file's coordinates
   double height = 0;                   // m, longest edge of the bounding box
   PerTissue volume{};                  // m³ of each tissue
   PerTissue volume_uncertainty{};      // m³, uncertainty of each tissue's volume; zero for a mesh
-  PerTissue hardness{};                // 0..1, if derived from grey values
+  PerTissue hardness{};                // mean hardness of each tissue, 0..1, if grey values define it
   int bodies_found = 0;                // number of connected bodies of tissue in the scan
   int bodies_kept = 0;                 // number of connected bodies in the imported volume
   int pulp_parts = 0;                  // number of connected pieces of pulp

@@ -78,7 +78,7 @@ void refuse_labels(const std::filesystem::path& file, const Scan& scan) {
   }
 }
 
-// Tissue of each value; the value is the index; 0 is air.
+// Tissue of each value of the label map; the value is the index; 0 is air.
 static std::vector<Tissue> tissues_of(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options,
                                       std::vector<std::string>& notes) {
   std::vector<Tissue> tissues{Tissue::kAir};
@@ -144,7 +144,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   out.size = glm::ivec3(extent / voxel) + 1;
   out.band = options.band;
   out.frame = {scan.origin + dvec3(lo) * scan.spacing, voxel};
-  constexpr double kPerMapVoxel = 13, kPerVoxel = 42;  // bytes, memory per voxel of map and result
+  constexpr double kPerMapVoxel = 13, kPerVoxel = 42;  // bytes of memory per voxel of the map; per voxel of the result
   require_memory(kPerMapVoxel * static_cast<double>(Grid<float>::count(box)) +
                      kPerVoxel * static_cast<double>(Grid<float>::count(out.size)),
                  options, report);
@@ -190,7 +190,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
         const dvec3 q = dvec3(at) * ratio;
         if (options.greys) result.grey[i] = static_cast<float>(label[glm::ivec3(glm::round(q))]);
         if (d > kLabelReach) continue;
-        // Outside, and where smoothing filled a corner, takes the nearest labelled voxel.
+        // Outside the tissue, and where smoothing filled a corner, takes the label of the nearest labelled voxel.
         const dvec3 p = d > 0 ? dvec3(field.closest[at]) * ratio : q;
         const glm::ivec3 near = glm::ivec3(glm::round(p));
         double least = 1e9;

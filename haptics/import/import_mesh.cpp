@@ -92,7 +92,7 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
-/// Throws Error if memory is too small. `deepest`: depth of the computed distances, voxels; `labels`: bytes per voxel.
+/// Throws Error if memory is too small. `deepest`: largest computed depth, voxels; `labels`: bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
   // Memory of the imported volume (bytes per voxel), and fixed memory (bytes), as measured by ./run bench import.
@@ -151,7 +151,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    // For each segment: height of its first point, and its length along the plane.
+    // For each edge of the border: height of its first point above the plane, and its length along the plane.
     std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -196,7 +196,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
 /// area in or just below it. Zero if no side is clearly the flattest.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
-    dvec3 normal, middle;  // unit normal; centre, m
+    dvec3 normal, middle;  // unit normal of the triangle; its centre, m
     double area;
   };
   std::vector<Face> faces;
@@ -339,7 +339,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Excess of red relative to the brightness; high for gingiva.
+/// Excess of red in a colour, relative to its brightness; high for gingiva.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
@@ -463,9 +463,9 @@ ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions&
 }
 
 double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
-  // Usual voxel edge, and the step by which it grows until the volume is allowed, m.
+  // Usual voxel edge, and the step by which it grows until the number of voxels is allowed, m.
   constexpr double kDefault = 0.1e-3, kStep = 0.01e-3;
-  // Voxels in addition to the band, sum of both sides.
+  // Voxels of the volume beyond the band around the mesh, sum of both sides of an axis.
   constexpr double kMargin = 8;
   const auto extent = [&](double voxel) { return bounds.hi - bounds.lo + 2 * options.band + kMargin * voxel; };
   constexpr double kLongest = 1;  // m; meshes that are farther apart belong to different frames
@@ -548,7 +548,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // The crown is at the longest axis's wider end.
+  // The crown is at that end of the longest axis where the tooth is wider.
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
   // For each x: number of voxels in the lower and upper half of the longest axis.

@@ -22,7 +22,7 @@
 namespace typodont::haptics::importing {
 
 namespace {
-// Smoothing before the histogram, voxels.
+// Standard deviation of the smoothing before the histogram, voxels.
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
@@ -30,7 +30,7 @@ constexpr double kScanSmoothing = 0.8;
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Replaces blocks of k.x × k.y × k.z voxels by their mean.
+// Replaces each block of k.x × k.y × k.z voxels by one voxel with their mean grey value.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -113,7 +113,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // segment() requires surroundings at the walls.
+  // segment() requires grey values of the surroundings at the walls (outer faces) of the volume.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -207,7 +207,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   return piece;
 }
 
-// `smooth`: the scan after slight smoothing.
+// Finds grey values. `smooth`: the scan after slight smoothing.
 static ScanGreys greys_without_shading(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
                                        const ImportOptions& options) {
   ScanGreys greys;
@@ -371,7 +371,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const std::size_t main = main_body(bodies, Levels::kMinTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
-  // Volume of the blocks with tissue and neighbours, m³.
+  // Volume of the blocks with tissue and of their neighbouring blocks, m³.
   const double near_tissue =
       fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;
   solid = Mask();
@@ -454,7 +454,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // The grid of the imported volume shares at least one sample with the working grid.
+  // First voxel and size of the imported volume. Its grid shares at least one sample with the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -522,7 +522,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     }
   });
 
-  // In a jaw, the random walker's uncertainty is added.
+  // Uncertainty of volumes. In a jaw, that of the random walker between teeth and bone is added.
   const double contrast = levels.dense ? *levels.dense - levels.soft : levels.soft - levels.outside;
   report.volume_uncertainty = volume_uncertainty(
       out, report.jaw ? report.jaw->border : working * border_uncertainty(levels.noise / contrast, s.blur));
@@ -533,7 +533,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (tooth && levels.dense) {
     constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
     const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
-    // Half of `unseen`: twice the uncertainty then covers all canals that are not seen.
+    // Half of the volume `unseen`, so that twice the uncertainty covers all canals that are not seen.
     for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
     if (unseen >= 1 * kCubicMillimetre)

@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
-  // Shading of a jaw's scan, which was removed first.
+  // Shading of a jaw's scan, which was removed before the grey values were found.
   std::optional<Shading> shading;
   std::vector<std::string> notes;
 };
@@ -31,7 +31,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// Voxels outside the surface get labels up to this distance, voxels.
+/// Up to this distance from the surface, voxels outside it get labels; voxels.
 inline constexpr double kLabelReach = 2.5;
 
 /// Returns the smallest box that contains both boxes.

@@ -47,7 +47,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // Weight of a step between the darkest of the bright samples.
+  // Weight of a step between two samples that are the darkest of the bright samples.
   constexpr double kMin = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -192,8 +192,8 @@ class LayerBound {
 // brightest value across the wall gives its thickness, and the thickness the border's value.
 class CanalBound {
  public:
-  /// `blur`, `radius`: voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur), which corrects
-  /// curvature only where they vary slowly.
+  /// `blur`, `radius` (of the canal): voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur),
+  /// which corrects curvature only where they vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
     constexpr double kStep = 0.1, kThickest = 6;  // voxels, step and largest value of the tabulated thicknesses
     // Smallest rise from bone (0) to wall (1); a smaller rise is normal variation of bone.
@@ -204,7 +204,7 @@ class CanalBound {
     const auto curved = [](double x, double width) {
       return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
     };
-    // Value at x of a cylindrical edge of height 1, after blur and smoothing.
+    // Grey value at x (voxels) of a cylindrical edge of height 1 at 0, after blur and smoothing.
     const auto edge = [&](double x, double curvature) {
       return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
              c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
@@ -229,7 +229,7 @@ class CanalBound {
   }
 
  private:
-  double least_;  // brightest values below this mean that there is no wall
+  double least_;  // a brightest value below this means that the canal has no wall
   // For each thickness of the wall, in ascending order: brightest value across the wall, and value at its border.
   std::vector<double> brightest_, border_;
 };
@@ -346,7 +346,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   // Distance from a border that blur affects, and radius of a ball that reaches beyond a canal's far side; voxels.
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  // Smallest number of dentin samples near a sample, and in all teeth.
+  // Smallest number of dentin samples near a sample (kMin) and in all teeth (kEnough) for a grey value of dentin.
   constexpr std::size_t kMin = 20, kEnough = 200;
   // Limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
   constexpr double kBrightest = -0.25;
@@ -440,7 +440,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return limited(a) > limited(b); });
   struct Part {
     std::int32_t joined_to;
-    float top;  // squared depth of the deepest sample
+    float top;  // squared depth of the region's deepest sample
     double samples = 0, bright = 0;
     dvec3 sum{0};
   };
@@ -495,7 +495,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
   constexpr int kBins = 300;
-  // Brightest enamel, Hounsfield units.
+  // Grey value of the brightest enamel, Hounsfield units.
   constexpr double kBrightest = 3600;
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
@@ -511,7 +511,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Thresholds of three classes with the smallest variance within classes (Otsu 1979).
+  // Thresholds between three classes of grey values, with the smallest variance within classes (Otsu 1979).
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -529,7 +529,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Most frequent grey value of a class.
+  // Most frequent grey value of a class, given as a range of the histogram's bins.
   const auto mode = [&](std::size_t from, std::size_t to) {
     // Bins on each side that are counted together with a bin.
     constexpr std::size_t kHalf = 6;
@@ -547,7 +547,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.enamel = mode(second, kBins);
   // Density of enamel divided by that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
-  // If the three classes have mixed bones, the brightest class is divided again.
+  // If the brightest class contains not only enamel, this class is divided again.
   constexpr double kMinEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
@@ -567,7 +567,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   }
   constexpr std::size_t kMinMetal = 40;  // smallest number of voxels; with fewer, there is no metal
   if (metal.size() >= kMinMetal) {
-    // Third quartile, because the borders of metal are too dark.
+    // Third quartile of the grey values of metal, because the borders of metal are too dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
@@ -641,7 +641,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs the walk.
+  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs it.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
@@ -702,7 +702,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
     const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
     const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
-    double length = 0, volume = 0;  // length in voxels, volume in samples
+    double length = 0, volume = 0;  // length (voxels) and volume (samples) of all canals
     for (const JawCanal& found : out.report.canals) {
       for (std::size_t k = 1; k < found.centre.size(); ++k)
         length += glm::length(found.centre[k] - found.centre[k - 1]);

@@ -35,7 +35,7 @@ using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
   Sparse<Tissue> tissue;  // labels, also up to two samples outside the surface
-  JawReport report;       // positions in samples
+  JawReport report;       // report for the user; positions in samples
 };
 
 /// `scan`: the segmented scan; `noise`: standard deviation of its noise; `walls`: walls that cut the jaw; `voxel`: m.

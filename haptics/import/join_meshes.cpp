@@ -17,7 +17,7 @@ glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// Joins the volumes, and reports their overlap (m³). `kept`: memory of the volumes, bytes.
+/// Joins the volumes of single meshes, and reports their overlap (m³). `kept`: memory of the volumes, bytes.
 DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
                    ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;

@@ -17,7 +17,7 @@ static double quantile(std::vector<float>& values, double fraction) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Values at the volume's walls (outer faces), which are mostly surroundings.
+// Grey values at the volume's walls (outer faces), which are mostly surroundings.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -31,7 +31,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // Estimates the standard deviation from the median.
+  // Estimates the standard deviation from the median of absolute deviations.
   return 1.4826 * quantile(values, 0.5);
 }
 
@@ -127,7 +127,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // A bin belongs to the peak that is reached by climbing from it.
+    // A bin of the histogram belongs to the peak that is reached by climbing from it.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -175,9 +175,9 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   constexpr double kAir = -1000, kMinApart = 880, kMaxApart = 1100;
   // Limits of the brightest voxel (bone to metal), Hounsfield units.
   constexpr double kMinBone = 300, kMost = 8000;
-  // Smallest fraction of all voxels in each of both peaks.
+  // Smallest fraction of all voxels that each of the two peaks (air, soft tissue) contains.
   constexpr double kMinMass = 0.01;
-  // Usual constants, most frequent first; an offset within kNear of one is set to it.
+  // Usual grey values of 0 Hounsfield units, most frequent first; an offset within kNear of one is set to it.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {

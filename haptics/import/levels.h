@@ -28,7 +28,7 @@ struct Levels {
   double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;         // standard deviation in the surroundings after smoothing
+  double smoothed_noise = 0;         // standard deviation of the grey values there after smoothing
 
   /// Grey value of the surface: the user's threshold, or half-way between `outside` and `soft`, where a blurred edge
   /// truly lies.
@@ -44,7 +44,7 @@ struct Peak {
 /// Finds the peaks of the histogram, from dark to bright. `blur`: standard deviation of the noise.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// `smoothed`: the scan after slight smoothing. Throws Error if there is no tissue.
+/// Finds the grey values. `smoothed`: the scan after slight smoothing. Throws Error if there is no tissue.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 

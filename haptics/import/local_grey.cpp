@@ -14,12 +14,12 @@ std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMas
     if (blur == 0) return here;
     double rise = 0;
     for (const glm::ivec3& f : kFaces) rise += static_cast<double>(grey[p + f]) - here;
-    // Distance from the border in units of `blur`. The border lies half a voxel before the nearest sample outside.
+    // Distance of the sample from the tissue's border / `blur`. The border is half a voxel from samples outside.
     const double z = std::clamp((std::sqrt(static_cast<double>(away[p])) - 0.5) / blur, 0.5, 6.0);
     const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI);
     return here - blur * blur * rise * 0.5 * std::erfc(z / std::sqrt(2.0)) / (z * density);
   };
-  // If too few samples are far from the border, nearer ones are used.
+  // If too few samples are far from the border, samples nearer to it are used.
   for (const double far : {3.0, 2.5, 2.0, 1.5, 1.4}) {
     if (far < least) break;
     const auto counts = [&](const glm::ivec3&, std::size_t i) { return away.v[i] >= static_cast<float>(far * far); };

@@ -24,7 +24,7 @@ struct MeshRepairs {
   std::size_t welded = 0;     // number of corners that were merged with another corner
   std::size_t copies = 0;     // number of removed copies of triangles
   std::size_t turned = 0;     // number of triangles reversed to agree with their neighbours
-  // Number of shells that were inside out, and were reversed.
+  // Number of shells (connected surfaces) that were inside out, and were reversed.
   std::size_t shells_turned = 0;
   std::size_t holes = 0;       // number of small holes that were closed
   std::size_t hole_edges = 0;  // total number of edges of the closed holes

@@ -12,7 +12,7 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // sixths of the winding number
+constexpr int kInside = 3;  // winding number in sixths, from which on a sample is inside
 
 /// Outer surface of the parts: omits buried triangles, and splits partly buried ones down to the size of a voxel.
 class Skin {
@@ -61,8 +61,8 @@ class Skin {
     if (!(size > 0)) return false;
     // Not exactly the centre, because the centres of opposite faces may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // Distances of test points beside the triangle, voxels. A side lies outside if there is no part at kAround, or,
-    // between equal parts, by the winding number at kBeside.
+    // Distances of test points from the triangle, voxels. Its side lies outside if there is no part at kAround. If the
+    // parts on both sides are equal, the winding number at kBeside decides.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -185,7 +185,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     filled.capped = !cap.empty();
     if (filled.capped) add_cap(cap, band, distance);
   }
-  constexpr double kShell = 1;  // voxels, half thickness of a sheet
+  constexpr double kShell = 1;  // voxels, half the thickness of the solid that replaces a mesh without volume
   for_each_sample(*distance.set, [&](const glm::ivec3& p, std::size_t i) {
     double d = static_cast<double>(distance.v[i]);
     if (filled.sheet) d -= kShell;

@@ -21,7 +21,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // end of the header, where LOCAL data begin
+  std::streamoff end = 0;  // position of the header's end in the file, bytes; LOCAL data begin there
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);

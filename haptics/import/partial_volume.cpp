@@ -15,8 +15,8 @@ namespace {
 constexpr int kBall = 6;  // voxels, radius of a ball that reaches beyond the far side of a thin layer
 
 struct BallSample {
-  double label;  // weight of a label: 1 in the middle, 0 at the edge
-  // Weight of a voxel's tissue fraction, sharpened so that blur does not change the weighted sum of fractions.
+  double label;  // weight of a label: 1 in the middle of the ball, 0 at its edge
+  // Weight of a voxel's tissue fraction in a sum over the ball. Corrected so that blur does not change this sum.
   double fraction;
 };
 // Row of a ball along z at one (x, y).
@@ -34,7 +34,7 @@ std::vector<BallRow> ball_rows(double blur) {
       for (int z = -kBall; z <= kBall; ++z) {
         const double r = (x * x + y * y + z * z) / kSquared;
         if (r >= 1) continue;
-        // Blur adds blur²/2 · ∇²w to the weighted sum; w = (1 − r)², ∇²w = (20 r − 12) / kSquared.
+        // Blur adds blur²/2 · ∇²w to the sum with weight w = (1 − r)², where ∇²w = (20 r − 12) / kSquared.
         const double weight = (1 - r) * (1 - r);
         row.samples.push_back({weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
         row.half = z;
@@ -55,7 +55,7 @@ float exceeded_by(std::span<Ranked> samples, double volume) {
   const auto greater = [](const Ranked& a, const Ranked& b) { return a.value > b.value; };
   double above = 0;              // weight of the larger samples that were dropped
   const Ranked* last = nullptr;  // smallest of the dropped samples
-  // Halves the samples by value until few must be sorted.
+  // Halves the set of samples by value until only a few must be sorted.
   constexpr std::size_t kFew = 16;
   while (samples.size() > kFew) {
     const std::size_t half = samples.size() / 2;

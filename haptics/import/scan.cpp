@@ -95,7 +95,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMaxVoxels));
   }
-  // Two copies of the scan, one with exchanged axes.
+  // Bytes of memory per voxel: two copies of the scan, one with exchanged axes.
   constexpr double kBytesPerVoxel = 8;
   if (const double most = memory.value_or(free_memory()); product * kBytesPerVoxel > most) {
     throw Error(file.string(), place,
@@ -411,7 +411,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
                : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
                              limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
-  // The axes lie in a plane: they define no orientation.
+  // If the three axes lie in a plane, they define no orientation.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");

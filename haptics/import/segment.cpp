@@ -81,7 +81,7 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   return unit(slope);
 }
 
-// Depth of a sample, which determines its label rules.
+// Depth of a sample below the surface, which determines the rules for its label.
 enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
 
 // The steps of a segmentation in order. Each step frees data that no later step needs.
@@ -131,7 +131,7 @@ class Segmenter {
   // first distances are exact, for measuring edges.
   static constexpr double kSmooth = 0.8, kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
 
-  // Smooths blocks as bright as the surface, and neighbours.
+  // Smooths the blocks that contain samples as bright as the surface, and their neighbours.
   void smooth_greys() {
     const auto surface_grey = static_cast<float>(levels_.surface()), outside = static_cast<float>(levels_.outside);
     set_ = std::make_shared<BlockSet>(
@@ -523,12 +523,12 @@ class Segmenter {
   ImportPreset preset_;
   bool tooth_;
   std::optional<double> band_;
-  double rise_;  // grey value of the softer tissue minus surroundings
+  double rise_;  // grey value of the softer tissue minus that of the surroundings
 
   Segmentation s_;
   std::shared_ptr<BlockSet> set_;
   Sparse<float> smooth_;     // smoothed grey values
-  Sparse<float> over_;       // (smoothed − local threshold) / `rise_`
+  Sparse<float> over_;       // (smoothed grey value − local threshold) / `rise_`
   SparseMask cavity_;        // cavities inside the first surface
   SparseMask hollow_;        // spaces in bone that are not tissue (cavities.h)
   DistanceField first_;      // distances to the first surface
@@ -545,7 +545,7 @@ class Segmenter {
 }  // namespace
 
 double border_uncertainty(double noise, double blur) {
-  constexpr double kWithoutNoise = 0.1;  // voxels, error of a border's position without noise, as measured
+  constexpr double kWithoutNoise = 0.1;  // voxels, measured error of a border's position in a scan without noise
   return std::hypot(kWithoutNoise, noise * std::sqrt(2 * M_PI) * std::max(0.5, blur));
 }
 

@@ -121,7 +121,7 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
 /// Iteratively reweighted least squares with Cauchy weights.
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // Residual in σ at which the weight is one half; lower limit of σ, grey values per voxel; regularization.
+  // Residual of a cell, in σ, at which its weight is one half; lower limit of σ, grey values per voxel; regularization.
   constexpr double kLimit = 1.5, kMinSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;

@@ -39,7 +39,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
                                  own_pulp_grey = reference_grey(grey, pulp, kEnoughPulp, 1.4, 0);
   const Sparse<float> to_enamel = distance_squared_to(enamel, 4), to_pulp = distance_squared_to(pulp, 4),
                       to_dentin = distance_squared_to(dentin, 4);
-  // Corrects the border of one tissue. `usual`: its contrast to dentin in the whole scan.
+  // Corrects the border of one tissue. `usual`: contrast of this tissue to dentin in the whole scan.
   const auto match = [&](Sparse<float>& field, const SparseMask& tissue, const Sparse<float>& to_tissue,
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;

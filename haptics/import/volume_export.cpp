@@ -91,7 +91,7 @@ struct Samples {
   std::string bytes;
   const char* nrrd_type;
   std::int16_t nifti_type, nifti_bits;
-  std::string nrrd_lines;  // further lines of an NRRD header
+  std::string nrrd_lines;  // additional lines for the header of an NRRD file
 };
 
 Samples label_samples(const DenseTissue& t) {

@@ -15,7 +15,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// `s`, `e`: volume6() of the triangle with `from` and `to`; they have different signs.
+/// True if from–to passes a, b, c. `s`, `e`: volume6() of the triangle with `from`, `to`; of different sign.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
   constexpr double kTouches = 1e-12;  // m; points nearer to a plane count as lying in it
@@ -25,9 +25,9 @@ bool passes_between(const dvec3& from, const dvec3& to, double s, double e, cons
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }
 
-/// Returns true if `from` is clearly on one side of t.
+/// Returns true if all corners of `from` are clearly on one side of the plane of t.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
-  // m from the plane; beyond, rounding cannot change the side
+  // m; at a larger distance from the plane, rounding cannot change the side
   constexpr double kClear = 1e-10;
   const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
@@ -37,10 +37,10 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// m between boxes at which triangles are certainly apart
+// m; triangles whose boxes are farther apart than this certainly do not cross
 constexpr double kApart = 1e-9;
 
-/// Corners of eight triangles, or of the same triangle in all lanes.
+/// Corners of eight triangles, one per lane, or of the same triangle in all lanes.
 struct Eight {
   D8 p[3][3];
 };
@@ -121,7 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // Each signed volume of a tetrahedron is used for both edges at its corner.
+  // The signed volume of t and a corner is used for both edges that meet at this corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

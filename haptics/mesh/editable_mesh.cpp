@@ -154,10 +154,10 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// The following functions maintain the grid of faces.
+// The following functions maintain the grid, in which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // margin relative to the coordinates; larger than a float's rounding error
+  // margin of a face's enclosing ball / coordinate; larger than a float's rounding error
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -311,7 +311,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // Moved vertices may change the cell of a face.
+  // If a vertex has moved, a face may lie in another cell of the grid.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -457,7 +457,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // Visits all faces around `gone`, because it is not on a border.
+  // `gone` is not on a border, so around() visits all faces around this vertex.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;

@@ -1,5 +1,5 @@
 // A triangle mesh that is changed in place (split, flip, collapse, move), with neighbours, a grid of faces and undo.
-// Open borders remain. Equal calls give equal bits. Allocates only where stated. Positions in m, frame W.
+// Open borders remain. Equal calls give bit-identical meshes. Allocates only where stated. Positions in m, frame W.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using Index = std::uint32_t;
 inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
-  dvec3 p{0};          // m, position in W
+  dvec3 p{0};          // m, frame W, position of the vertex
   Index face = kNone;  // one of its faces; kNone: the vertex is not used
   Index flags = 0;     // kBorder, kMoved; of an unused vertex: the next unused one
   bool on_border() const { return flags & kBorder; }
@@ -44,7 +44,7 @@ struct MeshRecord {
 
 class EditableMesh {
  public:
-  static constexpr int kMaxAround = 64;  // faces around a vertex; with more, edges cannot collapse
+  static constexpr int kMaxAround = 64;  // largest number of faces around a vertex whose edges can collapse
   EditableMesh() = default;
   /// `edge`: m, longest edge in the finest level of the grid; `spare`: vertices that can be added. Edges with more than
   /// two or inconsistent faces become borders; fans that share a vertex are separated; degenerate triangles are
@@ -76,7 +76,7 @@ class EditableMesh {
   /// Undoes move(v): restores position and flags. `before`: vertex(v) before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// Call after move(): settle() for the vertex, or settle_face() for each face around it.
+  /// Updates the grid of faces. Call after move(): settle() for the vertex, or settle_face() for each face around it.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of face f at p. Returns the new vertex; kNone: the edge is on a border, or there is no free vertex.
@@ -111,7 +111,7 @@ class EditableMesh {
     const Face& face = faces_[f];
     return face.v[0] == v ? 0 : face.v[1] == v ? 1 : 2;
   }
-  /// Edge of f that begins at v, with face g beyond.
+  /// Index of the edge of f that begins at v and has the neighbouring face g; such an edge must exist.
   int edge_to(Index f, Index g, Index v) const noexcept {
     const Face& face = faces_[f];
     for (int i = 0; i < 2; ++i) {
@@ -219,7 +219,7 @@ class EditableMesh {
 
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // cell's edge / longest edge of the level's faces
+  // edge of a level's cells / longest edge of the faces in this level
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level

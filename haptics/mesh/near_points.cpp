@@ -12,10 +12,10 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// m, rounding error of floats within a centimetre
+// m, rounding error of float coordinates within a centimetre of their origin
 constexpr double kRounding = 1e-8;
 
-/// Writes to `at` the indices of squared distances up to `square`.
+/// Writes to `at` the indices of the points whose squared distance is at most `square`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
@@ -31,12 +31,12 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes unused lanes of the last batch.
+  // Removes indices from unused lanes of the last eight.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
 
-/// Writes to `at` the indices of distances up to `far`.
+/// Writes to `at` the indices of the points whose stored distance is at most `far`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_at_most(const float* distance, std::size_t count, float far, std::uint32_t* at) {
   std::size_t found = 0;

@@ -17,7 +17,7 @@ dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Edge of a cell in m, so that a cell contains about the wanted number of faces.
+/// Edge of a grid cell in m, chosen so that a cell contains about the wanted number of faces.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -63,7 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// Updates the pieces after face f was added, changed or removed.
+/// Updates the lists of faces in the pieces after face f was added, changed or removed.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -164,7 +164,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Number of faces of each tissue at each corner, interpolated; the border is where two are equal.
+    // Number of faces of each tissue at each corner, interpolated; the border is where two numbers are equal.
     std::array<std::array<float, kTissueCount>, 3> fractions{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

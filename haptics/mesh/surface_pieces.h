@@ -12,9 +12,9 @@ namespace typodont::haptics::mesh {
 
 struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
-  // m, smallest edge of a cell; smaller: too many pieces
+  // m, smallest edge of a grid cell; smaller cells give too many pieces
   double least = 1.5e-3;
-  // m, largest edge of a cell; larger: cuts cost more
+  // m, largest edge of a grid cell; larger cells make every cut slower
   double most = 3e-3;
   // cos 40°; a larger angle makes a crease
   double crease_cosine = 0.76604;
@@ -36,7 +36,7 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // may contain faces that moved elsewhere
+    std::vector<Index> faces;  // faces of the piece; may contain faces that have moved to other pieces
     bool dirty = false;
   };
   struct KeyHash {
@@ -78,7 +78,7 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // number of pieces made; shows which locals_ are valid
+  // number of pieces generated so far; shows which elements of locals_ are valid
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;

@@ -13,11 +13,11 @@ namespace typodont::haptics {
 struct ChipParameters {
   // s, time constant of the filter for the feed per turn
   static constexpr double time = 0.03;
-  // Measured range of chip thickness / EdgeLaw::chip.
+  // Range of (chip thickness / EdgeLaw::chip) for which the energy was measured.
   static constexpr double min_range = 0.04, max_range = 10;
-  // distance between grains / their size: a quarter of the surface carries grains
+  // distance between neighbouring grains / size of a grain: grains cover a quarter of the surface
   static constexpr double grain_distance = 2;
-  // width / thickness of a grain's chip
+  // width of the chip that a grain cuts / its thickness
   static constexpr double chip_width = 10;
   // chip_space: feed per turn / grain size at which chips fill the space between the grains. max_full: largest feed, as
   // a multiple of the feed at chip_space; a faster feed occurs only in air.
@@ -39,7 +39,7 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
 }
 
-/// Total work / work of cutting. Chips rub if the grains leave them no space; blades always leave enough.
+/// Total work / work of cutting. Chips rub if the space between the grains is too small; blades leave enough.
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;

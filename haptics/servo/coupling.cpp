@@ -101,7 +101,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes along its normal; moments rotate the tool.
+  // Each contact pushes the tool along its normal; the moments of these forces rotate the tool.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
@@ -179,7 +179,7 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Factor on the coupling's stiffness, which follows `wanted` (the tissue's stiffness / 1 N/mm) smoothly.
+/// Returns the factor on the coupling's stiffness; it follows `wanted` (the tissue's stiffness / 1 N/mm) smoothly.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
@@ -193,8 +193,8 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
   return stiffness = next;
 }
 
-/// Force of coupling and damper, N. `push`: N, coupling alone. The damper acts along the normal only, so sliding is not
-/// damped.
+/// Force of coupling and damper, N. `push`: N, force of the coupling alone. The damper acts along the normal only, so
+/// sliding is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
   VelocityEstimate sinking;  // estimated rate of the depth, for a quantised position
@@ -298,8 +298,8 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Vibration, caused by the same contact as the sound. The ledger counts its energy as the spindle's. A period has at
-/// least five ticks.
+/// Vibration, caused by the same contact as the sound. The ledger counts its energy as energy from the spindle. A
+/// period has at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -22,10 +22,10 @@ void Servo::State::earn(ContactTick& now) noexcept {
   cutting.energy_ratio = now.energy_ratio;
   cutting.budget *= worth;
   cutting.wall_budget *= worth;
-  // Power in W / energy_ratio, so that models need only the material's own specific energy.
+  // Power (watts) / energy_ratio, so that models need only the material's own specific energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
-    // An edge that the hand draws cuts with the hand's work: force × displacement along the surface.
+    // An edge that the hand moves cuts with the hand's work: force × displacement along the surface.
     const double distance = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * distance / now.dt / now.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
@@ -54,7 +54,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // A drawn edge receives little energy. If it has removed too much, it waits until the hand's work has paid for it.
+  // A scraping edge receives little energy. If it removed too much, it cuts again when the hand has done enough work.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

@@ -16,7 +16,7 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Part of the force's change (`change`, N, above the slew limit) that is delayed to later ticks. Of the change by the
+/// Part of `change` (N, change of the force above the slew limit) that is delayed to later ticks. Of the change by the
 /// hand's own displacement: nothing in retreat, at most lag_limit in advance, because a late force costs energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
@@ -27,7 +27,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     // Retreat: delays only the change that exceeds both drilling_slew and the change by the hand's displacement.
     return std::min(over, beyond);
   }
-  // Advance: when a drill perforates the end of an implant bed, the force falls. At most lag_limit is delayed, so that
+  // Advance: when a drill perforates the end of an implant bed, the force drops. At most lag_limit is delayed, so that
   // the breakthrough is felt at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
@@ -38,8 +38,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the change of the force at the next contact, after the bur has fallen from a rim or through soft tissue.
-  // Does not limit the vibration, which should be felt.
+  // Limits the change of the force when the bur touches tissue again after it slipped off an edge or through soft
+  // tissue. Does not limit the vibration, which should be felt.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -99,7 +99,7 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
-/// √(2 k E - k² a²) for E > k a², otherwise E / a, where k is the stiffness, and a the largest expected retreat per
+/// √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is expected per
 /// tick. `at_stake`: J, energy of the full force in the next tick.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
@@ -153,7 +153,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // After contact, an energy deficit is cancelled, because it would allow no force at the next contact.
   if (!now.touching() && coupling.tip.penetration <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_deficit());
   l.stored = now.stored;
-  // A device without torque does not resist rotation, so the ledger ignores rotation.
+  // A device without torque output does not resist rotation, so the ledger ignores rotation.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
     const double at_stake =

@@ -26,7 +26,7 @@ struct MotionParameters {
 struct CuttingParameters {
   // s; a bur in contact saves energy until it suffices for the next voxel, at most its current power × this time
   static constexpr double budget_time = 0.5;
-  // s; used instead of budget_time at a border to harder tissue, and for an edge that the hand draws
+  // s; replaces budget_time at a border to harder tissue, and for an edge that the hand moves
   static constexpr double held_time = 0.05;
   // m³ that a bur entering tissue may remove before the motor has supplied the energy
   static constexpr double owed_volume = 8e-12;
@@ -40,23 +40,23 @@ struct CouplingParameters {
   static constexpr double stiffness_time = 4e-3;
   // s, time constant of the filter for the damper's velocity when cutting or filling
   static constexpr double cut_damping_time = 4e-3;
-  static constexpr double tissue_slew = 4;  // N/s, largest rate of the force by a change of the tissue
-  static constexpr double damper_slew = 4;  // N/s, largest rate of the damper's force when cutting or filling
-  static constexpr double teeth_slew = 4;   // N/s, largest rate of the tangential force of the edges
-  // N/s, largest rate of the normal force. Changes of depth use it first; stiffness and damper get the rest.
+  static constexpr double tissue_slew = 4;  // N/s, largest rate at which a change of tissue changes the force
+  static constexpr double damper_slew = 4;  // N/s, largest rate of change of the damper's force when cutting or filling
+  static constexpr double teeth_slew = 4;   // N/s, largest rate of change of the edges' tangential force
+  // N/s, largest rate of change of the normal force. Depth changes use it first; stiffness and damper get the rest.
   static constexpr double waiting_slew = 16;
-  // N/s, largest rate of the total force. Its other parts use it first; the force of the edges gets the rest.
+  // N/s, largest rate of change of the total force. Its other parts use it first; the edges' force gets the rest.
   static constexpr double total_slew = 18;
   // J that the coupling may store without work of the hand when the tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
-  // The unused work of the spindle must cover the force of the edges for this number of ticks; otherwise this force is
-  // reduced.
+  // The spindle's work that was not used must suffice for the edges' force for this number of ticks; otherwise the
+  // edges' force is reduced.
   static constexpr double teeth_ahead = 50;
 };
 
 /// Parameters that limit the force (limits.cpp). Edges: the cutting edges of the tool.
 struct LimitParameters {
-  // N/s, largest rate of the force of a cutting bur, including the change by the hand's motion
+  // N/s, largest rate at which the force of a cutting bur changes, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
   // N; drilling_slew may delay at most this part of the force's change by the hand's own motion (held_back())
   static constexpr double lag_limit = 0.05;
@@ -64,7 +64,7 @@ struct LimitParameters {
   static constexpr double deficit = 2e-9;
   // N, force that the energy ledger allows even if it contains no energy
   static constexpr double unpaid_force = 0.1;
-  // N/N, computed force / force that the energy ledger allows; above this ratio, the ledger limits the force
+  // ratio (computed force / force that the energy ledger allows) above which the ledger limits the force
   static constexpr double unpaid_ratio = 2;
   // Force that the hand feels / computed force. If this ratio stays lower for rest_time, the force that presses the
   // edges on the tissue increases from the felt to the computed force.
@@ -73,8 +73,8 @@ struct LimitParameters {
   static constexpr double rest_time = 0.1;
   // Factor on stiffness × retreat, a term that reduces the allowed increase of the force, because the proxy moves too.
   static constexpr double retreat_weight = 3;
-  // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Documents
-  // and tests use 1.1 (docs/passivity.md).
+  // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Slightly
+  // below the 1.1 that documents promise and tests allow (docs/passivity.md).
   static constexpr double spring_tolerance = 1.09;
 };
 

@@ -27,7 +27,7 @@ struct TickData {
   double dt = 0;             // s, measured time since the last tick
   dvec3 moved{0};            // m, displacement of the hand since the last tick
   dvec3 turned{0};           // rad, rotation of the hand since the last tick
-  double given_to_hand = 0;  // J, energy to the hand since the last tick
+  double given_to_hand = 0;  // J, energy that the device gave to the hand since the last tick
   bool jumped = false;       // true: the hand moved faster than hand_speed_limit
 };
 
@@ -39,13 +39,13 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;    // tangential / normal force of the edges
-  double energy_ratio = 1;  // work of motor or hand / work by the material's specific energy
+  double tangential = 0;    // tangential force of the edges / normal force
+  double energy_ratio = 1;  // work of motor or hand / (specific energy of the material × removed volume)
   dvec3 force{0}, torque{0}, normal{0};
   dvec3 spindle_force{0};   // N, force on the hand by edges and vibration
   dvec3 teeth_force{0};     // N, part of spindle_force that the edges cause
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
-  dvec3 p_held{0};          // m, position at which the contact holds the tool
+  dvec3 p_held{0};          // m, position in which the contact holds the tool's origin
   double stored = 0;        // J, energy stored in the coupling
   double unlimited = 0;     // N, magnitude of `force` before the limits
   SoftTissue::Output soft;  // part of `force` that soft tissue causes
@@ -54,7 +54,7 @@ struct ContactTick : TickData {
 };
 
 /// Law of passivity for a scene. Scenes that are n times larger, with n times softer couplings, have equal forces, so
-/// expected motion and credit grow by n. Not with a device: hands and encoder counts remain.
+/// expected motion and credit grow by n. Not with a real device, because hand and encoder do not get larger.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -75,9 +75,9 @@ struct Servo::State {
     Nanos began = 0;             // ns, start of the current sequence of valid poses
     Nanos last_t = 0;
     Pose last_hand;
-    // orientation of the hand as received, and normalised
+    // orientation of the hand in the last tick: as received, and normalised
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
-    double leap = 0;         // s left in which the proxy follows a jump of the hand
+    double leap = 0;         // s, remaining time in which the proxy follows a jump of the hand
     double due_for = 0;      // s, time for which a new snapshot has been due
     bool idle = false;       // true: the last tick left no force or contact
     bool released = false;   // true: the model's release() was called after the last contact
@@ -89,11 +89,11 @@ struct Servo::State {
     double phase = 0;  // rad, angle of the spindle
     // J, energy for removal; negative: the removal has used more energy than the spindle supplied
     double budget = 0;
-    // 0..1, power at a wall of harder tissue in the last tick / the head's full power; 0: no wall
+    // 0..1, power at a border to harder tissue in the last tick / the head's full power; 0: no such border
     double wall = 0;
     double wall_budget = 0;   // J, part of `budget` that may be used at a border to harder tissue
     double energy_ratio = 1;  // ContactTick::energy_ratio of the last tick
-    double feed = 0;          // m, smoothed advance per turn, for a tool whose edges are known
+    double feed = 0;          // m, smoothed advance of the tool per turn, if its edges are known
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -116,7 +116,7 @@ struct Servo::State {
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
-    double rate = 0;  // m/s, filtered rate of the penetration depth
+    double rate = 0;  // m/s, filtered rate of change of the penetration depth
     VelocityEstimator
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
     double last_depth = 0;  // m, penetration depth in the last tick
@@ -132,9 +132,9 @@ struct Servo::State {
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
     // tissue. The ledger allows it during the contact; afterwards it is set to the ledger's deficit.
     double given = 0;
-    /// true: the ledger has far less energy than the coupling stores, so it limits the force
+    /// true: the ledger has far less energy than the coupling stores, so the ledger limits the force
     bool unpaid = false;
-    double ramp = 0;  // 0..1, factor on the force at start and end
+    double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
@@ -148,7 +148,7 @@ struct Servo::State {
   /// State of the friction on soft tissue.
   struct SoftContact {
     FrictionState friction;
-    dvec3 p{0};  // m, position of the tool in the last contact
+    dvec3 p{0};  // m, position of the tool in its last contact with soft tissue
   };
 
   ServoSettings settings;
@@ -157,7 +157,7 @@ struct Servo::State {
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the tissue that the model uses
-  double travel;             // m, model's travel(): motion before a new snapshot is due
+  double travel;             // m, model's travel(): motion of the tool after which a new snapshot is due
   // turns_matter() of the model: rotations change the clearance, so it is computed in every tick
   bool turns_matter;
   Motion motion;
@@ -184,7 +184,7 @@ struct Servo::State {
   TissueMeans tissue_means() const noexcept;
   /// How the tool's edges cut the tissues under the head.
   struct EdgeMeans {
-    double specific_energy = 0;  // J/m³, mean of the materials, scaled by the hardness
+    double specific_energy = 0;  // J/m³, mean specific energy of the tissues, scaled by the hardness
     double energy_ratio = 1;     // energy per volume of the chips / specific energy
     double force_ratio = 0;      // tangential / normal force of the edges
   };

@@ -16,8 +16,8 @@ namespace {
 constexpr double kCell = 1e-3;  // m, edge of the cells of the search grid
 // Smallest thickness used for a layer, m.
 constexpr double kMinThickness = 0.2e-3;
-// Sheared depth / thickness. Heads are narrower than the layer; with one third, the stiffness under a ball of 1.2 mm
-// lies between Hertz's and that of a thin layer.
+// Depth of the layer that is sheared / its thickness. With one third, the stiffness under a ball of 1.2 mm lies between
+// that of Hertz (deep layer) and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMaxCells = 1u << 24;
 
@@ -59,7 +59,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
     for (i.y = 0; i.y < lattice.size.y; ++i.y)
       for (i.z = 0; i.z < lattice.size.z; ++i.z) sample[lattice.index(i)] = static_cast<float>(distance(lattice.at(i)));
 
-  // Point of a cell: mean of the crossings on the cell's edges, moved onto the surface.
+  // For each lattice cell: index of its point (mean of the crossings on the cell's edges, moved onto the surface).
   std::vector<std::int32_t> point_of(sample.size(), -1);
   for (i.x = 0; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 0; i.y + 1 < lattice.size.y; ++i.y)
@@ -87,7 +87,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        // Step for the search along the normal to the end of the layer, m.
+        // Step of the search along the normal for the end of the soft layer, m.
         const double step = 0.1e-3;
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
@@ -125,7 +125,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // Smaller areas, which occur at the edge of the box, are increased to this, m².
+  // Smallest area of a point, m²; smaller areas, which occur at the edge of the box, are increased to this.
   const double min_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, min_area);
 

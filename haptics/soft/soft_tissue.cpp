@@ -15,29 +15,29 @@ struct SoftParameters {
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer / its thickness
   static constexpr double stop = 20;           // stiffness factor of a point at its limit
-  // Largest force on the tool, N; with more, the tool passes through.
+  // Largest force of soft tissue on the tool, N; a hand that pushes more moves through the tissue.
   static constexpr double max_force = 3;
   // Largest change of the force per tick in addition to that by the tool's motion, N.
   static constexpr double free_step = 0.02;
   // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
   static constexpr double hand_speed = 0.6;
-  // Time constant with which the force of an overlap grows that the hand has not caused, s.
+  // If an overlap was not caused by the hand, its force grows with this time constant, s.
   static constexpr double ignored_time = 0.2;
-  // Cosine of the angle between head and tissue normals above which a point is pressed fully.
+  // A point is pressed fully if the cosine of the angle between the head's and the tissue's normal is above this.
   static constexpr double full_weight = 0.5;
   static constexpr double min_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
   // At this height above the end of a head, the head should be as thick as the distance between points, m.
   static constexpr double tip = 0.15e-3;
-  static constexpr double shank = 10e-3;  // m, length of the shank that can touch
+  static constexpr double shank = 10e-3;  // m, length of the shank that can touch soft tissue
   // Half the distance between enclosing balls on the axis, m.
   static constexpr double max_ball = 1e-3;
-  // Largest depth cut at a point per tick / elastic displacement of the point.
+  // Largest depth that is cut at a point per tick, as a fraction of the point's elastic displacement.
   static constexpr double max_per_tick = 0.3;
   // Smallest distance between two wounds, m.
   static constexpr double wound_distance = 1.2e-3;
-  static constexpr double hit = 0.2e-6;  // m, tolerance of the search along the normal
+  static constexpr double hit = 0.2e-6;  // m, tolerance of the search for contact along a point's normal
   static constexpr int search_steps = 24;
 };
 using P = SoftParameters;
@@ -275,7 +275,7 @@ void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
   };
-  // Forces of a point if the tool's displacement is u. `free`: displacement of the point without contact, m.
+  // Forces of a point on the tool if the tool is displaced by u. `free`: displacement of the point without contact, m.
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};

@@ -7,14 +7,14 @@
 
 namespace typodont::haptics {
 
-/// voxels from the piece within which air samples may change
+/// voxels; air samples up to this far from the piece may change
 inline constexpr int kPieceMargin = 4;
 
 /// Samples of a box; z is the fastest index: (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
   std::vector<float> distance;      // voxels, distance of each sample
-  std::vector<std::uint8_t> loose;  // 1 for each sample of the piece
+  std::vector<std::uint8_t> loose;  // for each sample: 1 if it belongs to the piece, otherwise 0
 
   std::size_t at(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// New distances, voxels. Samples of the piece, and air nearest to it, get the distance to the remaining tissue; all
-/// other distances stay exactly the same. No distance becomes smaller.
+/// Returns the distances after the removal of the piece, voxels. Samples of the piece, and air nearest to it, get the
+/// distance to the remaining tissue; all other distances stay exactly the same. No distance becomes smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -32,13 +32,13 @@ inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Restores the former label if the filling was removed here: air without solid filling in its 26 neighbours. Depends
-/// only on distances and labels. Returns true if the label changed.
+/// Restores the label before the filling if the filling was removed at this voxel: air without solid filling in its 26
+/// neighbours. Depends only on distances and labels. Returns true if the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
-  // the voxel is partly inside, so some tissue is left, and it is not air
+  // the voxel lies partly inside the surface, so some tissue is left in it, and it must not become air
   if (before == Tissue::kAir && distance[at] < 0.5f) return false;
   for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
     for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {

@@ -45,16 +45,16 @@ class LeafFront {
   /// Call it after any change except the cuts of one stroke, and after a leaf was replaced.
   void forget() noexcept { last_.reset(); }
 
-  /// Updates path length and position after `sweep`, and moves the front so that it contains the leaves lo to hi.
+  /// Updates path length and head position after `sweep`, and moves the stored box so that it contains leaves lo to hi.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Path length of the head's farthest point, voxels.
+  /// Path length of the head's farthest point since the last restart at 0, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
   /// Returns the leaves from lo to hi (inclusive, within the last advance_to()) that must be examined now, sorted by
   /// key. Valid until the next call.
   std::span<const DuePlace> due(const glm::ivec3& lo, const glm::ivec3& hi);
 
  private:
-  // additional leaves around the sweep, so that the front moves seldom
+  // leaves that are added on each side of the sweep's box, so that the stored box moves seldom
   static constexpr int kBorder = 2;
   // voxels; at this path length a float resolves 6e-5, so the path restarts at 0
   static constexpr double kLongest = 512;
@@ -64,7 +64,7 @@ class LeafFront {
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // empty: the position is not known
+  std::optional<Sweep> last_;  // last sweep of the head; empty: the head's position is not known
   double path_ = 0;            // voxels, see path()
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;  // have kUnused unused elements at the end

@@ -22,7 +22,7 @@ class LeafHistory {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // true: the leaf was written; otherwise the copy is dropped
+    bool changed = false;  // true: the stroke changed the leaf; otherwise the copy is deleted at its end
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
@@ -57,7 +57,7 @@ class LeafHistory {
 
   /// The values of the voxels of one leaf (8³ voxels).
   struct Values {
-    // null: a tile with one value
+    // null: all voxels have one value
     const Value* samples = nullptr;
     Value tile{};
   };

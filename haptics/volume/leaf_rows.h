@@ -1,5 +1,5 @@
-// Copies whole leaves into a dense block such as a tissue patch. `to`: first sample there; strides in samples. In a
-// leaf, z is the fastest index.
+// Copies whole leaves into a dense block such as a tissue patch. `to`: first sample of the leaf in the block; strides
+// in samples. In a leaf, z is the fastest index.
 #pragma once
 
 #include <algorithm>

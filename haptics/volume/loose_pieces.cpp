@@ -35,7 +35,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// The given samples, and all samples of the block that share a face with one of them.
+/// Returns the given samples, and all samples of the block that share a face with one of them.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -115,7 +115,7 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The blocks as last read, with their neighbours, and the flood fills in them. Buffers are kept between cuts.
+/// The blocks (8³ samples) as last read, their neighbours, and the flood fills in them. Buffers are kept between cuts.
 class LoosePieces::KnownBlocks {
  public:
   /// Samples of a block, which the caller may change; null: the block has not been read yet.
@@ -183,7 +183,7 @@ class LoosePieces::KnownBlocks {
     }
     return true;
   }
-  /// Grows the floods until none can grow, or until only one can, which is already larger than all that have ended.
+  /// Grows the floods until none can grow, or only one can, and this one is already larger than all ended floods.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -207,7 +207,7 @@ class LoosePieces::KnownBlocks {
   }
   /// Number of separate floods; those that have met count once.
   std::size_t apart() const { return roots_.size(); }
-  /// Pieces, the smallest first. The last and largest may be incomplete.
+  /// Pieces that the floods have filled, the smallest first. The last and largest piece may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -224,7 +224,7 @@ class LoosePieces::KnownBlocks {
     }
     return out;
   }
-  /// Number of blocks that this search has visited.
+  /// Number of blocks of 8³ samples that this search has visited.
   std::int64_t examined() const { return examined_; }
 
  private:
@@ -264,7 +264,7 @@ class LoosePieces::KnownBlocks {
     // Next block of the group (union-find); own index: this block represents the group.
     int group;
     int flood;                           // index of the flood fill around the group; -1: not known
-    std::array<std::uint64_t, 6> faces;  // samples on the faces that became air
+    std::array<std::uint64_t, 6> faces;  // samples on the block's faces that became air
   };
   /// Records that emptied samples touch the part in which a flood fill began.
   struct Touch {
@@ -510,7 +510,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
     blocks_->start_around(volume, block, gone);
   }
   emptied_.clear();
-  // No flood fill is needed if all are connected.
+  // No flood fill is needed if the tissue around each group of emptied samples is connected.
   const bool connected = blocks_->connected_around_each_group(volume);
   if (!connected) blocks_->run(volume);
   credit_ -= blocks_->examined();

@@ -19,7 +19,7 @@ class TissueVolume;
 /// One bit per sample of a block of 8³: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// Samples of a block; its first sample is at 8·key.
+/// Some samples of a block of 8³; the block's first sample is at voxel 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
@@ -38,11 +38,11 @@ class LoosePieces {
   /// blocks that may have been emptied, with bits of the remaining tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
-  /// Call it after a change in lo..hi that is no cut.
+  /// Call it after a change in the box lo..hi (voxels) that is not a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Call it after undo or redo, which may change anything.
   void after_edit();
-  /// Number of bodies at the start.
+  /// Number of connected bodies of tissue at the start.
   std::size_t bodies() const { return body_count_; }
   /// Call it after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);

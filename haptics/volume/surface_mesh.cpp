@@ -19,7 +19,7 @@ template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
   const auto value = [&](const openvdb::Vec3d& q) { return static_cast<double>(BoxSampler::sample(field, q)); };
-  constexpr double kDifference = 0.25;  // voxels, step of the central differences
+  constexpr double kDifference = 0.25;  // voxels, step of the central differences for the gradient
   for (int i = 0; i < kSteps; ++i) {
     openvdb::Vec3d gradient;
     for (int axis = 0; axis < 3; ++axis) {

@@ -119,7 +119,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // marks per volume; one per microsecond lasts twelve days
+  // number of different marks per volume; one mark per microsecond lasts twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -137,7 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks with stored writes; each tissue patch needs one, and a session uses fewer at once
+  // largest number of marks whose later writes are stored; each tissue patch needs one mark
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
@@ -185,7 +185,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// Leaf for writing; null: air far from any surface. `kept`: its copy for undo, during a stroke.
+/// Returns a leaf of distances for writing; null: air far from any surface. `kept`: the leaf's copy for undo.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -193,7 +193,7 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    // A tile deep inside that is now near the surface: each of its samples is stored.
+    // A tile deep inside tissue is now near the surface, so that each of its samples must be stored.
     leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }

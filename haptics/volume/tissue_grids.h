@@ -60,11 +60,11 @@ inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
 }
-/// Hardness of the voxel; if filled, that before the filling.
+/// Hardness of the voxel; of a filled voxel, the hardness before the filling.
 inline std::uint8_t hardness_kept_in(std::int32_t value) {
   return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
 }
-/// Hardness that is felt and cut; filling has its own.
+/// Hardness with which the voxel is felt and cut; filling has its own hardness.
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
@@ -87,9 +87,9 @@ struct StrokeKept {
   Distance::Stroke distance;
   Labels::Stroke tissue;
   std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
-  // bricks that undo and redo change; set when complete
+  // bricks that undo and redo of this stroke change; set when the stroke is complete
   std::vector<glm::ivec3> bricks;
-  PerTissue back{};  // m³, volume that undo restores
+  PerTissue back{};  // m³, volume of each tissue that undo restores
   std::size_t bytes = 0;
 };
 
@@ -99,7 +99,7 @@ struct TissueVolume::Impl {
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
   bool graded = false;               // true: some voxels' hardness differs from their tissue's
   VoxelFrame frame;
-  double band = 0;  // m from the surface up to which distances are stored
+  double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;
   FilePlace place;
   std::shared_ptr<const TissueMesh> mesh;  // null: the volume comes from other data
@@ -107,8 +107,8 @@ struct TissueVolume::Impl {
   KeySet changed;  // bricks that changed since the last take_changed_bricks()
   // bricks that were cut; outside tissue, their distances are inexact
   KeySet carved;
-  // Last box that was added to `changed` and `carved`, inclusive; empty (lo > hi) at first and after elements were
-  // removed.
+  // Last box of bricks that was added to `changed` and `carved`, inclusive; empty (lo > hi) at first and after elements
+  // were removed.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // leaves that the current head can change
   // Leaves of the current cut; due_places: the data that `front` stores for each.
@@ -148,7 +148,7 @@ struct TissueVolume::Impl {
   /// Ends the stroke, and drops it if it changed nothing.
   void complete_stroke();
 
-  /// Marks lo..hi as changed by a cut or filling; lo > hi: nothing. `listed`: log_write() was called for all leaves.
+  /// Marks voxels lo..hi as changed by cut or filling; lo > hi: none. `listed`: log_write() was called for all leaves.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed);
   /// Logs a leaf unless already logged. `lo`: its first voxel.
   void log_write(const glm::ivec3& lo, LeafFront::Place& place);

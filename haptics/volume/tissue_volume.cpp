@@ -1,4 +1,4 @@
-// Lengths in voxels: OpenVDB refuses transforms below 15 µm, and sampling and cutting compute in voxels.
+// The grids store lengths in voxels: OpenVDB refuses voxels below 15 µm, and sampling and cutting compute in voxels.
 #include "haptics/tissue_volume.h"
 
 #include <linux/mman.h>
@@ -57,7 +57,7 @@ std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// Common value of n³ voxels if they are equal and deeper than the band; otherwise nullopt.
+/// Label grid's value for n³ voxels if it is equal for all and all are deeper than the band; otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::
   return value;
 }
 
-constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes
+constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes, size of a huge memory page
 
 /// Adds the bytes of leaves in each huge page (by its number) to `bytes`.
 template <class Tree>
@@ -108,7 +108,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // Leaf by leaf: saves memory where no distances are stored.
+  // Stores leaf by leaf, which saves memory where no distances are stored.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -623,7 +623,7 @@ namespace {
 
 constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
 
-/// For each row of eight samples: bit mask of those with low <= d < high; the first sample is bit 0.
+/// For each row of eight samples: bit mask of the samples with distance low <= d < high; the first sample is bit 0.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_within(const float* leaf, float low, float high, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -731,7 +731,7 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
 
 namespace {
 
-/// Returns true if one corner is inside and one outside.
+/// Returns true if at least one corner is inside tissue and at least one outside.
 TYPODONT_DISPATCH("avx2", "default")
 bool has_surface(const FieldBrick& brick) {
   unsigned any = 0, all = ~0u;
@@ -750,7 +750,7 @@ bool has_surface(const FieldBrick& brick) {
   return false;
 }
 
-/// A brick reads four leaves along each axis: the last sample of one, two whole ones, and the first two samples of one.
+/// A brick reads four leaves per axis: one leaf's last sample, two whole leaves, and the first two samples of a leaf.
 template <class Grid, class Out, class Convert>
 void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert& converted) {
   using Value = typename Grid::ValueType;

@@ -25,13 +25,13 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
+constexpr std::uint64_t kMagic = 0x56444220;  // "VDB ": first bytes of an OpenVDB file
 constexpr std::uint32_t kOldest = 218;        // oldest supported format, the first with a UUID (openvdb/version.h)
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, longest error message of the reader; a longer output is an incomplete list of grids
+// bytes, longest error message of the reader process; a longer output is an incomplete list of grids
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 

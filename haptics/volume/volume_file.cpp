@@ -22,12 +22,12 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin
+constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin of a volume
 // Largest box around the tissue, in voxels, because memory and time depend on it: kSmallBox is always allowed,
 // otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 per stored distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kMaxBox = 1e9;
 
-/// Converts between voxels and mm, limited to ± band.
+/// Limits all distances to ± band and multiplies them by `factor`, which converts between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
   const float band = grid.background();
   for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);

@@ -18,7 +18,7 @@ struct StoredVolume {
   // Hardness (dense_tissue.h); at filled voxels, the value before filling. Null: every voxel has kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
-  double band = 0;  // m from the surface up to which distances are stored
+  double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;
   FilePlace place;
 };

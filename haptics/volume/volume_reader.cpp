@@ -22,7 +22,7 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, including libraries
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, memory limit of this process, including libraries
 // bytes of address space allowed per byte of the file
 constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMaxMemory = 32ull << 30;

@@ -121,9 +121,9 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, a low estimate for stiff 4 kHz arms
+    info_.vibration_band = 250;     // Hz, largest frequency that the device renders; a low estimate
     info_.position_step = 0.01e-3;  // m, the manufacturer's value for the omega (not verified)
-    // The controller's watchdog counts in 125 µs (not verified): 16 are 2 ms; 0 would disable it.
+    // The controller's watchdog counts steps of 125 µs (not verified): 16 steps are 2 ms; 0 would disable it.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -146,7 +146,7 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // A negative result is a failure; a small positive one means an unchanged value.
+    // A negative result means failure; a small positive result means that the value has not changed.
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {

@@ -19,7 +19,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// After this time without a state message, the force is sent again, because the service only answers forces; ns.
+// ns without a state message, after which the force is sent again, because the service only answers forces.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 

@@ -19,9 +19,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// After this time without a report, zero currents are sent again, because the board only answers commands; ns.
+// ns without a report, after which zero currents are sent again, because the board only answers commands.
 constexpr Nanos kWake = 10'000'000;
-constexpr Nanos kRestOfLine = 2'000'000;  // ns, waiting time for the second half of a line
+constexpr Nanos kRestOfLine = 2'000'000;  // ns, longest waiting time for the rest of an incomplete line
 constexpr Nanos kLost = 100'000'000;      // ns without a valid report, after which the arm counts as lost
 constexpr double kGravityRamp = 0.5;      // s, time constant with which gravity compensation starts
 
@@ -273,7 +273,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // The board sends a line only after a command; the first line may be old.
+    // The board sends a line only after a command; the first line may contain an old state.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {

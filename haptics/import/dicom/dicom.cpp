@@ -34,7 +34,7 @@ constexpr std::size_t kMinSlices = 4;
 struct Slice {
   std::size_t file = 0, frame = 0;
   bool placed = false;
-  dvec3 position{0};               // mm, position of the slice's first pixel
+  dvec3 position{0};               // mm, position of the slice's first pixel in the patient
   std::optional<double> location;  // mm, position along the stack
   double slope = 1, intercept = 0;
   DicomFile of;
@@ -250,11 +250,11 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
 /// Positions of the result's slices as indices into the stack; a fraction lies between two slices.
 struct SliceLevels {
   std::vector<double> at;
-  dvec3 step{0}, origin{0};  // mm, step between slices, and position of the first
+  dvec3 step{0}, origin{0};  // mm, step between slices, and position of the first slice
 };
 
-/// Slices whose distances differ by at most 2 % are used as they are, others are interpolated. Throws Error if a gap
-/// exceeds 1.5 times the median, because slices are missing.
+/// Slices whose distances differ by at most 2 % are used as they are; slices at other distances are interpolated.
+/// Throws Error if a gap exceeds 1.5 times the median, because slices are missing.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -361,7 +361,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    // Largest difference between computed and stated tilt, degrees.
+    // Largest difference between the computed tilt of the gantry and the tilt that the file states, degrees.
     constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(

@@ -92,7 +92,7 @@ bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, const char* name
   std::copy_n(numbers.begin(), count, to);
   return true;
 }
-/// Reads a number that is not needed to place or scale a slice; `otherwise` if it is missing or malformed.
+/// Reads a number that is not needed to place or scale a slice. Returns `otherwise` if it is missing or malformed.
 double number_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double otherwise) {
   double value = otherwise;
   try {
@@ -222,7 +222,7 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   }
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
     constexpr std::size_t kPreamble = 132 + 12, kPiece = 1 << 16;
-    std::uint32_t meta = 0;  // length in bytes of the meta information that follows
+    std::uint32_t meta = 0;  // length of the file's meta information, bytes
     if (bytes.size() < kPreamble) return true;
     std::memcpy(&meta, &bytes[kPreamble - 4], sizeof meta);
     if (meta > bytes.size() - kPreamble) return true;

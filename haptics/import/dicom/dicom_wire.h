@@ -13,7 +13,7 @@ enum class DicomRecord : std::uint32_t {
   kFrame,      // followed by a DicomFrame
   kReference,  // an entry of a DICOMDIR: uint32 length, then the relative file name
   kPixels,     // followed by a DicomPixels and the bytes of the pixels
-  // uint32 length, then the reason; for headers "place found"
+  // uint32 length, then the reason why the file was refused; for headers "place found"
   kRefused,
   kEnd,  // end of the output
 };
@@ -47,8 +47,8 @@ struct DicomPixels {
   std::uint32_t element = 0;  // value of the enumeration Element (scan_element.h)
   std::uint8_t inverted = 0;  // 1 if the smallest value is white (MONOCHROME1)
   std::uint8_t lossy = 0;
-  std::uint8_t has_padding = 0;                    // 1 if some voxels lie outside the measured region
-  double lowest_padding = 0, highest_padding = 0;  // smallest and largest stored value outside it
+  std::uint8_t has_padding = 0;                    // 1 if some voxels lie outside the region that was measured
+  double lowest_padding = 0, highest_padding = 0;  // smallest and largest stored value outside the measured region
   std::uint64_t bytes = 0;
 };
 
