@@ -22,13 +22,13 @@ double brightness(const render::Picture& picture) {
 }
 
 /// Number of pixels with the lesion's brown in the middle of the picture, where the lesion is. The dentin of the cavity
-/// is brighter, or yellower: its red is less than 1.25 times its green.
+/// is brighter, or yellower: its red is less than 1.3 times its green.
 int brown(const render::Picture& picture) {
   int count = 0;
   for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {
     for (int x = picture.size.x * 3 / 8; x < picture.size.x * 5 / 8; ++x) {
       const std::uint8_t* p = picture.at(x, y);
-      count += p[0] > 20 && p[0] < 140 && p[0] > 1.25 * p[1] && p[1] > 1.05 * p[2];
+      count += p[0] > 20 && p[0] < 140 && p[0] > 1.3 * p[1] && p[1] > 1.05 * p[2];
     }
   }
   return count;

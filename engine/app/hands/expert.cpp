@@ -21,11 +21,8 @@ namespace {
 
 /// Factors on the task's mean force for the cuts. ExpertHand moves so far ahead of the tool that these forces result.
 struct CutForce {
-  // rough: force factor for bulk removal if another tool makes the final surface; bulk: for bulk
-  // removal if the same tool makes the final surface; finishing: for cuts of the final surface.
-  static constexpr double rough = 2.3, bulk = 1.65, finishing = 1.4;
-  // Factor on the task's mean force for bulk removal with a coarse tool; a turbine then has nearly its largest power.
-  static constexpr double coarse = 2.0;
+  // Side of a coarse diamond: 1.71 N on the axial walls of crowns, where the mean force is 1 N.
+  static constexpr double coarse = 1.71;
   // Upper limit of a cut's force, as a fraction of the task's largest force.
   static constexpr double below_max = 0.9;
 };
@@ -241,10 +238,7 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain,
-             tool.coarse()    ? CutForce::coarse
-             : other_finishes ? CutForce::rough
-                              : CutForce::bulk);
+      follow(strokes, by_hand, terrain);
     }
   }
 
@@ -281,14 +275,14 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut));
   }
-  /// Appends the steps of these strokes to the plan. `bulk_force`: factor on the mean force for bulk removal.
-  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
+  /// Appends the steps of these strokes to the plan.
+  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
+    force_ = std::min(grip_.max_force, grip_.force * (tools_[tool_].coarse() ? CutForce::coarse : 1));
     double run = 0;  // m, length of the current run (strokes without a stop between them)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = std::min(grip_.max_force, grip_.force * (s.bulk ? bulk_force : CutForce::finishing));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       if (s.in_air) {
         add(ExpertLeg::Kind::kMove, s.to);
@@ -335,7 +329,7 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tools_[i], {stroke});
       take(i, /*drill=*/true);
-      follow({stroke}, /*by_hand=*/false, terrain, CutForce::rough);
+      follow({stroke}, /*by_hand=*/false, terrain);
     }
   }
   bool idle() const { return legs_.empty(); }
@@ -344,7 +338,8 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].coarse()});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].turns(),
+                     tools_[tool_].coarse()});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;

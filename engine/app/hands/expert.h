@@ -31,6 +31,7 @@ struct ExpertLeg {
   /// Speed at the end of this stroke and the start of the next one, m/s; 0: stop.
   double end_pace = 0;
   double force = 0;     // N, force of the hand during a cut
+  bool drills = false;  // true: with a bur; false: with a hand instrument
   bool coarse = false;  // true: the tool need not reach corners exactly
   bool rough = false;   // true: bulk removal with a coarse tool and wide tolerance
 };

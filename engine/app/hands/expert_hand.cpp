@@ -50,12 +50,26 @@ struct Lead {
   // force error / mean force. 1/s.
   static constexpr double lead_per_force = 15;
   // Smallest and largest value of the lead's upper limit, as factors on ExpertGrip::lead.
-  static constexpr double least_most_lead = 0.6, max_lead = 3;
+  static constexpr double least_most_lead = 0.25, max_lead = 3;
   // The lead's upper limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
   // In the air, the hand slows if the tool falls behind by `waits_from` (m), and over the next `waits_over` (m) to the
   // fraction `min_pace` of its full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, min_pace = 0.02;
+};
+
+/// Contacts and tremor of a hand on a tooth, as measured in hands (docs/reality.md, "Hands").
+struct Rhythm {
+  // s, longest contact and the pause after it: 1.36 contacts a second; a coarse diamond stays longer.
+  static constexpr double contact = 0.37, coarse_contact = 10, pause = 1 / 1.36 - contact;
+  static constexpr double release = 0.08;  // s, from the end of the push to the end of the contact
+  // m, distance from the tissue in the first and in the second half of a pause
+  static constexpr double away = 0.3e-3, near = 0.05e-3;
+  // Force of a coarse diamond's end / force of its side, and the cosine to the axis from which the end has contact:
+  // 0.45 N on the occlusal surface of crowns, 1.71 N on the walls.
+  static constexpr double end_force = 0.45 / 1.71, end = 0.7;
+  static constexpr double tremor = 8.1;              // Hz
+  static constexpr double tremor_amplitude = 31e-6;  // m along each axis; 38 µm rms
 };
 
 }  // namespace
@@ -155,6 +169,18 @@ void ExpertHand::leave() noexcept {
   way_ = 0;
 }
 
+void ExpertHand::keep_rhythm(const ExpertLeg& leg) noexcept {
+  if (leg.kind == ExpertLeg::Kind::kMove) beat_ = 0, pauses_ = false;
+  if (leg.kind != ExpertLeg::Kind::kCut || !on_tooth()) return;
+  const double longest = pauses_ ? Rhythm::pause : leg.coarse ? Rhythm::coarse_contact : Rhythm::contact;
+  if (pauses_ || seen_.depth > 0) beat_ += dt_;
+  if (beat_ < longest + (pauses_ ? Rhythm::release : -Rhythm::release)) return;
+  beat_ = 0;
+  pauses_ = !pauses_;
+  left_at_W_ = seen_.X_WG.p;
+  leaves_W_ = seen_.n_C_W + seen_.X_WG.R * dvec3(0, 0, 1);
+}
+
 bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   if (leg_ >= legs_.size() && way_ >= exit_legs_.size()) return false;
   using Kind = ExpertLeg::Kind;
@@ -164,7 +190,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };
   const dvec3 away = place() - seen_.X_WG.p, way = length > 0 ? (b.p - a.p) / length : dvec3(0);
   const double off = glm::length(away), beside = glm::length(away - glm::dot(away, way) * way);
-  waited_ += dt_;
+  keep_rhythm(leg);
+  if (!pauses_) waited_ += dt_;
   bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
     along_ = length;
@@ -174,7 +201,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   } else if (leg.kind == Kind::kTake) {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
-  } else {
+  } else if (!pauses_) {
     // The speed is lower near both ends of a run (strokes without a stop between them).
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
@@ -210,16 +237,22 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
   if (size > most) wanted *= most / size;
+  if (pauses_) wanted = left_at_W_ + (beat_ < Rhythm::pause / 2 ? Rhythm::away : Rhythm::near) * leaves_W_ - place();
   // Adjusts the upper limit of the lead, because soft tissue needs a longer lead for the same force.
-  const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
-  if (leg.kind == Kind::kCut && (size > most || too_little < 0))
+  const bool end = leg.coarse && std::abs(glm::dot(seen_.n_C_W, seen_.X_WG.R * dvec3(0, 0, 1))) > Rhythm::end;
+  // N, planned force minus measured force
+  const double too_little = leg.force * (end ? Rhythm::end_force : 1) - glm::length(seen_.f_T_W);
+  if (leg.kind == Kind::kCut && !pauses_ && (size > most || too_little < 0))
     max_lead_ = std::clamp(max_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
                            grip_.lead * Lead::least_most_lead,
                            std::max(grip_.lead * Lead::max_lead, grip_.size * Lead::always_allowed_lead));
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double fraction = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);
-  sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, fraction)};
+  const double phase = 2 * kPi * Rhythm::tremor * to_seconds(sample.t),
+               tremor = leg.drills && on_tooth() ? Rhythm::tremor_amplitude : 0;
+  sample.X_WT = {place() + lead_ + tremor * dvec3(std::sin(phase), std::sin(phase + 2), std::sin(phase + 4)),
+                 glm::slerp(a.R, b.R, fraction)};
   sample.pedal = leg.pedal;
   sample.tool = leg.tool;
   if (done && stuck && leg.kind == Kind::kCut)

@@ -31,6 +31,9 @@ class ExpertHand final : public haptics::HapticDevice {
 
  private:
   void next_leg() noexcept;
+  bool on_tooth() const { return grip_.size == 1; }
+  /// Begins and ends the pauses between contacts of a drill with a tooth.
+  void keep_rhythm(const ExpertLeg& leg) noexcept;
   /// Ends a stroke of scraping: continues with the next step of the run, reverses, or begins the next run.
   void end_scraping() noexcept;
   /// Abandons a stroke: moves out along the shank, then to the next step, without touching tissue that must stay.
@@ -61,6 +64,10 @@ class ExpertHand final : public haptics::HapticDevice {
   int times_ = 0;        // number of returns to the start of the run
   bool back_ = false;    // true: moves back along the run
   dvec3 lead_{0};        // m, displacement from the target point to the hand
+  double beat_ = 0;      // s, duration of the current contact, or of the pause after it
+  bool pauses_ = false;  // true: between two contacts
+  // position of the tool when the pause began, m, and direction in which it leaves the tissue
+  dvec3 left_at_W_{0}, leaves_W_{0};
   /// Upper limit of the lead in a cut, adjusted to reach the planned force, m.
   double max_lead_;
 };

@@ -29,6 +29,18 @@ REASONS = {
     "wear_20_cuts": "the two studies of Macor disagree: -50 % over 39 mm, -20 % over 220 mm; the grinding ratio is fitted to the first",
     "polymer_jaw": "the jaw's density is not stated; the simulation takes that of the artificial femur",
 }
+# Figures of the expert: bench_expert prints them, and tests bound them.
+HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth as measured in hands. Contact: 0.1 N or more, the
+    least that was measured.""") + "\n\n" + table(["quantity", "measured in hands", "expert"], [
+        ["mean force in cavities", "0.34 to 1.03 N (J Oral Rehabil 22 (1995) 67-72)", "0.80 to 0.90 N"],
+        ["mean force on axial walls of a crown", "1.71 N (PMID 17074189)", "1.62 N"],
+        ["mean force on its occlusal surface", "0.45 N (PMID 17074189)", "0.49 N"],
+        ["duration of a contact", "0.25 to 0.4 s, or 10 s (J Oral Rehabil 22 (1995) 67-72)", "0.33 to 0.35 s; crown 10 s"],
+        ["contacts a second", "1.36 (temporal bone, PMID 34872376)", "1.36; crown 0.10"],
+        ["tremor", "8.1 Hz (PMID 11568677), 38 µm rms (Riviere et al.)", "8.1 Hz, 38 µm rms"]]) + "\n" + paragraph(
+    """With the crown's occlusal force, the preparation takes 15 minutes. Hand instruments and the condensation of fillings
+    have no tremor: with it, the expert gets 88 instead of 96 points in `amalgam-filling`. Implants and sockets of hips are
+    drilled with the forces that their exercises cite. Other simulated trainees are displaced plans without forces.""") + "\n"
 # Constants that are estimates: name, words in their source, and the experiment that would settle them.
 ESTIMATES = [
     ("friction", "friction|all values", "draw the steel or diamond tool over wet tissue with 0.1 to 3 N; measure both forces"),
@@ -179,7 +191,7 @@ def page(rows, origin, docs):
         reasons = [f"- {', '.join(some)}: {reason}." for reason, some in because.items()]
         if reasons:
             text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
-    return text + "\n## Estimates\n\n" + paragraph(
+    return text + HANDS + "\n## Estimates\n\n" + paragraph(
         """Estimates (E) in `assets/materials/`, `assets/motors/` and `assets/tools/`, and of the materials of this page:""") + "\n\n" + table(
         ["constant", "of", "experiment that would settle it"], estimates(HERE.parents[2]))
 
