@@ -49,8 +49,8 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Distances from p to the allowed region: kept_by_head() outside head and exit path, beyond_limit() inside the
-  /// limiting solid; voxels, negative inside the region.
+  /// Filling is allowed where both are negative. kept_by_head(): depth of p in the head and its way out, plus a
+  /// clearance; beyond_limit(): distance of p outside the solid that limits the filling. Voxels.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }

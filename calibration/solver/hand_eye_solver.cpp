@@ -74,8 +74,8 @@ struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of a pair: Z B in the frame of A X (rotation vector; translation). All rows have equal noise, and the lever
-/// arm from S to M is included.
+/// Residual of a pair: Z B in the frame of A X (rotation vector; translation). The rows are
+/// scaled to equal noise, with the lever arm from frame S to M.
 struct Row {
   Pose A, B;
   Unknowns at;  // linearisation point

@@ -55,8 +55,8 @@ class SessionWriter {
   /// Gives the file its final name if WriterOptions::named_by_start is set. Throws Error.
   void start();
 
-  // Append the cut and the use of a tissue patch of a tick before the tick, so that the file is complete up to its last
-  // tick.
+  // Callers append a tick's cut and its change of the tissue patch first, then the tick itself. So the file is complete
+  // up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;

@@ -112,8 +112,8 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(): a sample's motion away from the axis and along it, both multiplied by its distance rho
-/// from the axis; smallest depth that changes it. Each of the next structs computes depths below one kind of piece.
+/// Input of may_be_deeper(). motion_rho, motion_z: a sample's motion away from the head's axis and along it, times rho,
+/// the sample's distance from the axis. least: smallest depth that changes the sample's value.
 struct Passed {
   Floats motion_rho, motion_z, least;
 };

@@ -21,7 +21,7 @@ std::string narrow(const wchar_t* text) {
   return out;
 }
 
-// hidapi supports one thread at a time, but reopening threads call it too.
+// hidapi supports one thread at a time, but the threads that reopen a lost device call it, too.
 std::mutex hidapi_mutex;
 
 struct Closer {

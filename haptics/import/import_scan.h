@@ -49,12 +49,12 @@ bool result_size_fits(const dvec3& extent, double voxel);
 /// Throws Error for too many voxels. `extent`, `voxel`: m.
 void check_result_size(const dvec3& extent, double voxel);
 
-/// Free memory in bytes, also within the process's limit.
+/// Bytes that can still be allocated: the smaller of the free memory and what is left of the process's limit.
 double free_memory();
 /// Throws Error if `bytes` exceeds options.memory or the free memory. Keeps the largest value in report.memory.
 void require_memory(double bytes, const ImportOptions& options, ImportReport& report);
 
-/// Computes volumes, height and false dentin of the report.
+/// Fills in the report: each tissue's volume, the tooth's height, the part of the crown that is dentin by mistake.
 void measure(Imported& imported, ImportPreset preset);
 /// Measures and rotates the imported volume: last step of every import.
 Imported completed(Imported imported, const ImportOptions& options);

@@ -35,7 +35,7 @@ class LoosePieces {
   ~LoosePieces();
 
   /// Returns the pieces that a cut has separated; they are still in the volume. `written`: changed voxels; `blocks`:
-  /// blocks that may have been emptied, with bits of the remaining tissue.
+  /// blocks that the cut may have emptied, each with a bit mask of its voxels that still contain tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
   /// Call it after a change in the box lo..hi (voxels) that is not a cut.

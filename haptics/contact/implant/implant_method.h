@@ -47,7 +47,7 @@ struct Parameters {
   double mass = 0;              // kg (Zhao 2020, eq. 5); 0: no inertia
   double turn_stiffness = 1.0;  // N·m/rad, spring that turns the tool to the bed's axis
   double switch_slew = 8;       // N/s, largest rate of the force after the tool has entered or left a bed
-  // rad/s, largest rate of the tool's rotation after it has entered or left a bed
+  // rad/s, largest rate at which the tool's axis tilts after the tool has entered or left a bed (drilled hole)
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, drag of sliding in the bed
   double steps = 1;         // voxels, largest motion per tick (Zhao 2020, eq. 9)

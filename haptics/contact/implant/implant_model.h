@@ -100,7 +100,7 @@ class ImplantModel final : public offset::OffsetModel {
   Motion motion_ = Motion::kFree;
   EndScan scan_;            // result of scan_ahead() in this tick
   double torque_ = 0;       // N·m, low-pass filtered torque about the tool's axis
-  bool cuts_free_ = false;  // true: outside beds, the tool cuts in this tick
+  bool cuts_free_ = false;  // true: in this tick, the tool cuts bone outside the drilled holes (beds)
   bool seated_ = false;     // true: the implant is at its final position
   bool placed_ = false;     // true: an implant was placed; the hand holds nothing
 
