@@ -41,7 +41,7 @@ struct ArModel {
   std::size_t order() const { return reflection.size(); }
 };
 
-/// Mean power: gain² Π 1/(1 − k²), plus that of the lines.
+/// Mean power of the sound: gain² Π 1/(1 − k²) (k: reflection coefficients), plus that of the spectral lines.
 double power_of(const ArModel& model);
 /// Spectrum of the noise in dB: 10·log10 of the one-sided density (1/Hz) at frequencies in Hz.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);

@@ -28,7 +28,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The bench as drawn, where the calibration routine starts.
+  /// The bench according to its technical drawings: start values of the calibration routine.
   BenchState drawings() const;
 
   /// Readings of an arm whose tip is at p_W (m), with random wrist joints.

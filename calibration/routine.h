@@ -38,7 +38,7 @@ struct PairCapture {
   Touch touch;
   // Dots that showed the point; from them, its position is computed again after a calibration of the eyes.
   std::optional<Dots> dots;
-  /// Position (display frame D, m) at which the user saw the point, computed with `rig`; without dots, shown_D.
+  /// Position (display frame D, m) at which the user saw the point: computed from `dots` with `rig`; if empty, shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 

@@ -7,7 +7,7 @@ namespace typodont::haptics {
 
 /// This thread's number of queries of the distance field (tissue_patch.h).
 std::uint64_t queries_of_this_thread() noexcept;
-/// Adds `count` queries. For code that reads the distance field without tissue_patch.h.
+/// Adds `count` to queries_of_this_thread(). For code that reads the distance field without tissue_patch.h.
 void count_queries(std::uint64_t count) noexcept;
 /// Numbers of elements near the head that this thread's contact models have examined.
 struct SearchCounts {

@@ -382,7 +382,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // delay of B = sign · u
+  const double sign = a_asks ? -1 : 1;  // delay of stream B = sign · u (u: delay of the query)
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {

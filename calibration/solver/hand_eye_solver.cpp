@@ -39,7 +39,7 @@ constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is 
 constexpr std::size_t kMinForFullNoise = 20;
 // With smaller rms rotations, X and Z are not determined, rad.
 constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
-// If rms rotation of the arm / rotation noise is below this, X and Z are not determined.
+// If the ratio of the arm's rms rotation to the rotation noise is below this, X and Z are not determined.
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {

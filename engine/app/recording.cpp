@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-/// The address with the file's name alone, because folders can contain names of users and patients.
+/// A hand's device address without folders of a file in it, because folders can contain names of users and patients.
 std::string without_folders(const std::string& address) {
   std::error_code code;
   for (const std::size_t start : {std::size_t{0}, address.find(':') + 1}) {

@@ -89,7 +89,7 @@ class CarverSide {
   /// Offers a tissue patch around the tool to the servo. `due_only`: only if a new one is due. True if a patch was
   /// offered.
   bool offer(bool due_only);
-  /// Undoes or repeats a stroke, and offers the resulting tissue patch at once. False if there is no such stroke.
+  /// Undoes or redoes a stroke, and at once offers the resulting tissue patch to the servo. False: no such stroke.
   bool edit(bool redo);
   /// True if the servo has not yet adopted an undo, a redo or a separated piece of tissue.
   bool edit_waits() const { return patches_.edit_waits(); }
@@ -106,7 +106,7 @@ class CarverSide {
   ServoTick tick_;
 };
 
-/// Undoes or repeats a stroke at the session time t, and writes this to the carver's event log. False if there is no
+/// Undoes or redoes a stroke at the session time t, and writes this to the carver's event log. False if there is no
 /// such stroke.
 bool edit_stroke(haptics::Carver& carver, bool redo, Nanos t, EventLog<CarverEvent>* event_log);
 

@@ -16,7 +16,7 @@ template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Makes three copies of `initial`: T allocates at set-up only.
+  /// Makes three copies of `initial` now, so that T allocates memory at set-up only.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
   /// If T cannot be copied: calls `make` three times.
   template <std::invocable Make>

@@ -408,7 +408,7 @@ struct Renderer::Impl {
                        const std::array<std::optional<PixelBox>, 2>& glass, int slot, FrameStats& stats) {
     const VkExtent2D extent = targets.pictures.options.size;
     const PixelBox all{0, 0, static_cast<int>(extent.width), static_cast<int>(extent.height)};
-    FrameStats seen;  // counts for the pictures in the mirror
+    FrameStats seen;  // counts of what the dental mirror's picture draws
     const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
     targets.begin(commands, mirror.picture, false);
     for (int view = 0; view < (context.view_mask ? 1 : mirrored.views); ++view) {

@@ -54,8 +54,8 @@ struct FrameData {
   vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
   // x: roughness; y: dry reflectance at normal incidence (metal: 1); z: wetness; w: 1 if in the TissueLightGrid.
   vec4 tissue_look[16];
-  vec4 film_origin;          // film: first sample, m, frame W; w: samples per m
-  vec4 film_size;            // film: number of samples per axis
+  vec4 film_origin;          // water film: first sample, m, frame W; w: samples per m
+  vec4 film_size;            // water film: number of samples per axis
   vec4 light_origin;         // LightGrid: first sample, m, frame W; w: samples per m
   vec4 light_samples;        // LightGrid: number of samples per axis
   vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, frame W; w: cells per m

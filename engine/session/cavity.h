@@ -60,11 +60,11 @@ struct CavityMeasures {
   std::optional<dvec3> nearest_pulp_W;  // m, frame W, point of the new surface nearest to the pulp
   std::optional<double> pulp_exposed;   // m², exposed area of the pulp; empty: no pulp
   struct Cup {
-    dvec3 center_W{0};  // m, frame W, centre of the socket's fitted sphere
-    double radius = 0;  // m, radius of the socket's fitted sphere
+    dvec3 center_W{0};  // m, frame W, centre of the sphere fitted to a reamed socket
+    double radius = 0;  // m, radius of the sphere fitted to a reamed socket
     dvec3 axis_W{0};    // unit vector out of the opening: the surface's mean normal
   };
-  std::optional<Cup> cup;            // sphere fitted to a reamed socket
+  std::optional<Cup> cup;            // sphere fitted to a reamed socket (hollow half of a joint)
   std::optional<double> cup_offset;  // m, distance of the cup's centre from the ideal shape's
   std::optional<double> cup_tilt;    // rad, angle between the cup's axis and the ideal shape's
   // Removed tissue that had to stay, m³. Empty: none protected.

@@ -66,7 +66,7 @@ void PatchModel::repeat_cuts(TissuePatch& fresh, PerTissue& all_removed) noexcep
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     CutLog::Made& made = log_.made(i);
-    // A repeated cut removes more volume after undo, and less after a loose piece.
+    // After an undo, a repeated cut removes more volume than at first; after the removal of a loose piece, less.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
     made.removed = removed;

@@ -17,7 +17,7 @@ struct PassivityLaw {
   // m/s², largest acceleration expected of any hand. A hand that moves inward faster than turning × tick (m/s) cannot
   // reverse its motion within the next tick.
   double turning = 2;
-  // s, nominal tick; in a tick 2.2 times as long, the hand may be able to reverse and retreat as fast as it advanced
+  // s; in a tick longer than 2.2 × this, any hand is assumed to be able to reverse and retreat as fast as it advanced
   double human_tick = 1e-3;
   // m per tick; a larger motion of the hand counts as a jump, whose direction may reverse in the next tick
   double jump_distance = 0.3e-3;

@@ -29,8 +29,8 @@ class CutFront {
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
-  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's
-  /// lifetime in which they can first change.
+  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: that eighth of the list's
+  /// lifetime in which samples of these groups can first change.
   struct Run {
     int kind;
     bool narrow;

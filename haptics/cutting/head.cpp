@@ -133,7 +133,7 @@ constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 /// For eight block centres: distances from the head and from each piece of its meridian; outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  // frame T: position of the centre, its distance rho from the axis, and the outward direction (n_rho, n_z)
+  // frame T: position of the block's centre, its distance rho from the axis, and the outward direction (n_rho, n_z)
   F8 x, y, z, rho, n_rho, n_z;
 };
 
@@ -571,7 +571,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.examine();
       for (int lane = 0; lane < lanes; ++lane) {
         const float safe_travel = carve_block(lane, *added[lane].leaf);
-        // while pose A is examined (k = 0), all blocks must be examined again, because pose B follows
+        // After pose A (k = 0), no block may be skipped, because pose B must examine all of them.
         if (k > 0) *added[lane].due = path + (safe_travel - slip);
       }
     };

@@ -274,7 +274,7 @@ void examine_line(const Straight* path_at, Centres* centres, int line) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // Index of the line that alone decides all depths of the block on the path, up to Sweep::kInner; -1: none.
+  // For each block: the meridian's line that alone decides its samples' depths up to Sweep::kInner; index, -1: none.
   int line[8];
   F8 rho;  // voxels, distance from the axis
   // true: the head recedes from every sample, so by concavity the depth is largest at the start
@@ -320,7 +320,7 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // Smallest component of the motion w away from the axis, over the samples within kHalf.
+  // Smallest radial component (away from the head's axis) of the motion w of the samples within kHalf of the centre.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -511,7 +511,7 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   return changed;
 }
 
-/// Raises eight samples of the list PathMaxima to their largest depths on the path.
+/// Raises the values of eight samples of the list PathMaxima to the largest depth that each sample has on the path.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(PathMaxima* tops_at, int first) {
   PathMaxima& tops = *tops_at;

@@ -16,7 +16,7 @@ class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Box of voxels within Sweep::kMargin (3.5) of the head.
+  /// Box of voxels within Sweep::kMargin (3.5 voxels) of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 

@@ -769,8 +769,8 @@ std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, i
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double min_bright) {
-  // A body with less than kSplinter of the largest body's voxels is a splinter. One with kBright of the highest number
-  // of bright voxels has teeth.
+  // A body with less than kSplinter of the largest body's voxels is a splinter. A body with at least kBright of the
+  // highest number of bright voxels in any body has teeth.
   constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, max_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);

@@ -551,7 +551,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   // The crown is at that end of the longest axis where the tooth is wider.
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  // For each x: number of voxels in the lower and upper half of the longest axis.
+  // For each x: number of the body's voxels below and above the middle of its longest axis.
   std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {

@@ -169,8 +169,8 @@ struct HounsfieldScale {
   std::string source;  // how the scale was found, for the user
 };
 
-/// Finds air and soft tissue as peaks about 1000 apart. Otherwise the darkest and brightest value, `lo` and `hi`, may
-/// show plain Hounsfield units. Otherwise nullopt.
+/// Finds air and soft tissue as peaks about 1000 apart. Otherwise tests whether the darkest and brightest value, `lo`
+/// and `hi`, can be plain Hounsfield units. Otherwise nullopt.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kMinApart = 880, kMaxApart = 1100;
   // Limits of the brightest voxel (bone to metal), Hounsfield units.

@@ -16,7 +16,7 @@ constexpr int kBall = 6;  // voxels, radius of a ball that reaches beyond the fa
 
 struct BallSample {
   double label;  // weight of a label: 1 in the middle of the ball, 0 at its edge
-  // Weight of a voxel's tissue fraction in a sum over the ball. Corrected so that blur does not change this sum.
+  // Weight of a voxel's tissue fraction in a sum over a ball of voxels. Corrected so that blur does not change the sum.
   double fraction;
 };
 // Row of a ball along z at one (x, y).

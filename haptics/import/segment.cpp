@@ -260,7 +260,7 @@ class Segmenter {
       const double top = std::clamp(inward_peak(at, n, shell_), levels_.soft, levels_.top());
       double low = surroundings_->at(p);
       if (levels_.fixed_surround) {
-        // Thin soft tissue over the bone counts as surroundings, not the air beyond it.
+        // If thin soft tissue covers the bone, this tissue counts as the surroundings, and the air beyond it does not.
         double brightest_near = low;
         for (double t = 2 * edge_; t <= shell_; t += kStep)
           brightest_near = std::max<double>(brightest_near, sample(smooth_, at + t * n));

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
-/// A cell of the scan that has enough uniform samples.
+/// A cell of the scan that has enough samples in uniform regions (with a small gradient of the grey value).
 struct Cell {
   glm::dvec3 at;     // mean position, -1 … 1 over the scan
   glm::dvec3 slope;  // median gradient, per voxel

@@ -66,8 +66,8 @@ struct LimitParameters {
   static constexpr double unpaid_force = 0.1;
   // ratio (computed force / force that the energy ledger allows) above which the ledger limits the force
   static constexpr double unpaid_ratio = 2;
-  // Force that the hand feels / computed force. If this ratio stays lower for rest_time, the force that presses the
-  // edges on the tissue increases from the felt to the computed force.
+  // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
+  // the edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
   // s; after so long with little felt force (little_felt), the force that presses the edges begins to increase
   static constexpr double rest_time = 0.1;

@@ -230,7 +230,7 @@ struct Servo::State {
   void wear_grains(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.
-  /// Computes coupling, damper, friction and edges. The force of a penalty method replaces coupling and damper.
+  /// Computes forces of coupling, damper, friction and cutting edges. A penalty method's force replaces the first two.
   void feel(ContactTick& now) noexcept;
   /// Lets the tip sink into softened tissue, where it sticks.
   void sink_tip(ContactTick& now) noexcept;
@@ -250,7 +250,7 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true for a rotating bur, whose contact is softened by further limits when it touches tissue.
+  /// Returns true if the tool is a rotating bur. Further limits (limits.cpp) soften the force when it meets tissue.
   static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

@@ -365,7 +365,7 @@ void run(const Options& options) {
     written.push_back((out / "geometry.ply").string());
   }
   // Measures the drawing times as in a running session, without the first frame, which includes the set-up. Eyes and
-  // screen move by 1 µm per frame, because unchanged frames are redrawn only in part. A recorded session is played on.
+  // screen move by 1 µm per frame, because unchanged frames are redrawn only in part. A recording goes on playing.
   constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: session time per frame; limit of the total time
   constexpr std::size_t kMaxFrames = 45;
   std::vector<double> times, gpu_times;

@@ -38,8 +38,8 @@ ReplayResult replay_recorded(const session::SessionReader& session) {
   return replay_session(session, [&](double done) { progress.at(done); });
 }
 
-/// If a session is only shown and was recorded with another force law, warns in one sentence how the current law
-/// differs.
+/// For a session that is only shown, without computing its forces again: if it was recorded with another force law,
+/// warns in one sentence how the current law differs.
 void warn_of_other_law(const session::SessionReader& session) {
   if (has_other_law(session)) log::warn("{}: {}", session.file().string(), replay_recorded(session).what_differs);
 }

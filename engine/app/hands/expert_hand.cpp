@@ -69,7 +69,7 @@ struct Rhythm {
   // 0.45 N on the occlusal surface of crowns, 1.71 N on the walls.
   static constexpr double end_force = 0.45 / 1.71, end = 0.7;
   static constexpr double tremor = 8.1;              // Hz
-  static constexpr double tremor_amplitude = 31e-6;  // m along each axis; 38 µm rms
+  static constexpr double tremor_amplitude = 31e-6;  // m, of the sine on each axis; rms of all three together: 38 µm
 };
 
 }  // namespace

@@ -15,7 +15,7 @@
 
 namespace typodont {
 
-/// The user's choice of hands. A value on the command line replaces that of the rig file, which replaces the default.
+/// Devices that the user chose to move the tools. The command line overrides the rig file, which overrides the default.
 struct HandChoice {
   /// address of the hand's device; empty: that of the rig file, otherwise the display's default
   std::string hand;

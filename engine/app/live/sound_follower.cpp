@@ -21,7 +21,7 @@ namespace {
 
 constexpr Nanos kTurn = 10'000'000,
                 kSilence =
-                    5 * kNanosPerSecond;  // ns: wait per message; silence after which the connection counts as lost
+                    5 * kNanosPerSecond;  // ns. kTurn: wait per message; kSilence: then the connection counts as lost
 constexpr Nanos kToCompare =
     100'000'000;                  // ns, first part of the session, without sound: its smallest arrival delay is found
 constexpr double kLongest = 1e6;  // s, longest session

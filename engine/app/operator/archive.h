@@ -45,12 +45,12 @@ struct NewTooth {
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Makes a scene for practice from a volume or mesh, upright, at the place that the shipped rigs show. Replaces files
+/// Makes a scene for practice from a volume or mesh, upright, at kCrownTop, which shipped rigs show. Replaces files
 /// of this name in the user's folder. Returns the scene file. Throws Error or Cancelled without changing a file.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Makes a scene for practice from tissue in memory, which it turns upright. `top`: point
-/// that is moved to the place that the shipped rigs show, m; empty: the middle of the top.
+/// that is moved to kCrownTop, the place that the shipped rig files' displays show, m; empty: the middle of the top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

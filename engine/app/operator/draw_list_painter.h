@@ -30,7 +30,7 @@ class DrawListPainter {
   /// Forgets the textures of the last frame.
   void new_frame();
   /// Makes the first layer of an image a texture for ImGui::Image in this frame; at most 60 textures. Format: sRGB
-  /// bytes in a UNORM view, in the shaders' layout. `shows`: a number that changes with the content.
+  /// bytes in a UNORM view, image layout for reading in shaders. `shows`: a number that changes with the content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
   /// Draws what differs from the content of `target`; everything if `all` is true or the target has no content yet.

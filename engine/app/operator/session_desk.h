@@ -43,8 +43,8 @@ class SessionDesk {
   Turn step();
   /// True after step() if nothing on the page moves except the clock.
   bool at_rest() const { return at_rest_; }
-  /// Moves the recording to its folder. `why`: reason of an abnormal end. Returns the data for a score if there is no
-  /// recording. Returns null if there is a recording, and after authoring mode or a failure.
+  /// Ends the session; moves its recording to its folder or deletes it. `why`: reason of an abnormal end. Returns the
+  /// data for a score if no recording is kept. Returns null if one is kept, and after authoring mode or a failure.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request. False: it concerns no running session.

@@ -37,7 +37,7 @@ double MirrorFog::fog() const {
 }
 
 MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
-  // A mirror closer than this to the point of the patient's mouth counts as inside the mouth, m.
+  // m; a mirror closer than this to the given point on the gum's edge counts as inside the patient's mouth
   constexpr double kMouth = 50e-3;
   return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,

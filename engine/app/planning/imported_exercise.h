@@ -14,7 +14,7 @@ namespace typodont {
 /// Direction of the crown in the file: +z, −z, +x, −x, +y, −y.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
 
-/// Position of a crown's top in the picture of the shipped rigs, m, frame W.
+/// Place for the top of an imported crown, m, frame W. The displays in the shipped rig files show this place.
 inline constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
 /// Rotation that turns the crown to +z, for haptics::quarter_turns; empty: none is needed.

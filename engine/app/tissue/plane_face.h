@@ -29,8 +29,8 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
   return best;
 }
 
-/// Makes the face inside a box (m, frame W) from cells of size `step` (m). Vertices are relative to `origin`.
-/// `distance(p)`: m, negative inside; `fractions(p)`: fractions of the tissues around p.
+/// Makes the flat face where `plane` cuts the tissue, inside a box (m, frame W), of cells of size `step` (m). Vertices
+/// are relative to `origin`. `distance(p)`: m, negative in tissue; `fractions(p)`: fractions of the tissues around p.
 template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Fractions&& fractions) {

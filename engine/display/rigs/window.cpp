@@ -431,7 +431,7 @@ class Window final : public Output {
   GLFWwindow* window_ = nullptr;
   std::optional<KeyThread> key_thread_;     // reads urgent keys; without X11 empty, and poll() handles them
   std::unique_ptr<SharedPicture> shared_;   // if set, it is used instead of Vulkan's swapchain
-  std::optional<std::vector<Part>> parts_;  // parts of the last target that were drawn
+  std::optional<std::vector<Part>> parts_;  // parts of the last target that changed; nullopt: all
   std::function<void()> finish_;            // composes the last target on the CPU
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;

@@ -23,8 +23,8 @@ class Targets {
   /// Whether the next create() keeps depth.
   bool keeps_depth = false;
 
-  /// Returns true if the scene without particles has its own image. Particles change nearly all pixels, and copying the
-  /// scene is cheaper than drawing it. False with averaged samples, a common pass for both eyes, or kept depth.
+  /// Returns true if the scene without particles has its own image: particles change nearly all pixels, and a copy of
+  /// this image is cheaper than drawing the scene. False with averaged samples, one pass for both eyes, or kept depth.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
   /// Image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }

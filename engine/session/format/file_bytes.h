@@ -1,5 +1,5 @@
-// The bytes of a file that is opened only once. HDF5 reads them through a driver of its own, so the file's name is not
-// used again.
+// The bytes of a file that is opened only once. HDF5 reads them through this program's own driver, so the file's name
+// is not used again.
 #pragma once
 
 #include <hdf5.h>

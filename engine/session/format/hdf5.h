@@ -57,8 +57,8 @@ class H5Quiet {
 std::string h5_reason();
 
 /// Opens an object by its path from `root`; empty if it does not exist. Accepts only what this program's writer
-/// creates: hard links; data inside the file, with known filters, in one dimension, no larger than the file. Anything
-/// else could read other files. Throws Error(`file`, path, …).
+/// creates: hard links; data inside the file, with known filters, in one dimension, no larger than the file. Other
+/// links and external data could read other files. Throws Error(`file`, path, …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 

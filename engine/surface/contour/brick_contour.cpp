@@ -137,7 +137,7 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
 // Returns the tissue of all solid samples in the 4³ samples around the cell, or kAir if there are several.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
-  // Fast test: compares the labels of four samples at a time and skips kAir.
+  // Fast test: compares the labels of four samples at a time with `only`, and skips kAir.
   static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
   std::uint32_t other = 0;
   const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));

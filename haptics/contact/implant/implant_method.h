@@ -26,21 +26,21 @@ struct Parameters {
   // m, edge of a tool voxel. Zhao 2020: 0.06 mm for a tool of 4.2 × 12 mm.
   double tool_voxel = 0.06e-3;
   int layers = 2;  // number of layers of tool voxels (Zhao 2020: "1~2")
-  // m; criterion 1 for entering a bed: largest distance of the tip from the axis, and below the entry
+  // m; criterion 1 for entering a drilled hole: largest distance of the tip from the hole's axis, and below its entry
   double centre_tolerance = 0.5e-3;
-  // m; criterion 1 for entering a bed: largest height of the tip above the entry (a wide tool meets the rim first)
+  // m; criterion 1 for entering a drilled hole: largest height of the tip above its entry (a wide tool meets its rim)
   double rim_above = 1.5e-3;
-  // m; criterion 2 for entering a bed: a tool that does not widen the bed may be wider than the bed by this
+  // m; criterion 2 for entering a bed (drilled hole): a tool that does not widen the hole may be wider than it by this
   double radius_tolerance = 0.1e-3;
-  // m; criterion 2 for entering a bed: a drill, or the core of an implant, may be wider than the bed by this
+  // m; criterion 2 for entering a drilled hole: a drill, or the core of an implant, may be wider than the hole by this
   double widening = 0.6e-3;
-  // m; criterion 2 for entering a bed: a tool may be narrower than the bed by this; a narrower one moves freely in it
+  // m; criterion 2 for entering a drilled hole: a tool may be narrower than it by this; a narrower one moves freely
   double loose = 0.75e-3;
-  // rad (10 degrees); criterion 3 for entering a bed: largest angle between the axes of tool and bed
+  // rad (10 degrees); criterion 3 for entering a drilled hole: largest angle between the axes of tool and hole
   double axis_tolerance = 0.175;
-  // N; criterion 4 for entering a bed: smallest push along the axis
+  // N; criterion 4 for entering a drilled hole: smallest force with which the hand pushes along the hole's axis
   double enter_force = 0.3;
-  // m; the tool leaves the bed when its tip is this far outside the entry
+  // m; the tool leaves the drilled hole when its tip is this far outside the entry
   double leave = 0.3e-3;
   double min_depth = 0.5e-3;  // m; a shallower hole is not a bed
   // kg, tool's mass for the motion along a bed (Zhao 2020, eq. 5); 0: no inertia

@@ -18,7 +18,7 @@ constexpr int kParts = 8;           // number of parts of a voxel's edge for thi
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // tool voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.05;
-// a rim of the tool is sharp if the cosine between the normals at the surface and at kWithin is smaller than this
+// a rim is sharp if the cosine between the normals on the surface and at the depth kWithin is smaller than this
 constexpr double kSmooth = 0.97;
 
 /// Mean of 1/r (r: distance from the axis) over the voxel's cross-section.

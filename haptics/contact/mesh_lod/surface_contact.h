@@ -73,7 +73,7 @@ class SurfaceContact {
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept = 0;
 
  protected:
-  // A surface point is in contact if its distance from the head / the head's radius is below this.
+  // A surface point is in contact if the ratio of its distance from the head to the head's radius is below this.
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

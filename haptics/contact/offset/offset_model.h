@@ -82,7 +82,7 @@ class OffsetModel : public PatchModel {
     bool at_max_step = false;
     // voxels, head's centre as the contacts alone would hold it, without a speed limit
     dvec3 held_at{0};
-    // voxels, target of the head: the hand's position, corrected for the grip of the cutting edges
+    // voxels, target of the head: the hand's position, corrected for the cutting edges, which grip the tissue
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };

@@ -39,7 +39,7 @@ struct SearchParameters {
   static constexpr double may_block = 0.4;
   // Without cutting: largest number of times per iteration that exact planes of stopping contacts are computed.
   static constexpr int refining_rounds = 6;
-  // The secant method lengthens a step of the proxy only if step / previous step is below this.
+  // The secant method lengthens a step of the proxy only if its ratio to the previous step is below this.
   static constexpr double still_converges = 0.95;
   // for a head with one contact: largest factor by which the secant method lengthens a step of the proxy
   static constexpr double max_gain = 10;
@@ -116,7 +116,7 @@ struct WallParameters {
   static constexpr double border = 0.5;
   // smallest fraction of a bur's power at a harder wall
   static constexpr double min_power = 0.1;
-  // A border is a wall if (specific energy of the softer tissue / specific energy of the harder tissue) is below this.
+  // A border is a wall if the ratio of the softer tissue's specific energy to that of the harder one is below this.
   static constexpr double from_ratio = 0.2;
   // Largest number of rounds per iteration that reduce the sinking depth at walls and compute the position again.
   static constexpr int rounds = 4;
@@ -184,7 +184,7 @@ struct FillingParameters {
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // filling flows to free space at most this × the instrument's reach away: largest distance of the search
+  // largest distance from the filling's first ball to the free space into which it flows / the instrument's fill_reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // Number of consecutive samples in tissue with which a ray goes on: filled walls consist of both tissue and filling.

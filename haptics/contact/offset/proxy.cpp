@@ -435,8 +435,8 @@ double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_deficit + in.budget / in.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
 
-/// Returns true if a ball placed on a single wall overlaps the planes that hold it by less than a tolerance, which is
-/// smaller for planes of other walls.
+/// For a ball that was placed on one wall: returns true if it overlaps each of the planes that hold it by less than a
+/// tolerance. The tolerance is smaller for planes that do not belong to this wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {

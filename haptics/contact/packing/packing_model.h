@@ -72,8 +72,8 @@ class PackingModel final : public ContactModel {
     dvec3 held_at{0};      // m, position at which contacts block the proxy
     double held_for = 0;   // s, time near held_at while the hand is far away
     bool leading = false;  // true: the proxy moves back along `path`
-    std::size_t to = 0;    // index of the path point at which the way back ends
-    bool wedged = false;   // true: the hand is far away, and there is no way back
+    std::size_t to = 0;    // index of the path point at which the move back along `path` ends
+    bool wedged = false;   // true: the hand is far away, and `path` does not lead back to it
   } retreat_;
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed

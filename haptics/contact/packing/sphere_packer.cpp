@@ -32,7 +32,7 @@ constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // spacing of a grid / spacing of the next finer grid
 // Smallest radius of a sphere in grid spacings; a gap for a smaller sphere waits for a finer grid.
 constexpr double kMinRadius = 0.3;
-// Placing is postponed if the sphere's radius / the stored free radius of its node is below this.
+// Placing is postponed if the ratio of the sphere's radius to the stored free radius of its node is below this.
 constexpr double kAsExpected = 0.8;
 constexpr double kMaxTravel = 1.0;  // in grid spacings, largest distance of a sphere's centre from its node
 constexpr double kLastStep = 0.02;  // grid spacings, last step of the search for the centre
@@ -322,7 +322,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // Free radii are limited, so only nodes within s.r + most change.
+    // Free radii are limited, so the sphere s changes only the free radii of nodes within s.r + `most` of its centre.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];

@@ -77,7 +77,7 @@ class SphereTissue {
 
   // Public because the SIMD kernels use it.
   struct Lanes;
-  /// New radius of a sphere / radius before the cut; below this, the sphere is removed, because nobody could feel it.
+  /// Ratio of a sphere's new radius to that before the cut; below it, the sphere is removed: nobody could feel it.
   static constexpr double kMin = 1e-3;
 
   /// Size of spheres and tree, bytes.

@@ -276,8 +276,8 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   found_ = true;
 }
 
-/// Completes a short list that lacks points within `far` (m) of the head at X. It keeps the pose of the short list, so
-/// the contact remains the same.
+/// If the short list of points around the head lacks points within `far` (m) of the head at X, makes the complete list,
+/// for the same pose of the head as the short list, so that the contact computed from it remains the same.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;

@@ -265,7 +265,7 @@ bool remove_low_bits(const gdcm::File& file, const gdcm::Image& image, std::vect
   if (allocated != 16 || high + 1 == stored) return true;
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   const gdcm::ByteValue* raw = image.GetDataElement().GetByteValue();
-  // Works on the bytes of the file, because GDCM returns wrong numbers for files with a shift.
+  // Reads the bytes of the file itself, because GDCM returns wrong numbers if the stored values do not begin at bit 0.
   if (stored == 0 || high + 1 < stored || high > 15 || syntax.IsEncapsulated() || !raw ||
       syntax == gdcm::TransferSyntax::ExplicitVRBigEndian || raw->GetLength() < bytes.size())
     return false;
