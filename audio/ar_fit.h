@@ -51,7 +51,7 @@ struct HeldOut {
   // Distance that a sound with exactly the model's spectrum would have, dB, because the spectrum of a short sound has
   // an error.
   double chance_dB = 0;
-  // For each spectral line: standard deviation / mean of its amplitude in the held-out part.
+  // For each spectral line: standard deviation of its amplitude divided by the mean, in the held-out part.
   std::vector<double> line_variation;
 };
 
@@ -73,10 +73,10 @@ struct FitReport {
   /// Spectra of recording and model: frequencies (Hz) and densities (dB re 1/Hz).
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
-  // For each spectral line: standard deviation / mean of its amplitude in the fitted part. Noise at nearby frequencies
-  // contributes to it.
+  // For each spectral line: standard deviation of its amplitude divided by the mean, in the fitted part. Noise at
+  // nearby frequencies contributes to it.
   std::vector<double> line_variation;
-  // Spindle speed over time: s from the begin of the fitted part, and speed / mean speed. Empty: no steady line.
+  // Spindle speed over time: s from the begin of the fitted part; speed divided by mean speed. Empty: no steady line.
   std::vector<double> speed_times, speed_ratio;
   std::optional<HeldOut> held_out;
   std::vector<std::string> notes;  // sentences for the user

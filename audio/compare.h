@@ -13,9 +13,9 @@ struct SoundMeasure {
   double centroid = 0;        // Hz, spectral centroid up to Comparison::up_to: a measure of brightness
   double rotor = 0;           // Hz, estimated rotation frequency of the rotor; 0: none found
   std::vector<double> tones;  // Hz, frequencies of the strongest spectral lines, at most five
-  // For each tone: standard deviation / mean of its amplitude; 0 for a steady tone, 0.52 for narrow-band noise.
+  // For each tone: ratio of its amplitude's standard deviation to the mean; 0: steady tone, 0.52: narrow-band noise.
   std::vector<double> tone_variation;
-  // For each frequency in CompareOptions::lines: standard deviation of its amplitude / mean amplitude.
+  // For each frequency in CompareOptions::lines: standard deviation of its amplitude divided by the mean amplitude.
   std::vector<double> line_variation;
 };
 
@@ -26,7 +26,7 @@ struct Comparison {
   double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
-  /// Frequency of the strongest tone of sound b / that of sound a; 0: one of them has no tone.
+  /// Frequency of the strongest tone of sound b divided by that of sound a; 0: one of them has no tone.
   double tone_ratio = 0;
   double up_to = 0;  // Hz, the distances compare the spectra up to this frequency
 };

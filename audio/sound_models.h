@@ -34,7 +34,7 @@ struct SoundModels {
   ArModel idle;
   // Models for cutting each tissue, from recordings; empty for a tissue that was not recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
-  // Spindle speed in the idle recording, rad/s; 0: the highest speed so far.
+  // rad/s, spindle speed in the idle recording; 0: the highest speed of the spindle so far is used instead.
   double free_speed = 0;
   std::vector<RotorTone> tones;
   // Number of cutting edges, which are heard one by one at low speed; 0: never.

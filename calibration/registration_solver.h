@@ -64,7 +64,7 @@ struct RegistrationResult {
   /// Covariance of X_DH in frame D, 6×6, row-major: θ (rad), then t (m); errors change (p, R) to (p + t, exp([θ]) R). A
   /// rotation that is not determined has the variance π²/3.
   std::array<double, 36> covariance{};
-  // Standard deviation of the least certain rotation / of the most certain one; 1e16: a rotation is not determined.
+  // Ratio of the standard deviations of the least and the most certain rotation; 1e16: a rotation is not determined.
   double condition = 1;
   double predicted_tre_rms = 0;  // m, predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};

@@ -18,8 +18,8 @@ struct SurfacePoint {
   dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing out of the tissue
 };
 
-/// The distance field at a point of the surface D. `known`: the nearest surface is close enough, and belongs to the
-/// part that is registered.
+/// Value of surface D's distance field at one point. `known`: the nearest point of the surface is close enough, and
+/// belongs to the part of D that is registered.
 struct FieldSample {
   bool known = false;
   double distance = 0;  // m, point's distance from the nearest surface; negative inside

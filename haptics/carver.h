@@ -26,7 +26,7 @@ class Carver {
   /// Repeats a cut of the servo; cuts must arrive in order and without gaps. Cuts with only short pauses form one
   /// stroke. Pieces that a cut separates are removed; the servo then needs a new snapshot. Deterministic.
   void apply(const Cut& cut);
-  /// Returns the loose pieces removed since the last call.
+  /// Returns the pieces of tissue that cuts have separated and removed since the last call.
   std::vector<LoosePiece> take_pieces();
 
   /// Returns true if `cut` would be the first cut of a new stroke.
@@ -71,8 +71,8 @@ class Carver {
   /// Returns the body's own triangles (TissueBody::surface). If null, the renderer must draw volume().
   TissueSurface* surface() { return body_->surface(); }
   TissueVolume::Strokes strokes() { return body_->strokes(); }
-  /// Moves the tissue out of the carver: volume(), with the body's own triangles as its mesh. Without own triangles, a
-  /// cut volume has no mesh. Afterwards the carver must not be used.
+  /// Moves volume() out of the carver. Its mesh: the triangles of surface() if there are any; otherwise the mesh from
+  /// the file, or none after a cut. Afterwards the carver must not be used.
   TissueVolume take_tissue();
   const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
@@ -92,8 +92,8 @@ class Carver {
   std::uint32_t end_tool_ = 0;  // tool of the last cut
   Nanos cut_t_ = 0;             // ns, time of the last cut
   bool in_stroke_ = false;
-  std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
-  PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
+  std::vector<LoosePiece> pieces_;  // pieces that cuts separated and take_pieces() has not returned yet
+  PerTissue loose_volume_{};        // m³, volume of all pieces that cuts separated since construction
   // piece_count_: number of loose pieces since construction. pieces_in_snapshot_: piece_count_ at the last snapshot.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;

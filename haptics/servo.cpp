@@ -56,8 +56,8 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // Limit of: distance between snapshot's centre and proxy / travel (distance that the tool may move). Below 1, because
-  // the centre of a tissue patch is rounded to eight voxels.
+  // Limit of: distance between snapshot's centre and proxy, divided by travel (distance that the tool may move). Below
+  // 1, because the centre of a tissue patch is rounded to eight voxels.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);

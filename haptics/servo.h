@@ -76,7 +76,7 @@ struct HandSample {
 /// motion until the next valid pose.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
-/// Below this fraction, a pedal counts as released, and a spindle (speed / free speed) as stopped.
+/// Below this fraction, a pedal counts as released, and a spindle (speed divided by free speed) as stopped.
 inline constexpr double kPedalUp = 0.01;
 
 /// Computes contact, cutting and force of one hand in one tissue. Servo thread only; tick() never allocates or locks.

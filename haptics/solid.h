@@ -33,9 +33,9 @@ void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector
 
 /// Finds and reads the mesh files of a JSON solid. This module reads none; `read_mesh_solid` of Typodont::import does.
 struct SolidFiles {
-  /// Finds a file by its name. Empty: files are in the folder of the JSON file.
+  /// Finds a file by its name. If there is no such function, files are in the folder of the JSON file.
   std::function<std::filesystem::path(const Json& name)> find;
-  /// Reads a mesh. `unit`: metres per unit of the file. Throws Error. Empty: a mesh in the JSON is an error.
+  /// Reads a mesh. `unit`: metres per unit of the file. Throws Error. No function: a mesh in the JSON is an error.
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 

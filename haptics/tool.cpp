@@ -21,8 +21,8 @@ using glm::dvec2;
 
 constexpr Form kLength{"0.05–60", R"({"type": "number", "minimum": 0.05, "maximum": 60})"};
 
-// Height above the free end / diameter of the head. Below this height, samples on the head's surface have constant
-// density; above it, their density decreases.
+// Height above the free end divided by the head's diameter. Below this height, samples on the head's surface have
+// constant density; above it, their density decreases.
 constexpr double kBluntEnd = 0.1;
 
 /// Piece of a meridian: a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank end. The distance
@@ -147,7 +147,7 @@ struct ShapeKind {
   HeadShape shape;
   std::string_view name;  // name of the shape in scenes
   Meridian (*meridian)(const Tool&);
-  double min_length;  // lower limit of length / diameter; 0: no limit
+  double min_length;  // lower limit of the length divided by the diameter; 0: no limit
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},

@@ -74,7 +74,7 @@ struct Tool {
   // Fraction of the hand's push that scrapes, for an edge that is drawn along the path; 0: does not scrape.
   double scrapes = 0;
   double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: never sinks
-  // μ_c: tangential cutting force / normal force (Preston, Archard), used where the tissue's EdgeLaw states none.
+  // μ_c: ratio of tangential to normal force (Preston, Archard), used where the tissue's EdgeLaw states none.
   double cutting_coefficient = 0.3;
   // Edges: a drill's blades cut by Material::blade, a diamond's grains by Material::grit. 0: not stated.
   int blades = 0;

@@ -35,7 +35,7 @@ constexpr double kQuietBelowLoud = 40;
 // In a steady interval, the level differs from the loud part's median level by at most this, dB.
 constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
-// If (highest − lowest) / mean speed of the spindle is above this, changes of the speed are removed before the fit.
+// If the range of the spindle's speed divided by its mean is above this, changes of speed are removed before the fit.
 constexpr double kConstantSpeed = 0.002;
 // Largest allowed FitOptions::hold_out.
 constexpr double kMaxHeldOut = 0.9;

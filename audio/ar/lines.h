@@ -21,7 +21,7 @@ struct LineTrack {
   /// Variances that noise alone would cause: of the amplitude (relative to its squared mean), of the frequency (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
-  /// Standard deviation of the amplitude / its mean: 0 for a sinusoid, 0.52 for narrow-band noise.
+  /// Standard deviation of the amplitude divided by its mean: 0 for a sinusoid, 0.52 for narrow-band noise.
   double variation() const;
   /// variation() without the part caused by noise beside the line.
   double own_variation() const;
@@ -43,7 +43,7 @@ struct TakenLine {
   ModelLine line;
   // Standard deviation of the line's frequency, including the drift of the spindle's speed, Hz.
   double spread = 0;
-  // Standard deviation of the line's amplitude / its mean (LineTrack::variation()).
+  // Standard deviation of the line's amplitude divided by its mean (LineTrack::variation()).
   double variation = 0;
 };
 

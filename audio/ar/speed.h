@@ -10,10 +10,10 @@ namespace typodont::audio {
 struct SpeedTrack {
   double frequency = 0;       // Hz, mean frequency of the followed line
   double step = 0;            // s, time between two values of the speed
-  std::vector<double> ratio;  // speed / mean speed; empty: no line could be followed
+  std::vector<double> ratio;  // speed divided by mean speed; empty: no line could be followed
 
   bool known() const { return !ratio.empty(); }
-  // Speed / mean speed at time t (s): interpolated, constant beyond the ends of the track; 1 if unknown.
+  // Speed divided by mean speed at time t (s): interpolated, constant beyond the ends of the track; 1 if unknown.
   double at(double t) const;
   double range() const;  // highest minus lowest value of `ratio`
 };

@@ -36,7 +36,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// Cut-off frequency of the scraping sound / frequency of the tissue's lowest mode.
+// Cut-off frequency of the scraping sound divided by the frequency of the tissue's lowest mode.
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 

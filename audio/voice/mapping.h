@@ -30,7 +30,7 @@ inline double loudness_of(double area) noexcept {
   const auto power = [](double a) { return 1 + std::min(a, kMaxArea) / kEdgeArea; };
   return std::sqrt(power(area) / power(kTypicalArea));
 }
-/// Brightness (gain of high frequencies) / its largest value, 0..1.
+/// Brightness (gain of high frequencies) divided by its largest value, 0..1.
 inline double brightness_of(double force, double removal) noexcept {
   return 1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval));
 }

@@ -37,8 +37,8 @@ class RotorLines {
   bool empty() const noexcept { return oscillators_.empty(); }
 
   static constexpr int kMost = 64;  // largest number of samples per call of add()
-  /// Adds `count` ≤ kMost samples. `speeds`: spindle speed / speed in the recording. gains[t][i]: gain of tissue t at
-  /// sample i, read only if active[t]; air is the idle sound.
+  /// Adds `count` ≤ kMost samples. `speeds`: spindle speed divided by the speed in the recording. gains[t][i]: gain of
+  /// tissue t at sample i, read only if active[t]; air is the idle sound.
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Finds pairs that agree on a rigid motion; used by the registration.
+// Finds pairs of points that agree on a rigid motion; used by the registration.
 #pragma once
 
 #include <cstddef>

@@ -100,7 +100,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // variance of the interpolated position / variance of a sample
+  double noise_gain = 1;  // variance of the interpolated position divided by the variance of a sample
 };
 
 // Lagrange interpolation through six samples around the time u, without gaps.

@@ -253,7 +253,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Estimates the noise: largest residual of the better half / expected value of this residual for noise 1.
+    // Estimates the noise: largest residual of the better half divided by its expected value for noise 1.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {

@@ -1,4 +1,4 @@
-// Recognises that pairs follow two similar rigid motions, which look like one motion with noise.
+// Recognises that pairs of points follow two similar rigid motions, which look like one motion with noise.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace typodont::calibration {
 struct Split {
   Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
-  double sigma = 0;                        // m per axis, noise of pairs under their own motion
+  double sigma = 0;                        // m per axis, standard deviation of a pair's residual after its motion
   double log_nfa = 0;                      // logarithm of the expected number of equally good splits by chance
 };
 

@@ -1,4 +1,4 @@
-// Recognises mirror images and wrong units; used by the registration.
+// Recognises pairs of points that are mirror images or have wrong units; used by the registration.
 #pragma once
 
 #include <optional>

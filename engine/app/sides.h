@@ -73,7 +73,7 @@ class CarverSide {
         carver_.apply(*cut);
         each(*cut);
         found.cut = true;
-        if (carver_.edited()) offer(/*due_only=*/false);  // a cut separated a loose piece
+        if (carver_.edited()) offer(/*due_only=*/false);  // a cut separated a piece of tissue from its body
       } else if (const auto* const tick = std::get_if<ServoTick>(&event)) {
         tick_ = *tick;
         found.tick = true;

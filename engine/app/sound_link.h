@@ -28,7 +28,7 @@ struct SoundVoice {
   bool lower_order = false;
 };
 
-/// The voice of a scene. Its model has the name of the scene's motor; for an ideal motor, the free speed decides.
+/// The voice of a scene. Its sound model has the name of the scene's motor, or depends on the free speed.
 SoundVoice voice_of(const Scene& scene);
 
 class SoundLink {

@@ -29,7 +29,7 @@ class SteppedSession {
   const ServoTick& tick(const haptics::HandSample& hand);
   /// Runs a tick with the hand's next sample. Returns false after the hand's last sample; all cuts are then applied.
   bool advance(haptics::HapticDevice& hand);
-  /// Undoes or redoes a stroke. False: no such stroke.
+  /// Undoes or redoes a stroke (cuts without a pause). False: no such stroke.
   bool edit(bool redo) { return edit_stroke(carver(), redo, tick_.t, event_logs_ ? &event_logs_->carver : nullptr); }
 
   /// The newest tick.

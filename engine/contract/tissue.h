@@ -35,8 +35,8 @@ struct EdgeLaw {
   double energy_ratio = 1;  // energy per volume at h = chip, divided by specific_energy
   double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
   double exponent = 0;
-  double force_ratio = 0;  // tangential force / normal force; 0: use the tool's cutting_coefficient
-  // G, removed volume / volume of a diamond's grains at which it cuts half as fast as a new one; 0: no wear
+  double force_ratio = 0;  // tangential force divided by the normal force; 0: use the tool's cutting_coefficient
+  // G: after removing G × the volume of its grains, a diamond cuts half as fast as a new one; 0: no wear
   double grinding_ratio = 0;
 };
 

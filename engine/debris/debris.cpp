@@ -216,7 +216,7 @@ double spread_of(const CutContact& contact) {
   return contact.area > 0 ? std::clamp(std::sqrt(contact.area / kPi) / contact.head_radius, kMin, 1.0) : kUnknown;
 }
 
-/// Factor on the chips' diameter for this cut; 1 if removed volume / (contact area × path length) is equal to `layer`.
+/// Factor on the chips' diameter for this cut; 1 if removed volume = `layer` × contact area × path length.
 double chip_scale(const Cut& cut, const CutContact& contact, double layer) {
   constexpr double kMin = 0.4, kMax = 4;
   const double path = std::abs(cut.spindle) * contact.head_radius * contact.duration;

@@ -11,7 +11,7 @@
 namespace typodont::debris {
 namespace {
 
-constexpr int kMaxNeighbours = 16;  // largest number of neighbours of a cell; a smooth surface has eight
+constexpr int kMaxNeighbours = 16;  // largest number of neighbours of a cell; a cell of a smooth surface has eight
 // largest fraction of a cell's content that may flow out per substep; a larger fraction is unstable
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry

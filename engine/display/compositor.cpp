@@ -227,7 +227,7 @@ struct Compositor::Impl {
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If both eyes share a region, the parts of both have index 0.
+        // If both eyes share a region of the target, the changed parts of both eyes are in parts[0].
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))

@@ -40,7 +40,7 @@ constexpr float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light
 constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
 constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
-constexpr int kGathered = 4;         // ratio of costs: random walks of a cell / gathering light in a cell
+constexpr int kGathered = 4;         // cost of a cell's random walks divided by the cost of gathering light in a cell
 // Used instead of the index of an element. kNone: there is no element; kFree: the ray leaves the box.
 constexpr std::int32_t kNone = -1, kFree = -2;
 constexpr int kMaxSteps = 200;  // largest number of steps of a random walk; a walk rarely needs 30

@@ -18,7 +18,7 @@ constexpr int kRingsPerTurn = 10;         // number of rings per turn of a threa
 constexpr int kFluteRings = 16;           // number of rings along a fluted head
 constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge
 constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
-constexpr double kCoarsest = 5e-4;        // lower limit of kChord / radius, for large heads
+constexpr double kCoarsest = 5e-4;        // lower limit of kChord divided by the radius, for large heads
 
 /// Corners of a ring: a multiple of 24, which 2, 6, 8 and 12 flutes divide.
 int corners_around(double radius) {

@@ -35,8 +35,8 @@ struct Nearest {
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
-/// Bound (see Nearest) for a seed with this squared distance. With kRooted: the square of the rounded distance, which
-/// can differ in the last bit, for callers that use the distance itself.
+/// Value of Nearest::bound for a seed at this squared distance. With kRooted: the distance rounded to a float, squared
+/// again, for callers that compare distances. It can differ from `square` in the last bit.
 template <bool kRooted>
 float bound_of(float square) {
   if constexpr (kRooted) {

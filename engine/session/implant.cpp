@@ -202,12 +202,12 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kMinContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Only cutting and moving deeper count as work, so that pulling out the last phase's tool causes no warning.
+  // Only cutting and moving deeper count as work, so that pulling out the previous phase's tool causes no warning.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // The trainee may still smooth or mark with the bur of the last phase.
+  // The trainee may still smooth or mark with the bur of the previous phase.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))

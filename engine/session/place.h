@@ -1,4 +1,4 @@
-// Names positions on a tooth: mesial, buccal, floor, occlusal third.
+// Names positions on a tooth, for example mesial, buccal, floor, occlusal third.
 #pragma once
 
 #include <optional>

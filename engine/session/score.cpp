@@ -18,7 +18,7 @@ constexpr double kTremorCutoff = 5.0;
 // Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
 constexpr double kPathBlock = 0.1;
 constexpr double kFreeBetween = 0.1;   // s; a longer time without contact ends a stroke
-constexpr double kMinRemoved = 1e-15;  // m³; a contact that removes less is no stroke
+constexpr double kMinRemoved = 1e-15;  // m³; a contact that removes less tissue is no stroke
 
 }  // namespace
 

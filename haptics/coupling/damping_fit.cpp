@@ -9,8 +9,8 @@
 namespace typodont::haptics {
 
 DampingFit fit_damping(std::span<const PushSample> samples) {
-  // Determinant / (Σ depth² · Σ velocity²). If it is smaller, depth and velocity are proportional and cannot be
-  // separated.
+  // Determinant divided by (Σ depth² · Σ velocity²). If it is smaller, depth and velocity are proportional and cannot
+  // be separated.
   constexpr double kIndependent = 1e-9;
   const auto each = [&](auto&& use) {
     for (std::size_t i = 1; i + 1 < samples.size(); ++i) {

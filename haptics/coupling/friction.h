@@ -1,4 +1,4 @@
-// Friction with stick, creep and slip, without drift.
+// Friction between tool and tissue with stick, creep and slip, without drift.
 #pragma once
 
 #include <algorithm>

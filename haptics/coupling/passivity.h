@@ -1,4 +1,4 @@
-// The hand never receives energy that it did not supply.
+// Passivity: the force is limited so that the hand never receives energy that it did not supply.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +24,9 @@ struct PassivityLaw {
   double twisting = 20;  // rad/s², largest expected angular acceleration of any hand
   // true: positions are multiples of an encoder step, too coarse to show changes of the velocity
   bool in_counts = false;
-  // upper limit of (predicted speed of retreat / largest recent speed of the hand)
+  // upper limit of the predicted speed of retreat divided by the largest recent speed of the hand
   double faster = 1.2;
-  // If the hand may reverse: predicted change of its velocity in the next tick / largest recent change.
+  // If the hand may reverse: predicted change of its velocity in the next tick divided by the largest recent change.
   double again = 3;
   // If the hand does not reverse, the predicted change of its velocity in the next tick is: largest recent change +
   // change_margin × max(0, mean change − start_fraction × largest recent change).
@@ -41,7 +41,7 @@ struct PassivityLaw {
   // followed by a slow touch.
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant with which largest speed and change decay after `hold`
-  double uneven = 1.5;  // predicted length of the next tick / longest recent tick, for an irregular clock
+  double uneven = 1.5;  // predicted length of the next tick divided by the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion of the hand counts as rounding error or rest
   double leap = 2;      // m/s; a faster motion of the hand counts as a jump
   // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again

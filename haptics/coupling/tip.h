@@ -10,7 +10,7 @@ namespace typodont::haptics {
 struct TipLaw {
   double yield = 0;             // N, push above which the tip sinks; 0: it never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // force that pulls the tip out / force that pushes it in, at the same depth
+  double grip = 0.6;            // force that pulls the tip out divided by the force that pushes it in, at equal depth
   double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
 };
 

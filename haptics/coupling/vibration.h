@@ -17,8 +17,8 @@ struct VibrationLaw {
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × angular speed: grade G 6.3, ISO 21940-11
-  double run_out = 0.25;     // amplitude of the force once per revolution / tangential cutting force
-  // amplitude of the force once per edge / tangential cutting force; not measured, as in milling with few edges
+  double run_out = 0.25;     // amplitude of the force once per revolution divided by the tangential cutting force
+  // ratio of the force's amplitude once per edge to the tangential force; not measured, as in milling with few edges
   double teeth = 0.12;
   int tooth_count = 6;  // number of cutting edges; ISO 6360: 6 to 8 blades
 };

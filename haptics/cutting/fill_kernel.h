@@ -1,4 +1,4 @@
-// Filling as plain data for the kernel. Private to haptics.
+// Filling material as plain data for the kernel. Private to haptics.
 #pragma once
 
 #include <cstddef>

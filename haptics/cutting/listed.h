@@ -82,7 +82,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Cuts the listed groups. Returns true if a sample changed. Adds the volume to `removed`.
+/// Cuts the groups of samples in the front's lists. Returns true if a sample changed. Adds the cut volume to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

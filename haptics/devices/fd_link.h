@@ -1,4 +1,4 @@
-// Serial and TCP links, and locks against other programs.
+// Serial and TCP links to devices, and locks that keep other programs from using them.
 #pragma once
 
 #include <filesystem>

@@ -144,7 +144,7 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// The factor c of the kernel in smooth_in_place().
 double sharpening(double sigma, double blur);
-/// Standard deviation of white noise after smooth_in_place() / before it.
+/// Standard deviation of white noise after smooth_in_place() divided by that before it.
 double noise_left(double sigma, double blur);
 
 /// Marks blocks (one byte each, z runs fastest) that contain a sample above `bound` after a Gaussian of `sigma` voxels.

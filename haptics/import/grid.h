@@ -1,4 +1,4 @@
-// Dense volumes and their filters. Not for real time.
+// Dense volumes of samples on a regular grid, and filters for them. Not for real time.
 #pragma once
 
 #include <array>

@@ -177,7 +177,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   const auto look_around = [&](const dvec3& from, double step, int reach) {
     const dvec3 u = glm::normalize(glm::cross(from, std::abs(from.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
     const dvec3 v = glm::cross(from, u);
-    constexpr double kWithin = 0.7;  // smallest cosine of the angle between the normal and `start`
+    constexpr double kWithin = 0.7;  // smallest cosine of the angle between a tested direction and `start`
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
         const dvec3 up = glm::normalize(from + step * i * u + step * j * v);

@@ -188,8 +188,8 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Grey value at the border of a canal, on a scale of 0 in the canal, 1 in a thick wall and `beyond` in bone. The
-// brightest value across the wall gives its thickness, and the thickness the border's value.
+// Grey value at a canal's border; 0: in the canal, 1: in a thick wall, `beyond`: in bone. Blur dims a thin wall, so the
+// brightest value across the wall gives the wall's thickness; the border's grey value follows from it.
 class CanalBound {
  public:
   /// `blur`, `radius` (of the canal): voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur),
@@ -267,8 +267,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // Radius of a canal, length of the shortest canal, distance between points of its centre line; m.
   constexpr double kRadius = 1.25e-3, kMinLength = 8e-3, kEvery = 0.5e-3;
-  // Smallest tube measure: second derivative across / contrast of bone and canal. A canal of radius kRadius has about
-  // 1/3.
+  // Smallest tube measure of a canal: scaled second derivative across the canal, divided by the difference of grey
+  // values of bone and canal. A canal of radius kRadius has about 1/3.
   constexpr double kMinTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));

@@ -1,4 +1,4 @@
-// Finds the grey values of tissues in the histogram.
+// Finds the grey values of tissues in a scan's histogram.
 #pragma once
 
 #include <filesystem>

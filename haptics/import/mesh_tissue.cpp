@@ -32,7 +32,7 @@ constexpr double kBand = 1.5e-3;                         // m, largest distance 
 constexpr double kMinArea = 1e-9;                        // smallest area of a mesh, as a fraction of its squared extent
 constexpr double kMinLength = 0.5e-3, kMaxLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
-/// Six times the enclosed volume, relative to the first vertex.
+/// Six times the enclosed volume: a sum over tetrahedra whose common corner is the first vertex.
 double six_volumes(const TissueMesh& mesh) {
   const dvec3 from = mesh.vertices.front();
   double sum = 0;

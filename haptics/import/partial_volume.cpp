@@ -53,7 +53,7 @@ struct Ranked {
 // Value that samples with the total weight `volume` exceed, interpolated. Reorders the samples.
 float exceeded_by(std::span<Ranked> samples, double volume) {
   const auto greater = [](const Ranked& a, const Ranked& b) { return a.value > b.value; };
-  double above = 0;              // weight of the larger samples that were dropped
+  double above = 0;              // total weight of dropped samples, whose values are the largest
   const Ranked* last = nullptr;  // smallest of the dropped samples
   // Halves the set of samples by value until only a few must be sorted.
   constexpr std::size_t kFew = 16;

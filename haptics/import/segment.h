@@ -31,7 +31,7 @@ struct Segmentation {
   int cavity_parts = 0;
 };
 
-/// Standard deviation of a border's position, voxels. `noise`: standard deviation / contrast; `blur`: voxels.
+/// Standard deviation of a border's position, voxels. `noise`: of grey values, divided by the contrast; `blur`: voxels.
 double border_uncertainty(double noise, double blur);
 
 /// The samples at the walls (outer faces) of `grey` must be surroundings. `voxel`: m. `band`: distance up to which

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics::mesh {
 
-/// Corners of a triangle, not necessarily of the mesh.
+/// Corners of a triangle, which need not be a face of the mesh.
 struct Corners {
   Index v[3];
   dvec3 p[3];

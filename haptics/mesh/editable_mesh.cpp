@@ -157,7 +157,7 @@ TissueMesh EditableMesh::copy() const {
 // The following functions maintain the grid, in which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // margin of a face's enclosing ball / coordinate; larger than a float's rounding error
+  // margin of a face's enclosing ball divided by a coordinate; larger than a float's rounding error
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;

@@ -219,7 +219,7 @@ class EditableMesh {
 
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // edge of a level's cells / longest edge of the faces in this level
+  // edge of a level's cells divided by the longest edge of the faces in this level
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level

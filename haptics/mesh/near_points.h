@@ -1,4 +1,4 @@
-// Points near a head, with a fast search by distance.
+// Contact points of the tissue's mesh near a tool's head, with a fast search by distance.
 #pragma once
 
 #include <cstddef>

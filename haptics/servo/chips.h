@@ -1,4 +1,4 @@
-// Chips of blades and of a diamond's grains: their thickness, the energy to cut them, and the space for them.
+// Chips of blades and of a diamond bur's grains: their thickness, the energy to cut them, and the space for them.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@ struct ChipParameters {
   static constexpr double time = 0.03;
   // Range of (chip thickness / EdgeLaw::chip) for which the energy was measured.
   static constexpr double min_range = 0.04, max_range = 10;
-  // distance between neighbouring grains / size of a grain: grains cover a quarter of the surface
+  // distance between neighbouring grains divided by the size of a grain: grains cover a quarter of the surface
   static constexpr double grain_distance = 2;
-  // width of the chip that a grain cuts / its thickness
+  // width of the chip that a grain cuts divided by its thickness
   static constexpr double chip_width = 10;
-  // chip_space: feed per turn / grain size at which chips fill the space between the grains. max_full: largest feed, as
-  // a multiple of the feed at chip_space; a faster feed occurs only in air.
+  // chip_space: feed per turn divided by the grain size, at which chips fill the space between the grains. max_full:
+  // largest feed, as a multiple of the feed at chip_space; a faster feed occurs only in air.
   static constexpr double chip_space = 3.1e-3, max_full = 1.2;
 };
 
@@ -32,14 +32,14 @@ inline double chip_thickness(const Tool& tool, double feed) noexcept {
   return P::grain_distance * tool.grit * std::sqrt(std::max(feed, 0.0) / (2 * kPi * tool.radius() * P::chip_width));
 }
 
-/// Energy per removed volume / specific energy of the material.
+/// Energy per removed volume divided by the specific energy of the material.
 inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   if (law.exponent == 0) return law.energy_ratio;
   using P = ChipParameters;
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
 }
 
-/// Total work / work of cutting. Chips rub if the space between the grains is too small; blades leave enough.
+/// Ratio of total work to work of cutting. Chips rub if the space between the grains is too small; blades leave enough.
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;

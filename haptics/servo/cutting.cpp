@@ -1,4 +1,4 @@
-// Power at the edges, from force and speed. Its energy per tick / specific energy is the volume that may be removed.
+// Power at the edges, from force and speed. The volume that may be removed is energy per tick / specific energy.
 #include <algorithm>
 #include <cmath>
 
@@ -17,12 +17,12 @@ void Servo::State::earn(ContactTick& now) noexcept {
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
-  // Converts the stored energy: the budgets are motor work / energy_ratio, which has changed since the last tick.
+  // Converts the stored energy: the budgets are motor work / energy_ratio, a ratio that changed since the last tick.
   const double worth = cutting.energy_ratio / now.energy_ratio;
   cutting.energy_ratio = now.energy_ratio;
   cutting.budget *= worth;
   cutting.wall_budget *= worth;
-  // Power (watts) / energy_ratio, so that models need only the material's own specific energy.
+  // Power (watts) divided by energy_ratio, so that models need only the material's own specific energy.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge that the hand moves cuts with the hand's work: force × displacement along the surface.

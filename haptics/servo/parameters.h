@@ -64,7 +64,7 @@ struct LimitParameters {
   static constexpr double deficit = 2e-9;
   // N, force that the energy ledger allows even if it contains no energy
   static constexpr double unpaid_force = 0.1;
-  // ratio (computed force / force that the energy ledger allows) above which the ledger limits the force
+  // the energy ledger limits the force if computed force divided by allowed force is above this
   static constexpr double unpaid_ratio = 2;
   // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
   // the edges on the tissue increases from the felt to the computed force.

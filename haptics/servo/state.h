@@ -39,8 +39,8 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;    // tangential force of the edges / normal force
-  double energy_ratio = 1;  // work of motor or hand / (specific energy of the material × removed volume)
+  double tangential = 0;    // tangential force of the edges divided by their normal force
+  double energy_ratio = 1;  // work of motor or hand divided by (specific energy of the material × removed volume)
   dvec3 force{0}, torque{0}, normal{0};
   dvec3 spindle_force{0};   // N, force on the hand by edges and vibration
   dvec3 teeth_force{0};     // N, part of spindle_force that the edges cause
@@ -89,7 +89,7 @@ struct Servo::State {
     double phase = 0;  // rad, angle of the spindle
     // J, energy for removal; negative: the removal has used more energy than the spindle supplied
     double budget = 0;
-    // 0..1, power at a border to harder tissue in the last tick / the head's full power; 0: no such border
+    // 0..1, power at a border to harder tissue in the last tick divided by the head's full power; 0: no such border
     double wall = 0;
     double wall_budget = 0;   // J, part of `budget` that may be used at a border to harder tissue
     double energy_ratio = 1;  // ContactTick::energy_ratio of the last tick
@@ -108,8 +108,8 @@ struct Servo::State {
     // used before the motor supplied it) counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed` × `teeth_fraction`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. Below 1 for drills whose contact is
-    // softened (lands()): the fraction that the limits left, or more after a long time with little force (press_teeth).
+    // 0..1, fraction of the coupling's force that presses the cutting edges. For drills (lands()): felt force divided
+    // by the force before its limits, but rises to 1 if the hand feels little force for long (press_teeth()).
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
     // the limits for drills (lands()). Decreases while it feels more; at most twice rest_time.
@@ -185,8 +185,8 @@ struct Servo::State {
   /// How the tool's edges cut the tissues under the head.
   struct EdgeMeans {
     double specific_energy = 0;  // J/m³, mean specific energy of the tissues, scaled by the hardness
-    double energy_ratio = 1;     // energy per volume of the chips / specific energy
-    double force_ratio = 0;      // tangential / normal force of the edges
+    double energy_ratio = 1;     // energy per volume of the chips divided by the specific energy
+    double force_ratio = 0;      // tangential force of the edges divided by their normal force
   };
   EdgeMeans edge_means() const noexcept;
 

@@ -16,8 +16,8 @@ namespace {
 constexpr double kCell = 1e-3;  // m, edge of the cells of the search grid
 // Smallest thickness used for a layer, m.
 constexpr double kMinThickness = 0.2e-3;
-// Depth of the layer that is sheared / its thickness. With one third, the stiffness under a ball of 1.2 mm lies between
-// that of Hertz (deep layer) and that of a thin layer.
+// Depth of the layer that is sheared divided by its thickness. With one third, the stiffness under a ball of 1.2 mm
+// lies between that of Hertz (deep layer) and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMaxCells = 1u << 24;
 

@@ -13,11 +13,11 @@ struct SoftParameters {
   // Number of alternating updates of points and tool per tick; the viscosity lets them converge over several ticks.
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
-  static constexpr double strain_limit = 0.8;  // largest compression of the layer / its thickness
+  static constexpr double strain_limit = 0.8;  // largest compression of the layer divided by its thickness
   static constexpr double stop = 20;           // stiffness factor of a point at its limit
   // Largest force of soft tissue on the tool, N; a hand that pushes more moves through the tissue.
   static constexpr double max_force = 3;
-  // Largest change of the force per tick in addition to that by the tool's motion, N.
+  // N, largest change of the force per tick in addition to the change that the tool's motion causes.
   static constexpr double free_step = 0.02;
   // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
   static constexpr double hand_speed = 0.6;

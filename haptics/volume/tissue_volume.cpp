@@ -416,7 +416,7 @@ void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
   }
 }
 
-/// Returns true if `part` consists of whole leaves, and rows of the destination have the same alignment.
+/// Returns true if `part` and the destination `box` both begin and end at borders of leaves.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
   const glm::ivec3 all = box.lo | box.size | part.lo | (part.hi + 1);
   return ((all.x | all.y | all.z) & (openvdb::FloatTree::LeafNodeType::DIM - 1)) == 0;

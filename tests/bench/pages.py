@@ -465,8 +465,8 @@ MEASURES = {  # words, unit
     "not_finite_ticks": ("ticks with a force that is not finite", ""), "beyond_limit_N": ("force beyond the limit", " N"),
 }
 REASONS = {
-    ("offset", "fast probe"): "at the fissures of the arch, a scripted hand turns faster than the passivity controller "
-                              "predicts; the force is 0.06 N",
+    ("offset", "fast probe"): "at the fissures of the dental arch, a scripted hand reverses its direction faster than the "
+                              "passivity controller predicts; the force is 0.06 N",
     ("voxel_penalty", "thin wall"): "without a proxy, nothing stops a hand between two ticks",
     ("voxel_penalty", "fast probe"): "a tip as small as a voxel has few sample points",
     ("voxel_penalty", "carver stalls"): "there is no tissue outside the tissue patch, and no plane of a last contact",

@@ -1,4 +1,4 @@
-// Stores trials as a table, which is rewritten after each trial.
+// Stores the trials of an experiment as a table, which is rewritten after each trial.
 #pragma once
 
 #include <filesystem>

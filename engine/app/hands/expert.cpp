@@ -83,7 +83,7 @@ struct ToolChoice {
   // least (1 - tolerated_loss) of the best tool's reduction. Of these, the widest is fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m; tools whose widths differ by less count as equally wide
-  // Another tool makes the final surface if (error after the best tool) / (error after the chosen tool) is below this.
+  // Another tool makes the final surface if the best tool's error is below this factor × the chosen tool's error.
   static constexpr double hardly_less = 0.6;
   // Another tool is used only if the error after it is below needed_reduction · current error, and if it reduces the
   // error by at least min_gain · initial error.

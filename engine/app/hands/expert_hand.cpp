@@ -38,16 +38,16 @@ struct Lead {
   // The lead is the displacement from the target point to the hand. It is a gain times the displacement from the tool
   // to the target. The coupling converts it to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // Gain of the lead for a cut: lead / displacement from the tool to the target point.
+  // Gain of the lead for a cut: lead divided by displacement from the tool to the target point.
   static constexpr double gain = 50;
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // Gain of the lead for scraping soft filling: lead / displacement from the tool to the target point.
+  // Gain of the lead for scraping soft filling: lead divided by displacement from the tool to the target point.
   static constexpr double scrape_gain = 30;
   // Largest lead (distance from the target point to the hand) for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this ·
-  // force error / mean force. 1/s.
+  // force error divided by mean force. 1/s.
   static constexpr double lead_per_force = 15;
   // Smallest and largest value of the lead's upper limit, as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.25, max_lead = 3;
@@ -65,8 +65,8 @@ struct Rhythm {
   static constexpr double release = 0.08;  // s, from the end of the push to the end of the contact
   // m, distance from the tissue in the first and in the second half of a pause
   static constexpr double away = 0.3e-3, near = 0.05e-3;
-  // Force of a coarse diamond's end / force of its side, and the cosine to the axis from which the end has contact:
-  // 0.45 N on the occlusal surface of crowns, 1.71 N on the walls.
+  // Force of a coarse diamond's end divided by the force of its side, and the cosine to the axis from which the end has
+  // contact: 0.45 N on the occlusal surface of crowns, 1.71 N on the walls.
   static constexpr double end_force = 0.45 / 1.71, end = 0.7;
   static constexpr double tremor = 8.1;              // Hz
   static constexpr double tremor_amplitude = 31e-6;  // m, of the sine on each axis; rms of all three together: 38 µm

@@ -126,7 +126,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Moves the bur to and fro with its lowest point at the entry point. Lifts the bur while the bone is too hot.
+      // Sweeps the bur sideways to and fro, its tip at level_depth. Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);

@@ -260,7 +260,7 @@ struct OperatorState {
   std::vector<std::string> monitors;
   int scene_shown = -1;  // scene to which the list was last scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
-  std::array<char, 256> address{};  // address of a hand that the user types
+  std::array<char, 256> address{};  // the hand's address, as typed by the user
   std::array<char, 128> trainee{};
   bool record = true;
   std::string real_time_refused;  // why the system refuses real-time scheduling; empty: it allows it

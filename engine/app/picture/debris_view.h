@@ -61,7 +61,7 @@ class DebrisView {
 
   /// Adds a cut, which makes chips. `area`: m², contact area; `duration`: s, time in which the cut was made.
   void add(const Cut& cut, const haptics::Tool& tool, double area, double duration);
-  /// Replaces a loose piece of tissue by chips.
+  /// Replaces a piece of tissue that was separated by a cut: chips appear in its place.
   void add(const LoosePiece& piece);
   /// Removes all chips and water, and resets the coarse distance field to the uncut tissue.
   void restart();

@@ -48,7 +48,7 @@ class LiveViews {
   /// Passes new data to the pictures, for at most a few milliseconds. Call once per pass of the drawing loop. Returns
   /// true if a picture received data.
   bool advance();
-  /// Returns true while the computing thread works for this picture.
+  /// Returns true while the computing thread works for the picture of these eyes.
   bool making(Eyes eyes) const;
   /// True if the computing thread has been started.
   bool started() const { return thread_.joinable(); }

@@ -138,7 +138,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     // the line meets a gap, the four points around it must be empty too.
     const auto all_empty_at = [&](float distance) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // Four test points around `place`, in an oblique square.
+      // Four test points: corners of a square around `place` in the plane perpendicular to v.n, turned by 27°.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - distance * v.n;

@@ -38,7 +38,7 @@ class RecordedTissue {
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
-    std::size_t strokes;  // number of strokes after the change
+    std::size_t strokes;  // number of strokes (cuts without a pause) after the change
     bool forgets;         // true: undone strokes were discarded; the carver cannot revert it
   };
   void restart();

@@ -22,7 +22,7 @@ class DamClamp {
 
  private:
   dvec3 middle_;  // m, middle of the tooth at the gum's edge
-  double side_;   // m, distance of the jaws from the middle
+  double side_;   // m, distance of each of the clamp's two jaws from middle_
   std::vector<dvec3> bow_;
   dvec3 low_{0}, high_{0};
 };

@@ -237,7 +237,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
     cut ? by_cut[cut].push_back(voxel) : others.push_back(voxel);
   }
   if (by_cut.empty()) others.assign(1, region.deepest);  // no stroke changed a voxel of the region
-  // Loose pieces, and tissue that no stroke reached, are attributed to the cut that came closest.
+  // Voxels that no cut changed (left tissue, loose pieces that fell off) are attributed to the closest cut.
   if (!others.empty()) {
     const auto deepest = *std::ranges::max_element(others, {}, [&](std::size_t i) { return deviations.depth(i); });
     if (const Cut* cut = cutters.closest(deviations.place(deepest)))

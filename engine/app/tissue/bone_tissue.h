@@ -29,8 +29,8 @@ struct BoneClass {
   double cortical_thickness = 0;  // m, thickness of the cortical shell
   double cortical_grey = 0, cancellous_grey = 0;
 };
-/// Grey value of each tissue at hardness 1, Hounsfield units. Hardness = grey value / this value. Stiffness and
-/// specific energy are proportional to the hardness (haptics/dense_tissue.h; Zhao 2020, eq. 6).
+/// Grey value of each tissue at hardness 1, Hounsfield units. Hardness = grey value divided by this value. Stiffness
+/// and specific energy are proportional to the hardness (haptics/dense_tissue.h; Zhao 2020, eq. 6).
 struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };

@@ -215,7 +215,7 @@ TYPODONT_API typodont_result typodont_core_new(typodont_scene* scene, typodont_h
                                                const typodont_core_options* options, typodont_core** out);
 TYPODONT_API typodont_result typodont_core_free(typodont_core* core);
 
-/* Computes one tick on this thread: first the servo, then the tissue. The same samples give the same bits. `cut` may be
+/* Computes one tick on this thread: first the servo, then the tissue. Equal samples: bit-identical ticks. `cut` may be
  * NULL. The function allocates. If the pose or the pedal contains a value that is not a number, the quaternion is no
  * unit quaternion, or the time is negative, before that of the last tick or more than a day, the result is
  * TYPODONT_BAD_INPUT: the tick has zero force, and `out` is filled. */

@@ -1,4 +1,4 @@
-// Device, formats, frame data and counters that all passes share.
+// Device, formats, frame data and counters that all render passes share.
 #pragma once
 
 #include <cstdint>

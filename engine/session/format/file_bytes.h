@@ -45,7 +45,7 @@ class FileBytes {
   void show_with(std::vector<Change> changes);
   /// From now on, readers see at least this length.
   void lengthen(std::uint64_t length) { shown_size_ = std::max(shown_size_, length); }
-  /// Writes the readers' bytes to the existing `out`. Throws Error.
+  /// Overwrites the file `out` with the bytes that read() returns: this file's bytes with all changes. Throws Error.
   void write_to(const std::filesystem::path& out) const;
 
   /// Makes HDF5 read these bytes if it opens a file with the property list `access` (H5P_FILE_ACCESS). The bytes must

@@ -1,4 +1,4 @@
-// Texts in the reader's language.
+// Texts of a session's report in the reader's language.
 #pragma once
 
 #include <fmt/format.h>

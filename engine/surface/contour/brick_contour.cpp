@@ -252,7 +252,7 @@ struct Contourer::Scratch {
   // The results are built in these vectors and then copied once into memory of the right size.
   std::vector<BrickContour::Edge> edges;
   std::vector<ContourVertex> vertices;
-  // Vertex of a smooth patch outside merged blocks.
+  // Vertex of a smooth patch that is in no merged block.
   struct SmoothVertex {
     std::uint16_t patch, vertex;  // indices: of the patch in nodes[0], of its vertex in `vertices`
     glm::u8vec3 cell;

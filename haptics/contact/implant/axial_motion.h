@@ -1,4 +1,4 @@
-// Motion along the axis of a bed (hole for an implant): eqs. 3–5 (coupling), 7–10 (step limits) of Zhao 2020.
+// Motion along the axis of an implant bed (the drilled hole): eqs. 3–5 (coupling), 7–10 (step limits) of Zhao 2020.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Criteria for entering a bed, the hole for an implant (Zhao 2020).
+// Criteria for entering an implant bed (the drilled hole), after Zhao 2020.
 #pragma once
 
 namespace typodont::haptics::implant {

@@ -31,7 +31,7 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // cutting ability 0..1, and its reciprocal (0 for 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // area of the tool's whole end / area that the stored voxels represent
+  // area of the tool's whole end divided by the area that the stored voxels represent
   double fraction = 1;
 };
 

@@ -22,7 +22,7 @@ bool is_bone(const TissueVolume& volume, const dvec3& p_W) {
   return distance < 0 && (tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone);
 }
 
-/// Throws Error unless there is bone around the bed's wall at half its depth.
+/// Throws Error unless there is bone around the wall of the bed (drilled hole) at half the bed's depth.
 void check(const TissueVolume& volume, const Bed& bed, std::size_t index) {
   constexpr int kAround = 8;
   constexpr double kBehindWall = 0.5e-3;  // m; tissue is examined at this distance outside the bed's wall

@@ -12,7 +12,7 @@ namespace typodont::haptics::implant {
 /// The carver's part of the contact model "implant".
 class ImplantBody final : public offset::FieldBody {
  public:
-  /// Throws Error if a bed is not inside bone.
+  /// Throws Error if an implant bed (drilled hole) is not inside bone.
   ImplantBody(TissueVolume tissue, std::span<const Tool> tools, const std::vector<Bed>& beds);
 
   /// Adds a placed implant at the pose of the cut.

@@ -1,5 +1,5 @@
-// The contact method "implant" (Zhao et al. 2020). Outside a bed (hole for an implant), it behaves as "offset"; in a
-// bed, the tool moves along and about the bed's axis (README.md).
+// The contact method "implant" (Zhao et al. 2020). Outside an implant bed (the drilled hole), it behaves as "offset";
+// in a bed, the tool moves along and about the bed's axis (README.md).
 #pragma once
 
 #include <optional>
@@ -64,9 +64,9 @@ struct Parameters {
   // exponent of the bone's grey value, fitted to measured torques: 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface of the reference implant, 4 × 13 mm
-  // insertion torque in a bed with a cut thread / torque in a bed without thread
+  // insertion torque in a bed with a cut thread divided by the torque in a bed without thread
   double tapped_fraction = 0.6;
-  std::vector<Bed> beds;  // beds at the start of the session
+  std::vector<Bed> beds;  // implant beds (drilled holes) at the start of the session
 };
 
 /// Reads the method's parameters (README.md). Throws Error.

@@ -416,7 +416,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
-  const double lever = r / 2e-3;  // radius / reference radius (2 mm)
+  const double lever = r / 2e-3;  // the implant's radius divided by the reference radius (2 mm)
   // volume of bone that the thread displaces, divided by the volume in a bed as wide as the core
   const auto displaced = [&](double bore) { return outward * outward - bore * bore; };
   const double narrow = displaced(std::min(bed.radius, core)) / displaced(core);

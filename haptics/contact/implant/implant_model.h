@@ -15,8 +15,8 @@
 
 namespace typodont::haptics::implant {
 
-/// Kind of motion, reported in ServoTick::level. `kFree`: outside a bed, free in all directions. Values 1 to 4: in a
-/// bed, along and about its axis. `kPlaced`: the implant stays in the bone, and the hand holds nothing.
+/// Kind of motion, reported in ServoTick::level. `kFree`: outside an implant bed (the drilled hole). Values 1 to 4: in
+/// a bed, along and about its axis. `kPlaced`: the implant stays in the bone, and the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -83,7 +83,7 @@ class ImplantModel final : public offset::OffsetModel {
   std::vector<EndVoxels> ends_;     // voxels at the end of each tool
   // Cutting law with the properties of the tissues; scan_ahead() adds the properties of the tool and the current speed.
   EndLaw law_;
-  // For each tissue and hardness byte: torque of a thread in this bone / torque in reference bone.
+  // For each tissue and hardness byte: torque of a thread in this bone divided by the torque in reference bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
   // directions around the tool's axis, frame T
   std::array<dvec3, 12> around_thread_;

@@ -42,7 +42,7 @@ struct CuttingWrench {
 };
 
 /// Adds to `sum` eq. 2 of Zhao 2020 for one voxel, if it faces the feed. `u`: specific energy, J/m³; `along`: unit
-/// vector of the feed, frame T; `speed`: rad/s about z; `alpha`: tangential force / normal force.
+/// vector of the feed, frame T; `speed`: rad/s about z; `alpha`: ratio of tangential to normal force.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);

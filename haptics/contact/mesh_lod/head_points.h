@@ -59,7 +59,7 @@ class HeadLister {
 
  private:
   static constexpr int kSlotBits = 15;
-  // Spacing of contact points on a large face / head's radius; equal to VertexMethod::edge_for, the edge of cut faces.
+  // Spacing of contact points on a large face, in head radii; equal to VertexMethod::edge_for, the edge of cut faces.
   static constexpr double kSpacing = 1.0 / 6;
   static double spacing(const vertex::VertexHead& head) noexcept {
     return vertex::CutParameters::longest * kSpacing * head.radius();

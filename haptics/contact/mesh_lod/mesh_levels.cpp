@@ -27,7 +27,7 @@ constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level by default
 // largest number of attempts to get the requested number of vertices
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // allowed difference from the requested number of vertices / requested number
+constexpr double kNear = 0.005;  // allowed difference from the requested number of vertices, as a fraction of it
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// Function type of meshopt_simplify.

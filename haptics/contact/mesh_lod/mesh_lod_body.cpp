@@ -80,7 +80,7 @@ void MeshLodBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
   list_points(out);
 }
 
-/// Lists the contact points around the head of the last cut, so that the servo need not do it.
+/// Lists the contact points around the tool's head at its pose of the last cut, so that the servo need not do it.
 void MeshLodBody::list_points(MeshSnapshot& out) {
   if (tool_ >= heads_.size() || !heads_[tool_]) return;
   const vertex::VertexHead& head = *heads_[tool_];

@@ -15,7 +15,7 @@ struct Parameters {
   LevelOptions levels;
   // m/s, increasing speeds of the hand. Above the first speed, the second-finest level of detail is used, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
-  double hysteresis = 0.1;  // width of the hysteresis / switching speed
+  double hysteresis = 0.1;  // width of the hysteresis divided by the switching speed
   // true: when the level of detail changes, the contact point is mapped to the new mesh; false: it is computed again
   // from the hand's position
   bool maps = true;
@@ -43,7 +43,7 @@ struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move until the next snapshot
   // m; the snapshot contains faces up to this far beyond the tool and its possible motion `travel`
   static constexpr double margin = 0.5e-3;
-  // distance that the head may move while contact points listed by the carver are valid / head's radius
+  // distance for which contact points listed by the carver stay valid, divided by the head's radius
   static constexpr double listed = 0.45;
   // ns, smallest time between two snapshots (30 Hz, paper S3)
   static constexpr Nanos interval = 33'000'000;

@@ -17,15 +17,15 @@ constexpr double kStays = 1e-11;    // m; a shorter step of the ball ends the it
 constexpr double kMinReach = 5e-6;  // m from the ball's surface, smallest search distance for faces
 // m, largest search distance for faces; longer motions of the hand are divided
 constexpr double kMaxReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // search distance for faces / expected motion of the ball
+constexpr double kAhead = 1.1;  // search distance for faces divided by the ball's expected motion
 // m, largest motion of the ball for which collected faces are used; also limited by the width of a grid cell
 constexpr double kMaxKept = 0.3e-3;
-// Search distance for faces / ball's radius, while the tool cuts or is in the hole that it cut.
+// Search distance for faces divided by the ball's radius, while the tool cuts or is in the hole that it cut.
 constexpr double kReachInCut = 0.5;
-// Motion / radius of the ball up to which collected faces are used, while the tool cuts or is in the hole that it cut.
+// Motion, in radii of the ball, up to which collected faces are used while the tool cuts or is in its own hole.
 constexpr double kKeptInCut = 0.15;
 constexpr double kMinInCut = 50e-6;  // m, lower limit of kReachInCut × radius
-// search distance for faces in the next iteration / length of the last step
+// search distance for faces in the next iteration divided by the length of the last step
 constexpr double kNextReach = 0.25;
 // Collecting this number of faces takes as long as testing one face.
 constexpr int kCollectedPerTest = 4;

@@ -8,7 +8,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // edge of a grid cell / mean edge of the mesh
+constexpr double kCellEdges = 1.5;  // edge of a grid cell divided by the mesh's mean edge
 constexpr double kMaxCells = 4e6;
 // The cells of the grid together list at most this × (number of faces) + kFewEntries faces; else cells become larger.
 constexpr double kEntriesPerFace = 16;

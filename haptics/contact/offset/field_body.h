@@ -57,7 +57,7 @@ class FieldBody : public TissueBody {
   TissueVolume volume_;
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // search for pieces that are cut off from the tissue
-  std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
+  std::vector<LoosePiece> pieces_;  // pieces that cuts separated and take_pieces() has not returned yet
   // The tissue patch that was copied last: its number, its first voxel, and the volume's foreign changes before it.
   struct {
     std::uint32_t number = 0;

@@ -78,13 +78,13 @@ struct StepLimitParameters {
   static constexpr double slip_slew = 60;
   // N/s, largest rate of the cutting edges' lateral force
   static constexpr double grip_slew = 9;
-  // largest lateral force of the cutting edges / force that presses them
+  // largest lateral force of the cutting edges divided by the force that presses them
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // factor by which the limit of the force's rate may be exceeded
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
-  // s; energy that cuts have used beyond the motor's work / the motor's power. Above this, the bur is slowed down.
+  // s; energy that cuts used beyond the motor's work, divided by the motor's power. Above this, the bur is slowed down.
   static constexpr double free_deficit = 3e-3;
-  static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit` (energy / power), but the bur stops
+  static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit`, but above this, the bur stops
 };
 
 /// Fall: the tissue that supported the bur is gone, and the pressing hand accelerates until the next contact. The bur's
@@ -100,11 +100,11 @@ struct FallParameters {
   static constexpr double gain = 5;
   // The bur has lost its support only if cos(mean contact force, reversed gain of the hand's velocity) is above this.
   static constexpr double along = 0.3;
-  // N/s; a bur that lost its support is never slowed down below the speed this / stiffness
+  // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
-  // a bur that lost its support is never slowed down below this × the hand's mean speed
+  // no unit; a bur that lost its support may always move with this factor times the hand's mean speed
   static constexpr double growth = 1.2;
-  // N/s; a bur that lost its support is at most this / stiffness slower than the hand
+  // N/s; a bur that lost its support is slower than the hand by at most this value divided by the stiffness
   static constexpr double brake = 12;
 };
 
@@ -184,7 +184,7 @@ struct FillingParameters {
   static constexpr double buried = 0.01;
   // voxels; an open place is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // largest distance from the filling's first ball to the free space into which it flows / the instrument's fill_reach
+  // ratio to fill_reach of the largest distance from the filling's first ball to the space into which it flows
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // Number of consecutive samples in tissue with which a ray goes on: filled walls consist of both tissue and filling.

@@ -8,8 +8,8 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Two spheres are linked at the start if gap / smaller radius is at most this. Large, so that links reach the next
-/// deeper layer of spheres; such a link remains when a cut makes the upper sphere smaller, from above.
+/// Two spheres are linked at the start if their gap divided by the smaller radius is at most this. Large, so that links
+/// reach the next deeper layer of spheres; such a link remains when a cut makes the upper sphere smaller, from above.
 constexpr double kLink = 1.5;
 // m; a link breaks if the gap has grown by this and exceeds the sum of radii. Smaller than any tool's diameter.
 constexpr double kWidened = 0.1e-3;

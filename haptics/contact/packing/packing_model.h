@@ -57,7 +57,7 @@ class PackingModel final : public ContactModel {
 
   const ServoSettings& settings_;
   Parameters parameters_;
-  PerTissue density_{};  // density of each tissue / density of dentin
+  PerTissue density_{};  // density of each tissue divided by the density of dentin
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool

@@ -27,7 +27,7 @@ struct Parameters {
   // Only with base_speed. true: density summed over the contact (ρ of S2, eq. 3; for reaming); false: its mean (ρ̂).
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m; for the estimate of the touched tissue, the tool's spheres are enlarged by this
-  // density of each tissue / density of dentin; negative: computed from the tissue's specific energy
+  // density of each tissue divided by the density of dentin; negative: computed from the tissue's specific energy
   PerTissue density = given();
   std::filesystem::path material;              // file of fitted densities (S2, eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which they were fitted
@@ -47,7 +47,7 @@ inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, co
   return tool_spheres(tools[index], parameters.tool_spheres);
 }
 
-/// Density of each tissue / density of dentin: from the scene, or from the ratio of their specific energies.
+/// Density of each tissue divided by that of dentin: from the scene, or from the ratio of their specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {
   PerTissue density = parameters.density;
   const double dentin = materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;

@@ -26,10 +26,10 @@ constexpr int kNodes = kEdge * kEdge * kEdge;
 // Free radius of a grid node: radius of the largest sphere that fits around the node. It is stored up to this multiple
 // of the largest allowed radius.
 constexpr float kFullDepths = 2;
-constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid / largest allowed radius
+constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid divided by the largest allowed radius
 // In grid spacings. When the largest free radius of all nodes is smaller than this, a finer grid is made.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // spacing of a grid / spacing of the next finer grid
+constexpr double kFiner = 1.5;  // spacing of a grid divided by the spacing of the next finer grid
 // Smallest radius of a sphere in grid spacings; a gap for a smaller sphere waits for a finer grid.
 constexpr double kMinRadius = 0.3;
 // Placing is postponed if the ratio of the sphere's radius to the stored free radius of its node is below this.

@@ -30,7 +30,7 @@ constexpr double kMaxTurn = 0.02;
 constexpr double kMargin = 60e-6;
 // m, largest mean margin (motion for which a list is valid) of lists that are made when needed
 constexpr double kMaxMargin = 300e-6;
-// margin of a near list (motion for which the list is valid) / motion per tick
+// margin of a near list (motion for which the list is valid) divided by the motion per tick
 constexpr double kAhead = 3;
 // m, search distance for the nearest tissue sphere if a list of near spheres would be empty
 constexpr double kSearchDistance = 2e-3;
@@ -52,7 +52,7 @@ constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of a too long list
 // m, largest mean margin (motion for which a list is valid) of lists made in advance
 constexpr double kMaxPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;  // margin of a near list / motion per tick, for lists made in advance
+constexpr double kTicksAhead = 10;  // margin of a near list divided by the motion per tick, for lists made in advance
 // smallest number of tree leaves that are searched per tick for the lists made in advance
 constexpr std::size_t kLeavesATick = 320;
 // after a list of near spheres was too long: number of searches until a list is made again

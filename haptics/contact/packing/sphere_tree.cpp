@@ -15,7 +15,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
-// Rounding error of about twelve operations in single precision / size of the packing.
+// Rounding error of about twelve operations in single precision, divided by the packing's size.
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
@@ -81,7 +81,7 @@ TYPODONT_INLINE void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Squared distance of `from` from each child's bounding box; infinite: empty child.
+/// Squared distance between the point `from` and each child's bounding box; infinite: empty child.
 TYPODONT_INLINE void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {

@@ -13,10 +13,10 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSamples = 48;  // number of samples along the longest side of a tool given as a solid
-// distance of neighbouring spheres in a chain / their radius; the notches between them are 2 % of the radius deep
+// ratio of neighbouring spheres' distance in a chain to their radius; notches between them are 2 % of the radius deep
 constexpr double kChainStep = 0.4;
-// kCells: grid nodes across the head's radius. kRingStep: distance of neighbouring spheres in a ring / their radius.
-// kMinCovered: a ring is added only if (volume that it newly covers / head's volume) is at least this.
+// kCells: grid nodes across the head's radius. kRingStep: distance of neighbouring spheres in a ring divided by their
+// radius. kMinCovered: a ring is added only if (volume that it newly covers / head's volume) is at least this.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kMinCovered = 2e-4;
 

@@ -8,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// The active planes, on which the result lies: at most three. `push`: for each plane, its Lagrange multiplier, which
-/// is the length of the displacement along its normal that the plane causes.
+/// The active planes, on which the point found lies: at most three. `push`: for each plane, its Lagrange multiplier,
+/// which is the length of the displacement along its normal that the plane causes.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};

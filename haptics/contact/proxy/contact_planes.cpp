@@ -154,7 +154,7 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   }
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
-  // Checks whether the ball at `on` touches other tissue.
+  // Checks whether the ball at `on` touches tissue other than this crease.
   const Found found = samples_->search_around(patch, {on, {}}, static_cast<float>(S::near), set.approximate_);
   for (int i = 0; i < found.count; ++i) {
     const dvec3 x = on + dvec3(set.approximate_.x[i], set.approximate_.y[i], set.approximate_.z[i]);

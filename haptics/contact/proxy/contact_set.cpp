@@ -40,7 +40,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   approximate_.yields[i] = static_cast<float>(plane.yields);
 }
 
-/// Adds an approximate contact of the head.
+/// Adds a contact in single precision, without an exact plane. If the set is full, it replaces the last contact.
 void ContactSet::put_own(const ContactPlane& plane) noexcept {
   const int i = count_ < kMax ? count_++ : kMax - 1;
   const glm::vec3 x(plane.x - origin_), n(plane.n);

@@ -107,7 +107,7 @@ struct CreaseParameters {
   // Smallest difference between second differences of samples at an edge and beside it, so that the edge is sharp.
   static constexpr double sharp = 0.2;
   static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
-  // Distances from the crease at which the surface is searched; the first one is usually enough.
+  // Voxels, distances from the crease at which the surface is searched, in this order; usually the first suffices.
   static constexpr double aside[] = {4, 6.5, 5};
   static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used

@@ -165,7 +165,7 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // For a head that is not a ball: distances change at most by the motion since listing, so farther points are skipped.
+  // For a head that is no ball, skips points that were listed farther than `far` plus the motion since the listing.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));

@@ -1,4 +1,4 @@
-// Signed distances from a head to many points.
+// Signed distances from a tool's head to many points.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class HeadDistances {
     std::size_t count;
   };
 
-  /// `most`: largest number of points per call. `reuse`: motion / head radius with which find() extrapolates; 0: never.
+  /// `most`: largest number of points per call. `reuse`: motion (head radii) up to which find() extrapolates; 0: never.
   explicit HeadDistances(std::size_t most, double reuse = 0);
 
   /// Finds the listed points at most `far` metres from a head at X_WG, in the list's order. Unless `exact`, distances

@@ -1,4 +1,4 @@
-// Moves a head as near to the hand as contact points allow.
+// Moves a tool's head as near to the hand as contact points allow.
 #pragma once
 
 #include <algorithm>

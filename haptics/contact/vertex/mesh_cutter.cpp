@@ -53,7 +53,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 direction = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(direction, direction);
 }
-/// Smallest height of a triangle / its longest edge; 0: the triangle has no area.
+/// Smallest height of a triangle divided by its longest edge; 0: the triangle has no area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});

@@ -38,16 +38,16 @@ struct CutParameters {
   static constexpr double same_way = 0.6;
   // Cosine between normals below which two faces at a common edge count as intersecting, as one lies on the other.
   static constexpr double flat_fold = -(1 - 1e-6);
-  // height / longest edge of a face, below which the face is a sliver
+  // a face whose height divided by its longest edge is below this is a sliver
   static constexpr double flattest = 0.12;
   // In target edge lengths; a shorter edge may collapse even if this leaves a badly shaped face.
   static constexpr double tiny = 0.1;
-  // smallest area of a face after a collapse / half the squared target edge length
+  // smallest area of a face after a collapse divided by half the squared target edge length
   static constexpr double min_area = 1e-6;
   // In target edge lengths, longest edge after a merge of vertices; the next cut splits edges above `longest`.
   static constexpr double longest_merged = 2;
-  // Number of faces near the head / number of equilateral faces that would cover the head. Above this, no edge is
-  // split. Usually about two; more only at the rim of a membrane.
+  // Number of faces near the head divided by the number of equilateral faces that would cover the head. Above this, no
+  // edge is split. Usually about two; more only at the rim of a membrane.
   static constexpr double max_faces = 4;
   // m; a vertex up to this deep inside the head still counts as on the head's surface
   static constexpr double overlap = 1e-10;

@@ -33,7 +33,7 @@ constexpr ListCosts kListCosts;
 constexpr Effort kContactEffort = 3;
 // Effort of a distance that is computed, not extrapolated, in units of 10 ns.
 constexpr Effort kFreshEffort = 2;
-// clearance() searches in rounds: search distance of a round / search distance of the round before
+// clearance() searches in rounds: search distance of a round divided by that of the round before
 constexpr double kNextShell = 4;
 
 /// Normal of face f; its length is twice the face's area.

@@ -16,12 +16,12 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // Length of the virtual motion / the head's radius. Long enough to push many vertices; short enough that no vertex
-  // passes the head's centre.
+  // Length of the virtual motion divided by the head's radius. Long enough to push many vertices; short enough that no
+  // vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double allowed_depth =
       0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
-  // Largest force perpendicular to the pull (direction from head to hand) / force along the pull.
+  // Largest force perpendicular to the pull (direction from head to hand) divided by the force along the pull.
   static constexpr double max_aside = 0.25;
   // N/s, largest change of a bur's force while the hand rests
   static constexpr double ease = 6.5;
@@ -36,19 +36,19 @@ struct FeelParameters {
   // A dragged edge cuts only a fraction of the touched area, as it advances by less than the height differences between
   // vertices. A running mean measures this fraction. met_weight: weight of a new value; min_met: smallest mean.
   static constexpr double met_weight = 0.1, min_met = 0.01;
-  // Distance to the nearest contact point / head's radius, below which the head counts as touching (clearance 0).
+  // Distance to the nearest contact point, in head radii, below which the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
   static constexpr double search_distance =
       0.5e-3;  // m, distance from the head within which clearance() searches tissue
-  // Motion of the head / its radius for which a short list of points is valid. Short lists are used while the head
-  // cuts, because it then moves little until the next list.
+  // Motion of the head divided by its radius, for which a short list of points is valid. Short lists are used while the
+  // head cuts, because it then moves little until the next list.
   static constexpr double short_list = 0.05;
   // When the head has made this fraction of the motion for which a list is valid, the model begins the next list.
   static constexpr double begin_next = 0.3;
-  // If clearance_in_list() / radius is below this, a new list is made at once. A head that waits for its next list
-  // stops at 0, but a fast rotation can make the value negative.
+  // If clearance_in_list() is below this × radius, a new list is made at once. A head that waits for its next
+  // list stops at 0, but a fast rotation can make the value negative.
   static constexpr double min_clearance = -0.1;
-  // Motion of the head / its radius up to which distances are extrapolated, not computed.
+  // Motion of the head, in head radii, up to which distances are extrapolated, not computed.
   static constexpr double reuse = 0.02;
   // After a cut of n ticks, the next cut waits for `rest` × (1 − a / b) × n ticks, where a is its possible advance, and
   // b = `hurry` × (cut area / radius²) × edge length.
@@ -185,7 +185,7 @@ class VertexModel final : public ContactModel {
   HeadDistances distances_, proposed_{kMaxProposed};
   std::array<std::pair<dvec3, Sample>, kMaxProposed> proposals_;
   HeadFollower follower_{distances_};
-  // running mean of removed volume / (contact area × advance), for a dragged edge; see met_weight
+  // running mean of removed volume divided by (contact area × advance), for a dragged edge; see met_weight
   double met_ = 1;
   /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {

@@ -16,7 +16,7 @@ namespace {
 /// Returns the factor for all springs with which a head pressed into a flat wall has the scene's stiffness, as a mean
 /// over directions; needed because samples are less deep. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth of the head in the wall / smallest distance of a sample from the head's centre
+  // depth of the head in the wall divided by the smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));

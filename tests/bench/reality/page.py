@@ -168,7 +168,7 @@ def page(rows, origin, docs):
         load or feed. Where a condition is unknown, the simulation runs both ends of its range.
         A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
         states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Rows with "fit" may set constants, rows
-        with "test" may not. `tests/bench/reality/experiments.csv` has all results, and why some cannot be simulated.
+        with "test" may not. `tests/bench/reality/experiments.csv` has all results, and the reasons why some cannot be simulated.
         A source ends with a letter: A table or standard, B abstract, C secondary source, E estimate, F fitted to rows of this
         page. Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
