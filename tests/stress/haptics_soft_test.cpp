@@ -41,19 +41,22 @@ TEST(HostileSoftTissue, AToolThroughTheLayerAtHalfAMetrePerSecondMeetsABoundedFo
 }
 
 TEST(HostileSoftTissue, GivesNoEnergyToAnErraticHand) {
-  for (std::uint32_t seed = 1; seed <= static_cast<std::uint32_t>(campaign(6)); ++seed) {
+  const auto sessions = static_cast<std::uint32_t>(campaign(6));
+  std::uint32_t felt = 0;  // sessions in which the hand found the gum
+  for (std::uint32_t seed = 1; seed <= sessions; ++seed) {
     HapticBench bench(kBlockFarBelow, hostile_soft_settings(ball_probe()));
     ErraticHand hand(seed, dvec3(0, 0, 0.9_mm));
-    double felt = 0;
+    double force = 0;
     for (int i = 0; i < kHostileRound; ++i) {
       const Pose at = hand.next(1e-3);
       const ServoTick& tick = bench.tick({at.p - dvec3(0, 0, 0.6_mm * (1 - std::cos(2e-3 * kPi * i))), at.R});
       ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
       ASSERT_GE(tick.energy, -1e-9) << "tick " << i;
-      felt = std::max(felt, glm::length(tick.f_T_W));
+      force = std::max(force, glm::length(tick.f_T_W));
     }
-    EXPECT_GT(felt, 0.05);
+    felt += force > 0.05;
   }
+  EXPECT_GT(2 * felt, sessions);
 }
 
 TEST(HostileSoftTissue, StaysFiniteAndBoundedUnderTeleportsAndInvalidInput) {

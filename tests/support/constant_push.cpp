@@ -103,6 +103,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
     const bool touches = tick.depth > 0, touched = last.depth > 0;
     since_touch = touches && !touched && free_for > kFreeTicks ? 0 : since_touch + 1;
     free_for = touches ? 0 : free_for + 1;
+    if (to_seconds(tick.t) < 5e-3 && (tick.faults & bits(Fault::kDeepPenetration)) != 0) result.begins_inside = true;
     if (tick.index > 0) {
       const ForceStep step{glm::length(tick.f_T_W - last.f_T_W), to_seconds(tick.t),
                            glm::length(tick.X_WT.p - last.X_WT.p) * kRate};

@@ -49,6 +49,7 @@ struct PushResult {
   PushSteps after_landing;   // largest force steps, without the ticks in the first kPushLanding seconds of each contact
   double min_energy = 0;     // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
+  bool begins_inside = false;  // true: the hand begins in tissue, so the tool is led out of it first
 };
 
 /// Returns the tissue that all hands drill: a molar with caries. Throws Error.

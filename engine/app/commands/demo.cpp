@@ -65,7 +65,7 @@ constexpr double kUsualLength = 89;      // s, duration of the shipped scene's s
 constexpr double kDuring = 0.4;          // fraction of the strokes that precede the picture "during" and the short film
 constexpr double kFilmed = 10;           // s, length of the short film
 constexpr double kStep = 1.0 / 25;       // s, time between two updates of the pictures
-constexpr double kPictureEvery = 30;     // s, time between two pictures "at_…"
+constexpr double kPictureEvery = 10;     // s, time between two pictures "at_…"
 constexpr glm::ivec2 kQuick{1280, 720};  // pixels, size of one eye's picture without --film
 
 /// Running mean of the time for one piece of work, s. Starts with an estimate for two processor cores.
