@@ -187,6 +187,20 @@ std::string tray_path() {
 )";
 }
 
+/// Records hand.csv of the folder in scene.json, replays the recording, and returns the ticks of its hand, which
+/// includes the tools, in the same scene.
+std::vector<ServoTick> ticks_of_replayed_hand(ProgramFolder& folder) {
+  const std::string at = folder.path().string();
+  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
+  EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
+  EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
+  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  return session::read_ticks_csv(folder / "u.csv");
+}
+
 TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", tray_scene());
@@ -200,15 +214,7 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   EXPECT_EQ(ticks[500].tool, 1u);
   EXPECT_EQ(ticks[1100].tool, 2u);
   EXPECT_GT(glm::length(ticks[1100].f_T_W), 0.01);  // the explorer's tip of 0.125 mm is on the block
-  ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
-  EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
-  EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
-  // The recorded hand, including its tools, can be used as a hand.
-  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[1100].tool, 2u);
+  EXPECT_EQ(ticks_of_replayed_hand(folder).at(1100).tool, 2u);
 }
 
 /// Two equal diamonds; dentin wears them.
@@ -244,16 +250,9 @@ TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
   EXPECT_LT(total(worn[3000].removed), 0.95 * total(sharp[3000].removed));
   EXPECT_EQ(sharp[7000].wear, 0);
 
-  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
-  EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
-  EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
-  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[7000].wear, worn[7000].wear);
+  EXPECT_EQ(ticks_of_replayed_hand(folder).at(7000).wear, worn[7000].wear);
   folder.write("bad.json", grinding_scene("-1"));
-  ran = folder.run(fmt::format("servo {0}/bad.json --hand {0}/hand.csv --out {0}/v.csv", at));
+  const Ran ran = folder.run(fmt::format("servo {0}/bad.json --hand {0}/hand.csv --out {0}/v.csv", at));
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, testing::AllOf(HasSubstr("grinding_ratio"), HasSubstr("0 to 1")));
 }

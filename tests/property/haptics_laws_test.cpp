@@ -13,6 +13,7 @@
 #include "haptics/coupling/tip.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/heads.h"
+#include "tests/support/swinging_hand.h"
 
 namespace typodont {
 namespace {
@@ -177,22 +178,13 @@ TEST(Cutting, EveryHeadDrillsWithoutForceStepsAndGivesTheHandNoMoreThanTheSpindl
     s.spindle.free_speed = 300.0_krpm;
     HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})",
                       s);
-    dvec3 x(0, 0, 2.55_mm + head.length / 2), v(0), f(0), previous(0);
-    double jump = 0, work = 0;
-    for (int i = 0; i < 300; ++i) {
-      const dvec3 pull(2000 * (0.5e-3 * std::sin(2 * kPi * i * 1e-3) - x.x), -2000 * x.y, -1.0);
-      v += 1e-3 * (pull - 5.0 * v + f) / 0.15;
-      x += 1e-3 * v;
-      const ServoTick& tick = bench.tick({x}, 1);
-      f = tick.f_T_W;
-      if (i > 60) jump = std::max(jump, glm::length(f - previous));
-      previous = f;
-      work += tick.cutting_power * 1e-3;
+    const test::SwingingHand hand{{0, 0, 2.55_mm + head.length / 2}, 1, 0.5_mm};
+    const test::Drilled run = test::drill(bench, hand, 300, 60, [](const ServoTick& tick, double work) {
       EXPECT_EQ(tick.faults, 0u);
       EXPECT_LE(tick.spindle_energy, work);
       EXPECT_GE(tick.energy, -1e-9);
-    }
-    EXPECT_LT(jump, 0.02) << static_cast<int>(head.shape);
+    });
+    EXPECT_LT(run.jump, 0.02) << static_cast<int>(head.shape);
     EXPECT_GT(bench.last.removed[static_cast<std::size_t>(Tissue::kDentin)], 0.01_mm3);
   }
 }

@@ -12,6 +12,7 @@
 #include "haptics/cutting/cut_front.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/heads.h"
+#include "tests/support/swinging_hand.h"
 
 namespace typodont {
 namespace {
@@ -37,32 +38,12 @@ std::string box(double voxel_mm) {
   return text;
 }
 
-/// Result of a simulated hand (0.15 kg, 5 N·s/m) that pushes straight down for a second and may oscillate sideways.
-/// removed: volume, m³.
-struct Drilled {
-  double volume = 0, impulse = 0, work = 0, jump = 0;
-};
-Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm) {
+/// A hand pushes straight down for a second, and may swing sideways.
+test::Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm) {
   HapticBench bench(box(voxel_mm), drill(1.2_mm, rate));
-  dvec3 x(0, 0, 3.12_mm), v(0), f(0), previous(0);
-  Drilled run;
-  const double dt = 1 / rate;
-  const int n = static_cast<int>(rate);
-  for (int i = 0; i < n; ++i) {
-    const double t = i * dt;
-    const dvec3 pull(2000 * (swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -newton);
-    v += dt * (pull - 5.0 * v + f) / 0.15;
-    x += dt * v;
-    const ServoTick& tick = bench.tick({x}, 1);
-    f = tick.f_T_W;
-    if (i > n / 10) run.jump = std::max(run.jump, glm::length(f - previous));
-    previous = f;
-    run.impulse += tick.f_T_W.z * dt;
-    run.work += tick.cutting_power * dt;
-    EXPECT_EQ(tick.faults, 0u);
-  }
-  run.volume = total(bench.last.removed);
-  return run;
+  const int second = static_cast<int>(rate);
+  return test::drill(bench, {{0, 0, 3.12_mm}, newton, swing}, second, second / 10,
+                     [](const ServoTick& tick, double) { EXPECT_EQ(tick.faults, 0u); });
 }
 
 TEST(Cutting, ABurOfThreeVoxelsRadiusSinksAsFastAsAWellResolvedOne) {

@@ -6,7 +6,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/tool.h"
-#include "tests/support/haptic_bench.h"
+#include "tests/support/swinging_hand.h"
 
 namespace typodont {
 namespace {
@@ -136,22 +136,13 @@ TEST(Wear, GivesTheHandNoEnergyAndNoGreaterForceSteps) {
   double new_jump = 0;
   for (const double ratio : {0.0, 0.02, 0.2, 2.0}) {
     HapticBench bench = bench_with({.ratio = ratio});
-    dvec3 x(0, 0, diamond().half() + 0.05_mm), v(0), f(0), previous(0);
-    double jump = 0, work = 0;
-    for (int i = 0; i < 1500; ++i) {
-      const dvec3 pull(2000 * (1.0e-3 * std::sin(4 * kPi * i * 1e-3) - x.x), -2000 * x.y, -1.5);
-      v += 1e-3 * (pull - 5.0 * v + f) / 0.15;
-      x += 1e-3 * v;
-      const ServoTick& tick = bench.tick({x}, 1);
-      f = tick.f_T_W;
-      if (i > 60) jump = std::max(jump, glm::length(f - previous));
-      previous = f;
-      work += tick.cutting_power * 1e-3;
+    const test::SwingingHand hand{{0, 0, diamond().half() + 0.05_mm}, 1.5, 1.0_mm, 2};
+    const test::Drilled run = test::drill(bench, hand, 1500, 60, [&](const ServoTick& tick, double work) {
       ASSERT_GE(tick.energy, -1e-9) << ratio;
       ASSERT_LE(tick.spindle_energy, work) << ratio;
-    }
-    if (ratio == 0) new_jump = jump;
-    EXPECT_LE(jump, new_jump + 1e-3) << ratio;
+    });
+    if (ratio == 0) new_jump = run.jump;
+    EXPECT_LE(run.jump, new_jump + 1e-3) << ratio;
     EXPECT_EQ(bench.last.wear > 0, ratio > 0);
   }
 }

@@ -40,8 +40,8 @@ struct ImportedMouth {
   dvec3 top{0};  // m, frame W, highest point along `up`
 };
 
-/// Makes one volume of the scans. Their coordinate frames must be the same, or with a bite scan agree within
-/// about 2 mm; doubtful registrations are refused. A bite scan or an opened mouth needs the preset kArch.
+/// Joins the scans to one volume. Without a bite scan, they must have the same frame; with a bite scan, frames may
+/// differ by about 2 mm. Doubtful registrations are refused. A bite scan or an opened mouth needs the preset kArch.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 
 /// Sorts mesh files: a file whose name contains "bite" is the bite scan. Throws Error if there are several.

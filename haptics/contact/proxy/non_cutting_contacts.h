@@ -18,8 +18,8 @@ struct CoarseGrid {
 };
 CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// The non-cutting parts (shank and safe end) of one tool. Far from tissue, the free distance stored by an earlier
-/// search replaces a new search. Lengths in voxels. Never allocates after construction.
+/// The non-cutting parts (shank and safe end) of one tool. Far from tissue, a search also gives the
+/// distance by which the tool may move before a new search. Lengths in voxels. Never allocates after construction.
 class NonCuttingContacts {
  public:
   NonCuttingContacts(const Tool& tool, double voxel);
