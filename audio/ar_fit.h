@@ -48,8 +48,8 @@ struct FitOptions {
 struct HeldOut {
   double from = 0, to = 0;  // s, begin and end of the part in the recording
   double distance_dB = 0;   // dB, distance of this part's spectrum from the model's expected spectrum
-  // Distance that a sound with exactly the model's spectrum would have, dB, because the spectrum of a short sound has
-  // an error.
+  // Expected distance for a sound of the same length that has exactly the model's spectrum, dB. Not 0, because the
+  // measured spectrum of a short sound has a random error.
   double chance_dB = 0;
   // For each spectral line: standard deviation of its amplitude divided by the mean, in the held-out part.
   std::vector<double> line_variation;
@@ -62,7 +62,7 @@ struct FitReport {
   double hum = 0;                         // Hz, removed mains frequency; 0: none
   // Distance between the Welch spectra of the fitted part and of the model, dB.
   double distance_dB = 0;
-  // Distance of the fitted part's spectrum from the model's exact one, whose peaks no window has broadened, dB.
+  // Distance of the fitted part's Welch spectrum from the model's exact spectrum (without the window's effect), dB.
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, highest compared frequency: 16 kHz or 0.45 of the sampling rate

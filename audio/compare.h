@@ -33,9 +33,9 @@ struct Comparison {
 
 struct CompareOptions {
   double up_to = 16000;  // Hz, highest compared frequency, at least 200
-  // First removes changes of the speed, which are measured on a steady line.
+  // True: before the comparison, removes changes of the spindle's speed, measured on a steady spectral line.
   bool constant_speed = false;
-  // Frequencies of further lines whose variation is measured, Hz.
+  // Frequencies of additional spectral lines whose amplitude variation is measured, Hz.
   std::vector<double> lines;
 };
 

@@ -14,7 +14,7 @@ struct SimulationOptions {
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
   bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
-  // Largest displacement (m) and rotation (rad) from the drawings; for panel, base and eyes up to twice as large.
+  // Largest displacement (m) and rotation (rad) per axis from the drawings; twice the rotation for panel, base, eyes.
   double placement_error = 0.02;
   // Felt minus seen position, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
@@ -31,9 +31,9 @@ class BenchSimulator {
   /// The bench according to its technical drawings: start values of the calibration routine.
   BenchState drawings() const;
 
-  /// Readings of an arm whose tip is at p_W (m), with random wrist joints.
+  /// Encoder readings of the arm when its tip is at p_W (m); the angles of the wrist are random.
   ArmReading hold(const dvec3& p_W);
-  /// An unsteady touch at p_W (m). Its position is computed with the geometry `believed_arm`.
+  /// A touch at p_W (m) by an unsteady hand. The touch's position is computed with the geometry `believed_arm`.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
   /// Position to which this user moves the tip if a point is drawn at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;

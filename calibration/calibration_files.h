@@ -22,12 +22,12 @@ struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-/// Reads columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm; `H` and `D` replace the prefixes h and d.
+/// Reads columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm. `H` and `D`: prefixes of the column names, here h and d.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
 Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
 /// Reads columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and bx_mm … bqz; |q| must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Reads columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm, frame H. All points may be zero.
+/// Reads columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm, frame H. Accepts a file in which all points are zero.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);

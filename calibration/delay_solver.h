@@ -22,7 +22,7 @@ struct DelayOptions {
 struct DelayResult {
   // Delay, s. If the clocks have different rates, it is valid at `reference_time`, the first time in both recordings.
   double delay = 0;
-  // Standard deviation, s; if the delay is not determined, that of a uniform number in the searched range.
+  // Standard deviation, s; if the delay is not determined, that of a uniform distribution over the searched range.
   double sigma = 0;
   bool ambiguous = false;
   std::string reason;              // the reason for an ambiguous result, as one sentence

@@ -1,5 +1,5 @@
-// Fits arm, panel, mirror, eyes and user offset (felt minus seen position) to all touches at once, so no step passes on
-// its errors. Touches seen with both eyes locate an eye better than alignments with one eye. Metres; any thread.
+// Fits arm, panel, mirror, eyes and user offset (felt minus seen position) to all touches at once, so errors of one
+// step do not spread. Touches seen with both eyes locate eyes better than alignments with one eye. Metres; any thread.
 #pragma once
 
 #include <string>
@@ -28,8 +28,8 @@ struct JointResult {
   double seconds = 0;
 };
 
-/// Throws Error without touches of marks, captures of both eyes, or recorded dots. X_WH does not change, because it
-/// defines W.
+/// Throws Error for too few touches of marks, captures of the eyes, or touches with recorded dots. X_WH stays the same,
+/// because it defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -31,7 +31,7 @@ class RigFile {
   /// Stores the results of a bench. Steps without a result keep their record. Throws Error for implausible eyes or an
   /// implausible panel.
   void set(const BenchState& bench);
-  /// Stores the current date for a step without result.
+  /// Stores the current date for a step that computes no result, such as the drift check.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
   /// Writes the file with the current date, completely or not at all.

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kStrokePause = 0.3;  // s, pause after which a cut begins a new stroke
 
-// A snapshot may be centred ahead of a moving tool (TissueBody::leads), by up to 0.8 times the distance (travel_) that
-// a tool may move from the centre. The tool can then move at least that distance before the next snapshot is due.
+// A snapshot may be centred ahead of a moving tool (TissueBody::leads), by up to 0.8 × travel_, the distance that a
+// tool may move from the centre. So a fast tool stays inside the old snapshot for longer, while the next one is made.
 constexpr double kLeadTime = 10e-3;    // s, a snapshot is centred at the tool's expected position after this time
 constexpr double kLeadFilter = 5e-3;   // s, time constant of the filter for the tool's velocity
 constexpr double kLongestGap = 50e-3;  // s, after a longer gap between two ticks, the velocity is unknown

@@ -32,22 +32,22 @@ class Carver {
   /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Ends the current stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due;
-  /// the servo continues with its tissue, and does not repeat cuts that it made before the edit.
+  /// Ends the current stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due.
+  /// Until then, the servo uses its old snapshot. In the new one, it repeats only cuts that the carver has not applied.
   bool undo();
   /// Redoes the stroke that was undone last. Returns false during a stroke, because its first cut has discarded the
   /// undone strokes.
   bool redo();
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
-  /// Tells the carver that all cuts up to time t (clock of the cuts) have been applied. Ends the stroke if the last cut
-  /// is longer ago than the pause between strokes.
+  /// Tells the carver that all cuts up to time t (clock of the cuts) have been applied. Ends the stroke if more time
+  /// than the pause between strokes has passed since the last cut.
   void rest(Nanos t);
 
   /// Returns an empty snapshot whose buffers are allocated, for take_snapshot().
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
-  /// Returns true if no snapshot contains the last undo, redo or loose piece yet. The carver must apply no later cut
-  /// before it takes that snapshot; otherwise the servo would not count the cut's volume.
+  /// Returns true if the last undo, redo or loose piece is not in a snapshot yet. The carver must then take a snapshot
+  /// before it applies the next cut; otherwise the servo would not count this cut's volume.
   bool edited() const {
     return snapshots_ > 0 && (edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_);
   }
@@ -57,8 +57,8 @@ class Carver {
   /// Returns the centre for the next snapshot, m: between proxy and hand, and moved ahead of the tool if
   /// TissueBody::leads() is true.
   dvec3 snapshot_center(const ServoTick& tick) const;
-  /// Fills a snapshot with the tissue around `center_W`. `number`: its number, 0: the next one. `held`: snapshot that
-  /// the servo will hold then; if it is the last one, only later changes may be stored (Snapshot::from).
+  /// Fills a snapshot with the tissue around `center_W`. `number`: its number; 0: the next number. `held`: number of
+  /// the servo's snapshot; 0: unknown. `snapshot` may contain only what that snapshot lacks (Snapshot::from).
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0, std::uint32_t held = 0);
   /// Updates the newest snapshot to the current tissue, and makes it complete. After an undo or redo, returns false and
   /// changes nothing; a new snapshot is then due.

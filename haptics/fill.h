@@ -32,8 +32,8 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// A ball of filling, without the pressing head and the head's exit path along its axis. Both are enlarged by half a
-/// voxel (kClear), so that the filling exerts no force. The filling outside a limiting solid is left out.
+/// A ball of filling, minus the head that presses it, and minus the head's exit path along its axis. Head and path are
+/// enlarged by half a voxel (kClear), so that the filling exerts no force. Filling outside a limiting solid is omitted.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
@@ -49,8 +49,8 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Filling is allowed where both are negative. kept_by_head(): depth of p in the head and its way out, plus a
-  /// clearance; beyond_limit(): distance of p outside the solid that limits the filling. Voxels.
+  /// Filling is allowed where both functions are below 0. kept_by_head(): depth of p in the head and its exit path,
+  /// plus a clearance; beyond_limit(): distance of p outside the solid that limits the filling. Voxels.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }

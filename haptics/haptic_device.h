@@ -1,4 +1,4 @@
-// Interface between the hand's device and the servo. Virtual, because the device is chosen at run time.
+// Interface of a haptic device to the servo loop. Its functions are virtual: the device is chosen at run time.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct DeviceInfo {
   // Time without new force after which the device outputs zero, s; 0: default.
   double silence = 0;
   double position_step = 0;  // m, motion per encoder count; 0: no encoder, or unknown
-  // true: the encoders count from the pose at opening, which must be the home position.
+  // true: incremental encoders. They count from the pose at opening, which must be the home position.
   bool counts_from_rest = false;
 };
 
@@ -47,15 +47,15 @@ class HapticDevice {
   /// Sets force (N) and torque (N·m), frame W, until the next call. The destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Call before write(). The argument is true if the tool touches tissue or is inside tissue, or if this is unknown.
-  /// After a fault or release(), the motors stay off until it was false for some time. Servo thread only.
+  /// After a fault or release(), the motors stay off until the argument was false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
-  /// Call after write(), with the result of the last sample. Simulated hands react to it. Servo thread only; never
-  /// allocates.
+  /// Call after write(), with the servo's result for the last sample. Simulated hands react to this result. Servo
+  /// thread only; never allocates.
   virtual void see(const ServoTick&) noexcept {}
   /// Returns the Fault bits of the last read().
   virtual std::uint32_t faults() const noexcept { return 0; }
-  /// Returns the joint angles from the base on, rad: three of the arm, then three of the stylus if it has encoders.
-  /// Empty: not reported. Valid until the next read(). Servo thread only.
+  /// Returns the joint angles in rad, beginning at the base: three of the arm, then three of the stylus if it has
+  /// encoders. Empty: not reported. Valid until the next read(). Servo thread only.
   virtual std::span<const double> joints() const noexcept { return {}; }
   /// Returns an empty status for a device without motors. Servo thread only.
   virtual SafetyStatus safety() noexcept { return {}; }

@@ -45,7 +45,7 @@ struct ImplantTool {
   std::vector<double> marks;
 
   bool threaded() const { return pitch > 0; }
-  /// Returns true for implants and screws, which remain.
+  /// Returns true for implants and screws, which remain in the patient.
   bool stays() const { return kind == ImplantToolKind::kImplant || kind == ImplantToolKind::kScrew; }
 };
 

@@ -1,5 +1,5 @@
-// Runs servo and carver alternately on one thread, without a clock, so that the result is deterministic. A live session
-// has a thread for each (engine/app/workbench.h).
+// Runs servo (force) and carver (removes tissue) alternately on one thread, without a clock, so that the result is
+// deterministic. In a live session, each has its own thread (engine/app/workbench.h).
 #pragma once
 
 #include <deque>

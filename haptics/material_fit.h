@@ -26,8 +26,8 @@ struct FitOptions {
   /// Step size of the fit (η of S2, eq. 14), density per newton, for the whole curve. 0: chosen so that a step removes
   /// at most the fraction `relaxation` of the difference between simulated and measured force.
   double eta = 0;
-  // Upper limit of η g Σw² (S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). Converges
-  // between 0 and 2. A step size of its own for each moment would let moments of little contact dominate.
+  // Upper limit of η g Σw² (S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). The fit
+  // converges between 0 and 2. η is the same for all moments; otherwise moments of little contact would dominate.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals, each with the curve's mean force

@@ -16,7 +16,7 @@ namespace typodont::haptics {
 
 struct PackOptions {
   std::size_t spheres = 36000;  // number of spheres, 1 to kMaxSpheres
-  // Offset of the grid of candidate centres; another seed gives another packing.
+  // Determines the offset of the grid of candidate centres; another seed gives another packing.
   std::uint64_t seed = 1;
   /// Largest radius of a sphere, m; 0: kDefaultMaxRadius times the radius of `spheres` equal spheres with the tissue's
   /// volume. Without this limit, the first sphere in a molar would be as wide as its crown.

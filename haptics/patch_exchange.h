@@ -1,5 +1,5 @@
-// Passes patches (copies of the tissue) from the carver to the servo. The servo continues to cut while a patch is
-// copied. So it adopts the patch a few milliseconds later, when the carver has added the cuts made meanwhile.
+// Passes patches (copies of the tissue) from the carver, which owns the tissue, to the servo. The servo continues to
+// cut during the copy. It adopts the patch a few milliseconds later, when the carver has added the missing cuts.
 #pragma once
 
 #include <atomic>

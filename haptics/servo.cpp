@@ -56,8 +56,8 @@ PassivityLaw law_for(const ServoSettings& settings) {
 }
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
-  // Limit of: distance between snapshot's centre and proxy, divided by travel (distance that the tool may move). Below
-  // 1, because the centre of a tissue patch is rounded to eight voxels.
+  // Largest distance between the snapshot's centre and the proxy, as a fraction of `travel` (distance that the tool may
+  // move). Below 1, because the centre of a tissue patch is rounded to eight voxels.
   constexpr double kFarthest = 0.8;
   const auto limited = [](const dvec3& v, double most) {
     const double length = glm::length(v);
@@ -363,7 +363,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // Without a valid pose, the force is zero and the proxy restarts. The energy ledger ignores the motion: last force ×
-  // jump could make it negative, which would suppress the force. An unchanged orientation was checked before.
+  // jump could make the ledger negative, which would suppress the force. An unchanged orientation was checked before.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

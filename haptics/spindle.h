@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// Torque T at the speed ω: T = T_h + (T_s − T_h) (1 − ω/ω₀). A controlled electric motor keeps ω₀ up to the torque
-/// T_h; for an air turbine, T_h = 0.
+/// Torque T at the speed ω: T = T_h + (T_s − T_h) (1 − ω/ω₀). T_s: stall torque. T_h: torque up to which a controlled
+/// electric motor keeps the speed ω₀; 0 for an air turbine.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, ω₀: speed without load, at full pedal

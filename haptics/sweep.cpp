@@ -28,8 +28,8 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill moves from A to B (voxels) along its axis, with the free end ahead.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // The head must be at least as long as wide; the upper end of a shorter one could change samples that the lower end
-  // cuts.
+  // The head must be at least as long as wide. With a shorter head, the upper end could change samples that the lower
+  // end cuts.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), travel = B.p - A.p;
   const double along = glm::dot(travel, axis);
@@ -141,7 +141,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // Voxels by which listed samples may lie outside the sweep's box: path of the list, motion since then, rounding.
+  // Largest distance of a listed sample from the sweep's box, voxels: listed path, motion since then, rounding.
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;

@@ -96,7 +96,7 @@ class Sweep {
   /// Cuts without lists of groups: in the selected parts of the active front, examines the blocks that must be examined
   /// now. `parts`: one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
-  /// Returns true if the tissue patch contains all samples that another patch has listed around the head.
+  /// Returns true if the new tissue patch contains all listed samples. The lists were made with another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Straight path_back() const noexcept {
     Straight straight = back_;

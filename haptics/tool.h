@@ -39,8 +39,8 @@ class HeadField {
 
   /// Exact signed distance of a point in frame T from the head; negative inside.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Also returns the distance to each piece of the meridian. A piece whose distance exceeds the smallest by more than
-  /// 2 r is nowhere the closest within radius r of the point.
+  /// Also returns the distance to each piece of the meridian. If the distance of a piece exceeds the smallest distance
+  /// by more than 2 r, this piece is never the closest one within radius r of the point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Also returns the unit direction in which the distance increases, frame T.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
@@ -76,7 +76,7 @@ struct Tool {
   double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: never sinks
   // μ_c: ratio of tangential to normal force (Preston, Archard), used where the tissue's EdgeLaw states none.
   double cutting_coefficient = 0.3;
-  // Edges: a drill's blades cut by Material::blade, a diamond's grains by Material::grit. 0: not stated.
+  // Edges: a drill's blades cut by Material::blade, a diamond bur's grains by Material::grit. 0: not stated.
   int blades = 0;
   double grit = 0;  // m, mean size of the grains
 
@@ -104,7 +104,7 @@ struct Tool {
   std::shared_ptr<const ImplantTool> implant;
 
   bool edges_known() const { return blades > 0 || grit > 0; }
-  /// Returns true for a coarse diamond, which removes much tissue quickly (ISO 6360 code 534 or coarser).
+  /// Returns true for a coarse diamond bur, which removes much tissue quickly (ISO 6360 code 534 or coarser).
   bool coarse() const { return grit >= 140e-6; }
   /// Returns true if the tool cuts by rotation; other tools scrape or never cut.
   bool turns() const { return cuts && scrapes == 0; }
@@ -118,7 +118,7 @@ struct Tool {
   double radius() const { return diameter / 2; }
   /// Surface of the head, m².
   double area() const;
-  /// Volume of a new diamond's grains, m³: one layer on the head.
+  /// Volume of the grains of a new diamond bur, m³: one layer on the head.
   double grain_volume() const { return grit * area(); }
   /// Distance from the head's centre to its ends along the axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
@@ -138,7 +138,7 @@ struct NonCuttingPart {
 /// shank_of() and safe_end_of() return nullopt if the tool has no such part.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Distance from the origin of T to the farthest point of head and safe end, m. A tissue patch contains at least this.
+/// Distance from the origin of T to the farthest point of head and safe end, m. A tissue patch reaches at least so far.
 double near_reach(const Tool& tool);
 
 /// A point on the head's surface.

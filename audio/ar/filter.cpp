@@ -38,8 +38,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Contribution of the past output. Samples of the slice that are not computed yet are set to zero, so that all
-    // lanes use all coefficients.
+    // Contribution of the past output. The slice's own samples are not computed yet and are set to zero, so that
+    // every lane can multiply by all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
@@ -121,7 +121,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // The past output moves forward in the buffer, and back to its start every few thousand samples.
+  // Each block is written after the previous one. At the buffer's end, process() copies the past output to its start.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;

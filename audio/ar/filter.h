@@ -28,14 +28,14 @@ class DirectFilter {
   std::size_t head_ = 0;
 };
 
-/// Filters blocks of 64 samples. Earlier blocks act by a convolution; within the block, the impulse response solves the
-/// triangular system.
+/// Filters blocks of 64 samples. Past output contributes through the coefficients; the feedback within each part of a
+/// block is a convolution with the impulse response.
 template <class T>
 class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// Filters the samples `noise`.
+  /// Filters the kBlock samples of `noise`.
   void process(const T* noise, T* out) noexcept;
 
  private:

@@ -30,7 +30,7 @@ namespace {
 constexpr double kLowestCompared = 60;
 // Peak amplitude below which a recording is silent: -60 dB re full scale.
 constexpr double kSilence = 1e-3;
-// dB; at both ends, frames that are quieter than the loud ones by more than this are silence.
+// Frames at both ends of a recording are silence if they are quieter than its loud frames by more than this, dB.
 constexpr double kQuietBelowLoud = 40;
 // In a steady interval, the level differs from the loud part's median level by at most this, dB.
 constexpr double kSteadyWithin = 3;
@@ -192,7 +192,7 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
 }
 
 /// Returns the standard deviation of white noise that fills an empty frequency band (40 dB below the weakest audible
-/// frequency), or 0 if no band is empty. Without this noise, the fit would spend poles on the band.
+/// frequency), or 0 if no band is empty. Without this noise, the model would use poles for the empty band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);

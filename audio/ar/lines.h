@@ -35,8 +35,8 @@ struct LineTrack {
   static constexpr double kWeakestLine = 0.1;
 };
 
-/// Follows the line near `frequency` (Hz) through at most the middle minute. Uses the first of the half widths 80, 40,
-/// 20 Hz with an amplitude variance by noise below 0.02. Empty for sounds below 0.2 s.
+/// Follows the line near `frequency` (Hz); in a sound longer than a minute, only its middle minute. Tries the half
+/// widths 80, 40, 20 Hz until noise causes an amplitude variance below 0.02. Empty for sounds below 0.2 s.
 LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {

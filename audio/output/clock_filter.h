@@ -14,8 +14,8 @@ class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// Returns the time at which the callback that came at `t` was due. Restarts if they differ by more than four periods
-  /// plus 20 ms.
+  /// Returns the time at which the callback that came at `t` was due. Restarts if both times differ by more than four
+  /// periods plus 20 ms.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {

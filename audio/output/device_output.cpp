@@ -125,7 +125,7 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // Time of the first sample: the buffer ends kMargin before this callback is due, so that all its ticks have arrived.
+  // The buffer's last sample is kMargin earlier than this callback is due, so all servo ticks up to it have arrived.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
@@ -141,7 +141,7 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
     for (int i = 0; i < count; ++i) {
       const float* const frame = part.data() + i * given;
       for (int c = 0; c < channels; ++c) {
-        // Mono goes to all channels; stereo to the first two, or its mean to a single one.
+        // Copies mono to all channels of the device, stereo to the first two. A device with one channel gets the mean.
         if (given == 1)
           *out++ = frame[0];
         else if (channels == 1)

@@ -18,7 +18,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// While it exists, messages of ALSA and JACK about missing devices are suppressed.
+/// While an object of this class exists, messages of ALSA and JACK about missing devices are suppressed.
 class QuietErrors {
  public:
   QuietErrors() {
@@ -40,7 +40,7 @@ class QuietErrors {
   int saved_ = -1;
 };
 
-/// Keeps PortAudio initialised while it exists; the first object searches for devices again.
+/// PortAudio is initialised while an object of this class exists. The first object makes a new list of devices.
 class Library {
  public:
   Library() {

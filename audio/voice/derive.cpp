@@ -40,7 +40,7 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Power of a spectral line. This function uses sums of power over kPoints frequencies.
+  // Power of a spectral line × kPoints, comparable with the sum of a power spectrum over kPoints frequencies.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);
@@ -52,7 +52,7 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // Scales the power to its level. A floor 100 dB below the idle sound keeps Levinson's recursion well-conditioned.
+    // Scales the power to level_dB. A floor 100 dB below the idle sound keeps Levinson's recursion well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

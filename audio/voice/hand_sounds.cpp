@@ -95,7 +95,7 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Low-passes form a band-pass from one octave below `rate` (Hz, one pole) to one octave above (two poles).
+  // `rate`: asperities per second. Low-pass filters form a band-pass from rate / 2 (one pole) to 2 · rate (two poles).
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);

@@ -31,8 +31,8 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// Scraping over asperities 20 µm apart: band-pass noise around the rate at which they are passed. Soft tissue damps
-/// it.
+/// Sound of scraping over asperities 20 µm apart: band-pass noise around the number of asperities that the tool passes
+/// per second. Soft tissue damps high frequencies.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);

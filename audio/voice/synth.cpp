@@ -32,7 +32,7 @@ constexpr double kRunDown = 1.25;
 constexpr double kJump = 0.5;
 // Speed below which the drill is silent, relative to the free speed.
 constexpr double kAtRest = 0.03;
-constexpr float kTouchStrength = 0.02f;  // amplitude of a touch; full scale is 1
+constexpr float kTouchStrength = 0.02f;  // added to the knock's amplitude when a contact begins; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 // If the force rises more slowly, no knock is heard, N/s.
 constexpr double kSlowRise = 20;
@@ -41,17 +41,17 @@ constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites t
 // Standard deviation of suction, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a
 // handpiece (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// Levels of water and suction change this much slower (factor below 1) than other levels.
+// Rate of change of the levels of water and suction, as a fraction of that of all other levels.
 constexpr float kWaterRate = 0.02f;
-// Slow burs give a decaying burst for each cutting edge, with the power of the steady sound. Bursts are fully separate
+// At low speed, each cutting edge makes a decaying burst; its power is that of the steady sound. Bursts are separate
 // up to kApart edges per second, and fused to a steady sound from kFused on.
 constexpr double kApart = 60, kFused = 200;
 // Until the next edge, a burst decays by exp(-kDying).
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
-/// While it exists, denormal numbers are flushed to zero: the computing time is constant, and the result is independent
-/// of the caller's setting.
+/// While an object exists, the CPU flushes denormal numbers to zero. So the computing time is constant, and the result
+/// does not depend on the caller's setting.
 class FlushDenormals {
  public:
 #ifdef __SSE2__

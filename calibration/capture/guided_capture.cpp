@@ -300,7 +300,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // The calibration step "drift" only stores touches; later sessions compare theirs with them.
+      // The calibration step "drift" only stores touches. Later sessions compare their touches with the stored ones.
       break;
   }
 }

@@ -90,7 +90,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // The columns in braces may be missing (dots, joint angles).
+  // The columns of the second list (positions of dots, joint angles) may be missing.
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");

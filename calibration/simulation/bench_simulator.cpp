@@ -148,8 +148,8 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
-    // Shows the dot that this eye would see towards `wanted` on a perfect bench. The user covers it with a tip on the
-    // true line of sight, nearest to `wanted`.
+    // Shows a dot that, on the bench as estimated, this eye would see in the direction of `wanted`. The user holds the
+    // tip on the true line of sight to the dot, at the point nearest to `wanted`.
     EyeCapture capture;
     capture.right = i % 2 == 1;
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);

@@ -37,7 +37,7 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume (m³) in which wrong pairs lie; with sigma, of 1 / their largest density.
+        // Logarithm of the volume (m³) in which wrong points lie. If sigma > 0: of 1 / their largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -56,12 +56,12 @@ class Consensus {
     }
   }
 
-  /// Finds the largest set of pairs that agrees on one motion; in it, a core that agrees much better than a normal
-  /// distribution would; then a majority by least trimmed squares, if that has even less noise.
+  /// Finds the largest set of pairs that agree on one motion. If a core of this set agrees much better than normally
+  /// distributed noise explains, uses the core; if a majority (find_majority()) has even less noise, the majority.
   Agreement find() const {
     Agreement best = find_core();
-    // Residuals below 1e-9 of the coordinates are rounding errors, which are not normally distributed. Then no pair
-    // counts as wrong.
+    // Noise below about 1e-9 of the coordinates is rounding error, which is not normally distributed. The search for
+    // a majority with even less noise is then omitted.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -90,9 +90,9 @@ class Consensus {
   }
 
   /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) from the best triples: fit, keep the better half, repeat.
-  /// 2. Forward search (Atkinson & Riani 2000): add the pair with the smallest residual until it exceeds the noise of
-  /// the set. That noise is too low at first; the central part of a normal distribution reaches 2.3 of its own standard
-  /// deviations.
+  /// 2. Forward search (Atkinson & Riani 2000): add the pairs with the smallest residuals until these exceed the noise
+  /// of the set. The noise of the better half is too low, but normally distributed residuals in this half reach only
+  /// 2.3 times their own standard deviation, so the search does not stop at once.
   /// 3. All pairs within the final noise.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
@@ -126,7 +126,7 @@ class Consensus {
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // The `next` nearest pairs; the farthest is the last one in `order`.
+      // The `next` pairs with the smallest residuals; the last one in `order` has the largest of these residuals.
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
@@ -270,8 +270,8 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Adds the pairs with residuals below rms × √quantile and fits again, until nothing changes. A quantile above 5 lets
-  // small sets grow: residuals up to R have an rms of at least R/√5 (up to 3.8 σ).
+  // Takes the pairs with residuals below rms × √quantile and fits again, until nothing changes. Small sets grow if the
+  // quantile exceeds 5: normally distributed residuals limited to R (at most 3.8 σ) have an rms of at least R/√5.
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -309,8 +309,8 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates sorted by median residual, collected by find_widest()
 };
 
-// Consensus for known noise: the motion with most pairs within a limit wins. Motions come from triples with equal
-// triangles in the frames H and D, and are refitted before counting (Chum, Matas & Kittler 2003).
+// Consensus for known noise: uses the motion with most pairs within a limit. Candidates are computed from triples of
+// pairs with congruent triangles in H and D, and are refitted before counting (Chum, Matas & Kittler 2003).
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)

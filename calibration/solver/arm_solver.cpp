@@ -295,7 +295,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand is steady to a millimetre. A larger value means another arm or another plate.
+  // A hand holds the tip still to about 1 mm. Larger noise means another type of arm, another plate, or slipped tips.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",

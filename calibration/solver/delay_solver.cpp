@@ -1,6 +1,6 @@
-// The stream with fewer samples is interpolated at the times of the denser one, which adds the least noise. Against
-// bias by this noise, the equations are multiplied by an instrument: the denser stream's slope without the sample
-// itself.
+// The stream with fewer samples is interpolated at the times of the denser one, which adds the least noise. This noise
+// would bias the result of least squares, so the equations use an instrumental variable: the denser stream's slope,
+// computed without the sample itself.
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -167,7 +167,7 @@ std::optional<dvec3> slope_at(const Track& track, std::size_t k, std::size_t m) 
   return v / tt;
 }
 
-// Noise of the positions per axis (m) from fourth differences, which are 70 σ² for white noise and 0 for smooth motion.
+// Noise of the positions per axis (m), from fourth differences: variance 70 σ² for white noise, 0 for smooth motion.
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -212,7 +212,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // Limits the influence of glitches: the mean counts at most as 1.5 times the mean that the median implies.
+    // Limits the influence of glitches: at most 1.5 times the mean of normally distributed errors with this median.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {

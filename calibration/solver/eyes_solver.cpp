@@ -55,8 +55,8 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // Unknowns 0 to 2 are the left eye, 3 to 5 the right one. Columns are directions that are not determined; the
-    // largest component of the first one identifies the eye. If all dots have equal depth, both eyes are undetermined.
+    // Unknowns 0 to 2: left eye; 3 to 5: right eye. Each column of open_axes is a direction that is not determined. The
+    // largest component of the first column identifies the eye. At equal depths, both eyes are undetermined.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +

@@ -352,7 +352,7 @@ class Solver {
     // The mean of an inverse Wishart distribution is too large by ν / (ν - 7).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kMinForFullNoise ? 1 : nu / (nu - 7);
-    // Scaled by the diagonal's roots, because the unknowns' units differ.
+    // Divides rows and columns of H by the square roots of its diagonal, because the unknowns have different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
@@ -419,7 +419,7 @@ class Solver {
     std::copy(z.data(), z.data() + 36, result_.Z_covariance.begin());
   }
 
-  // Checks whether the result may be used; if not, why.
+  // Decides whether the result may be used; if not, stores the reason in result_.not_determined.
   void judge() {
     if (2 * result_.inliers.size() <= n_) {
       result_.not_determined =
@@ -427,7 +427,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // Checks for the most frequent mistake: reports it if inverted tracker poses fit better.
+      // The most frequent mistake is that the tracker poses are inverted. It is reported if their inverses fit.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

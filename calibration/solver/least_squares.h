@@ -1,5 +1,5 @@
-// Gauss–Newton solver with numeric Jacobian, scaling, outlier rejection, covariance and open directions. Used only by
-// .cpp files of this module.
+// Gauss–Newton solver with numeric Jacobian, scaling, outlier rejection and covariance; finds combinations of unknowns
+// that are not determined. Used only by .cpp files of this module.
 #pragma once
 
 #include <Eigen/Dense>

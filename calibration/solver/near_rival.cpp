@@ -119,7 +119,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kMin) start_from(splitter.fit(up));
-  // A quarter of all triples belong to one motion. Tries all triples, or 48 random ones.
+  // If both motions have equally many pairs, a quarter of all triples follow one motion. Tries all, or 48 random ones.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -159,7 +159,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Noise that is largest along one axis looks like two motions. So two isotropic distributions must fit better.
+    // Noise that is larger along one axis looks like two motions. So two motions must fit better than such noise.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

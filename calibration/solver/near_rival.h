@@ -17,8 +17,8 @@ struct Split {
   double log_nfa = 0;                      // logarithm of the expected number of equally good splits by chance
 };
 
-/// Best split of `pairs`, if it is better than one motion with (also elongated) noise. `known_sigma`: m per axis, 0:
-/// estimated; `rounding`: m.
+/// Best split of `pairs`, if it fits better than one motion with noise, also with noise that is larger along one axis.
+/// `known_sigma`: m per axis, 0: estimated; `rounding`: m.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 

@@ -13,10 +13,10 @@ bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 /// Returns true if a mirror image fits more pairs, or fits them better. For data with outliers.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Distance between points p_D / between points p_H, if this scale fits much better and differs from 1 by 2 %.
+/// Scale: distances in D / distances in H. Empty unless it fits much better than 1 and differs from 1 by at least 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// Median of distance between two points p_D / distance between the same points p_H. For data with outliers.
+/// The same scale for data with outliers: median of distance between two points in D / distance between them in H.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

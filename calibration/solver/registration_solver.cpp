@@ -24,7 +24,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Largest probability that a split into two motions is chance.
+// A split into two motions is accepted if the probability that it is due to chance is below this.
 constexpr double kSplitChance = 1e-3;
 // If adding pairs increases the noise by more than this factor, the added pairs were wrong.
 constexpr double kNoNoisier = 1.5;
@@ -79,7 +79,7 @@ std::string words(const dvec3& v) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z);
 }
 
-/// Steps of a registration: agreement, rivals, noise, open directions, covariance.
+/// Steps of a registration: agreement, rivals, noise, undetermined rotations, covariance.
 class Registration {
  public:
   Registration(Points p_H, Points p_D, const RegistrationOptions& options)
@@ -188,7 +188,7 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // Largest probability that another motion is chance; larger with known noise, so that four pairs suffice.
+      // Largest probability that chance makes pairs agree on another motion. Known noise: larger, so 4 pairs suffice.
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = max_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // Pairs that agree only loosely are bad touches, not a second motion.
@@ -203,8 +203,8 @@ class Registration {
     }
   }
 
-  // The result is doubtful if three outliers agree within the noise of fit_.pairs, and their motion fits at least 30 %
-  // as many pairs.
+  // The result is doubtful if three outliers agree on one motion within the noise of fit_, and this motion fits at
+  // least 30 % as many pairs as fit_ contains.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;

@@ -21,7 +21,7 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kMinPoints = 100;
 constexpr int kMaxRounds = 200;
-// Smaller cosines between both surfaces' normals exclude a point.
+// A point is used only if the cosine between both surfaces' normals is at least this.
 constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant: 95 % efficiency for normal errors
 // σ / median |residual| for normal errors.
@@ -29,7 +29,7 @@ constexpr double kPerMedian = 1.4826;
 // Per round, the limit of the residuals shrinks at most to this fraction of its last value.
 constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, step below which the pose has converged
-// Ridge on the offset, because the walls of a corner do not determine it.
+// Regularisation (ridge) of the offset, because some shapes, for example a corner, do not determine the offset.
 constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {

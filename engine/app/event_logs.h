@@ -16,12 +16,12 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. Its place in the order of cuts and tissue patches is recorded for an exact replay.
+/// An undo or redo of a stroke. For an exact replay, its place among the cuts and tissue patches is recorded.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
   std::uint64_t cuts = 0;     // number of cuts in the tissue before the edit
-  std::uint32_t patches = 0;  // number of tissue patches created before the edit
+  std::uint32_t patches = 0;  // number of tissue patches (copies of the tissue for the servo) created before the edit
 };
 
 /// Points of the soft gum that have moved.

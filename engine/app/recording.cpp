@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-/// A hand's device address without folders of a file in it, because folders can contain names of users and patients.
+/// The address of a hand's device, without the folders of a file in it: their names can identify users and patients.
 std::string without_folders(const std::string& address) {
   std::error_code code;
   for (const std::size_t start : {std::size_t{0}, address.find(':') + 1}) {
@@ -393,7 +393,7 @@ void SessionRecorder::store(const display::HmdTiming& timing) {
 
 void SessionRecorder::turn() {
   const auto store_event = [this](const auto& event) { store(event); };
-  // Reads the servo's event log first: the edit that a new tissue patch shows is already in the carver's event log.
+  // Reads the servo's event log first: an edit is in the carver's event log before the servo uses its tissue patch.
   for (ServoEvent event; servo_.next(event);) std::visit(store_event, event);
   for (CarverEvent event; carver_.next(event);) std::visit(store_event, event);
   for (ViewEvent event; view_.next(event);) std::visit(store_event, event);

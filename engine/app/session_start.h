@@ -11,10 +11,10 @@
 namespace typodont {
 
 /// Opens a hand whose motion is equal in every run: HAND.csv or HAND.json (also after "script:"), or replay:SESSION.h5.
-/// It does not wait for the real time of its samples. Throws Error.
+/// The hand is an input device that does not wait for the real time of its samples. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_unpaced_hand(const Scene& scene, const std::string& address, double rate);
 
-/// Loads the scene's tissue. Throws Error.
+/// Loads the scene's tissue and makes the session. Throws Error.
 SteppedSession start_session(const Scene& scene, const haptics::DeviceInfo& hand);
 
 }  // namespace typodont

@@ -107,8 +107,8 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->seen_tool_ = true;
     heard = tick.t;
   }
-  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t; if that
-  // sample was already played, from the first sample of this block.
+  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t, or in the
+  // first sample of this block if that sample was already played.
   if (heard >= 0 && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(heard, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

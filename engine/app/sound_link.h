@@ -28,7 +28,7 @@ struct SoundVoice {
   bool lower_order = false;
 };
 
-/// The voice of a scene. Its sound model has the name of the scene's motor, or depends on the free speed.
+/// The voice of a scene: the sound model of its motor, or, if there is none, a model chosen by the free speed.
 SoundVoice voice_of(const Scene& scene);
 
 class SoundLink {
@@ -36,9 +36,9 @@ class SoundLink {
   /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". Throws Error or RunFailure.
   ///   `event_logs`: source of the ticks, and of the pose of the listener's head.
   ///   `live`: the sound stops if no ticks arrive.
-  ///   `binaural`: two channels for the listener's ears; the tool is the source. Until the head's pose is known, it is
-  /// straight ahead.
-  ///   `begin`: session time that is zero in a sound file; earlier ticks are not heard.
+  ///   `binaural`: two channels for the listener's ears; the tool is the source. Until the head's pose is known, the
+  /// tool is straight ahead.
+  ///   `begin`: session time at which a sound file begins; earlier ticks are not heard.
   SoundLink(const std::string& address, const SoundVoice& voice, const EventLogs& event_logs, bool live,
             bool binaural = false, Nanos begin = 0);
   ~SoundLink();
@@ -70,7 +70,7 @@ class SoundLink {
   void make_synth(double sample_rate);
 
   const bool live_;
-  const Nanos begin_;  // ns, session time that is zero in a sound file
+  const Nanos begin_;  // ns, session time at which a sound file begins
   bool begun_ = false;
   /// Time of the machine's clock at which the session's time is zero, ns; only for live sound.
   Nanos zero_ = 0;

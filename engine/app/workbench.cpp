@@ -639,7 +639,7 @@ void Workbench::Impl::end() {
   const bool carved = s.carver_failure.empty();
   if (thread_failed && failure.empty()) failure = "a thread of the session failed";
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  // Repeats cuts made after the carver thread had ended.
+  // Applies to the tissue the cuts that the servo made after the carver thread had ended.
   if (carved) try_to([&] { s.side.follow([](const Cut&) {}, /*to_end=*/true); });
   follow_event_logs();  // reads up to the last tick, so that the score equals that of the recording
   if (meter) explored = picture->views()->take_explored();

@@ -33,7 +33,7 @@ struct WorkbenchOptions {
   std::string pedal;
   double rate = 1000;            // Hz, servo rate for hands without a fixed rate
   std::string audio;             // address of the sound output; empty: a sound card, if any
-  bool binaural = false;         // true: two channels of sound for the trainee's ears, with the tool as the source
+  bool binaural = false;         // true: two sound channels for headphones; the tool is the position of the source
   std::filesystem::path record;  // file of the recording; empty: no recording
   /// Addresses at which the session's state is published (live/state_stream.h); empty: it is not published.
   std::vector<std::string> stream;
@@ -60,7 +60,7 @@ struct WorkbenchOptions {
   bool operated = false;  // true: score and timing are computed during the session
   /// True: the operator's window shows the picture. False: the picture has its own window.
   bool embedded = false;
-  gpu::Device* device = nullptr;  // the operator's window's GPU device; null: creates its own
+  gpu::Device* device = nullptr;  // GPU device of the operator's window; null: the session creates a device
 };
 
 /// Real-time rights granted to the servo loop (see LoopReport).
@@ -70,7 +70,7 @@ struct LoopGranted {
 
 /// Progress of an implant exercise, for display.
 struct ImplantStatus {
-  std::size_t phase = 0;  // current phase's index; after the last: number of phases
+  std::size_t phase = 0;  // index of the current phase; after the last phase: the number of phases
   session::ImplantNote note = session::ImplantNote::kNone;
   double depth = 0;         // m, depth of the tool's tip below the planned entry
   double phase_depth = 0;   // m, depth that this phase requires
@@ -81,7 +81,7 @@ struct ImplantStatus {
 struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick of the servo
-  std::uint32_t faults = 0;  // faults of the last second, one bit each
+  std::uint32_t faults = 0;  // faults of the last second, as bits (enum Fault)
   // Distance between hand and tool if the tool has not followed the hand for one second, m; otherwise 0.
   double caught = 0;
   LoopTiming timing;
@@ -106,8 +106,8 @@ struct WorkbenchStatus {
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;  // fault bits that were set during the session
-  // Time from the command to the first tick, and to the first frame, s; 0: there was none.
+  std::uint32_t faults = 0;  // all faults of the session, as bits (enum Fault)
+  // Time from the start of the program to the first tick, and to the first frame, s; 0: no tick, or no frame.
   double first_tick_s = 0, first_frame_s = 0;
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
@@ -116,7 +116,7 @@ struct WorkbenchSummary {
   LoopReport loop;  // complete report about the servo loop
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty: none
-  /// Chips' and water's mass balance; empty without debris or picture.
+  /// Mass balance of chips and water; empty without debris or picture.
   std::optional<DebrisBalance> debris;
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -150,17 +150,17 @@ class Workbench {
   void choose_tool(int place);
   /// Requests the instrument of the current phase of an implant exercise, and sets its speed and forward rotation.
   void choose_phase_tool();
-  /// Paints tissue. Only for sessions without a recording, because a recording contains cuts but no painted tissue.
+  /// Paints tissue with a part of a brush stroke. Ignored if the session is recorded: recordings contain no paint.
   void paint(const BrushMove& move);
   /// The instructor's brush strokes in order, without undone ones. Call after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// The views of the running session; null if the session is not shown to an operator.
+  /// Sections, inner tissues and score, for pictures of the running session; null: no window and no operator.
   LiveViews* views();
-  /// Shows a second picture from a free viewpoint, on the operator's GPU device. In one window, it replaces the
-  /// trainee's picture. A size of 0 switches it off.
+  /// Draws a second picture from a free viewpoint, on the GPU device of WorkbenchOptions::device. If `embedded` is
+  /// true, only this picture is drawn, without the trainee's. A size of 0 switches the second picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   /// Picture from the free viewpoint; null: not drawn.
   const gpu::Image* own_picture() const;

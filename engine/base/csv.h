@@ -31,7 +31,7 @@ struct CellReader {
 };
 
 /// Reads a table. Cells are separated by commas, semicolons or tabs, and may be quoted; lines with '#' are comments.
-/// All `required` columns must exist, no others than `optional` may. Throws Error with file, line and column.
+/// Columns: all names in `required` must exist; names in `optional` may. Throws Error with file, line and column.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional = {}, const std::map<std::string, CellReader>& readers = {});
 

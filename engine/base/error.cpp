@@ -9,7 +9,7 @@ namespace {
 // Largest length of one part of a message, bytes. Longer parts, usually quoted input, are shortened.
 constexpr std::size_t kLongest = 240;
 
-/// Shortens the part between two characters, and replaces control characters, which a terminal would execute.
+/// Shortens the part without splitting a UTF-8 character. Replaces control characters: a terminal would execute them.
 std::string shown(std::string_view part) {
   std::string text(part);
   if (text.size() > kLongest) {

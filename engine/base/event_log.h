@@ -22,7 +22,7 @@ class EventLog {
   static_assert(std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T>);
 
  public:
-  /// `slots`: a power of two; all but one keep an event. Only the constructor allocates memory.
+  /// `slots`: a power of two; readers can read the newest slots - 1 events. Only the constructor allocates memory.
   explicit EventLog(std::size_t slots) : mask_(slots - 1), words_(slots * kWords) {
     TYPODONT_CHECK(std::has_single_bit(slots));
   }
@@ -80,7 +80,7 @@ class EventLog {
 
   /// Copies event n. False if the writer may have begun to overwrite its slot. Sequence lock (Boehm 2012, "Can seqlocks
   /// get along with programming language memory models?") with atomic words instead of fences: a reader that reads a
-  /// word of event n + slots also sees that n + slots events were written before it.
+  /// word of event n + slots also sees that `written_` is at least n + slots, so it refuses the copy.
   bool copy(std::uint64_t n, T& event) const noexcept {
     Words words;
     const std::atomic<std::uint64_t>* const slot = &words_[(n & mask_) * kWords];

@@ -1,4 +1,4 @@
-// Checks which files may be read, and remembers them.
+// Checks and opens input files, and remembers which files were read.
 #pragma once
 
 #include <cstdint>

@@ -157,7 +157,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json> {
   }
   template <class T>
   bool enter(T&& empty) {
-    constexpr std::size_t kDeepest = 200;  // largest depth of nested values; deeper, the destructor overflows the stack
+    constexpr std::size_t kDeepest = 200;  // largest nesting depth; a deeper value's destructor can overflow the stack
     if (open_.size() == kDeepest) {
       throw Error(name_, fmt::format("line {}", line()), fmt::format("more than {} nested levels", kDeepest),
                   "a flat document");

@@ -38,7 +38,7 @@ std::string schema_of(std::string_view type, const Range& range) {
 }
 
 Schema object_schema(const std::vector<KeyRow>& rows) {
-  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // Markdown links, and code marks
+  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // Markdown links, and the marks ` around code
   Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
   for (const KeyRow& row : rows) {
     std::string text = row.schema;
@@ -143,7 +143,7 @@ dvec3 read_color(const Json& json) {
 }
 
 std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
-  constexpr std::size_t kFew = 5;  // an object with so few keys is listed in the table of the outer object
+  constexpr std::size_t kFew = 5;  // an object with at most so many keys is listed in the table of the outer object
   std::string text = fmt::format("{}:\n|key|value|meaning|\n|---|---|---|\n", name), nested;
   const auto add = [&](const KeyRow& row, std::string_view outer) {
     if (!row.meaning.empty()) text += fmt::format("|`{}{}`|{}|{}|\n", outer, row.key, row.value, row.meaning);

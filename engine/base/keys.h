@@ -63,7 +63,7 @@ inline Key must(const char* name) {
 }
 
 /// Reads the keys of an object from a file, or lists them for documentation. A function that describes the object calls
-/// it once for each key. A variable whose key is absent keeps its value. Throws Error.
+/// operator() once for each key. A variable whose key is absent keeps its value. Throws Error.
 class Keys {
  public:
   Keys() = default;                                           // an object without keys

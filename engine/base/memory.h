@@ -13,7 +13,7 @@ struct OutOfMemory final : std::bad_alloc {
 
 /// True if the system would grant `bytes` more memory. Any thread.
 bool memory_left(std::size_t bytes) noexcept;
-/// Throws OutOfMemory unless `bytes` more memory can be had. Call before functions of libraries that crash without
+/// Throws OutOfMemory unless `bytes` more memory is available. Call before functions of libraries that crash without
 /// memory.
 void require_memory(std::size_t bytes);
 

@@ -12,7 +12,7 @@ namespace typodont {
 /// Which existing files may be overwritten.
 enum class Over {
   kNoInput,  // all files except inputs of this process (input_file.h)
-  // inputs too, for commands that change a file
+  // all files, also inputs; for commands that change a file
   kItsInput
 };
 

@@ -8,8 +8,8 @@ namespace typodont {
 struct RealtimeRequest {
   int priority = 80;  // SCHED_FIFO priority, 1 to 99
   static constexpr int kOwnCore = -2;
-  // Processor core for the thread; -1: any. kOwnCore: the process's last core, if it has at least three and SCHED_FIFO
-  // is granted; without SCHED_FIFO, a thread runs better unpinned.
+  // Processor core for the thread; -1: any. kOwnCore: the last core of the process, if the process has at least three
+  // cores and SCHED_FIFO is granted. Without SCHED_FIFO, a thread runs better if it is not pinned.
   int core = -1;
   bool lock_memory = true;  // true: mlockall() keeps all pages in memory
 };

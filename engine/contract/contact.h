@@ -63,12 +63,12 @@ struct ServoTick {
   double energy = 0;
   Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;  // number of the tick's tissue patch; 0: none
+  std::uint32_t patch = 0;  // number of the tissue patch used in this tick; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
   // J, energy that the spindle has given to the hand so far by the tangential cutting force. The member `energy` does
   // not include this energy.
   double spindle_energy = 0;
-  double wear = 0;          // at equal power, the current tool removes 1 + wear times less than a new one
+  double wear = 0;          // at equal power, a new tool would remove 1 + wear times as much tissue as this tool
   std::uint32_t tool = 0;   // index of the current tool in the session's list
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
   // N, force of the contact model before the servo's slew limit, force limit and passivity control (energy ledger).

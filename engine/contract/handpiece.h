@@ -1,4 +1,4 @@
-// A handpiece or handle for drawing, from assets/handpieces/.
+// Shape of a handpiece or handle that is drawn, from assets/handpieces/.
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@ struct HandpieceRing {
 struct HandpiecePart {
   std::vector<HandpieceRing> rings;          // at least two, beginning at the tool
   bool smooth = false;                       // true: a smooth curve through the rings; false: straight lines
-  dvec3 color{0.75, 0.76, 0.78};             // sRGB, colour; of metal: colour of its reflection
+  dvec3 color{0.75, 0.76, 0.78};             // sRGB, colour of the surface; for metal: colour of its reflections
   double roughness = 0.3;                    // 0 (mirror) to 1 (dull)
-  bool brushed = false;                      // fine grooves around the tube, as on turned metal
+  bool brushed = false;                      // true: fine grooves around the tube, as on turned metal
   bool metal = true;                         // false: plastic or rubber
   double glow = 0;                           // brightness of emitted light, 0 to 1
   std::vector<std::array<double, 2>> bands;  // m along the path: start and end of black bands

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Histogram of durations from 0.1 µs to 0.1 s, eight bins per octave: each upper edge is 9 % above the last.
+/// Histogram of durations from 0.1 µs to 0.1 s, eight bins per octave: an upper edge is 9 % above the previous edge.
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;

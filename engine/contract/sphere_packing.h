@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// Spheres that do not overlap. Sphere i has center[i], radius[i] and tissue[i]. Sorted from large to small, as exactly
-/// as the packer's grid resolves.
+/// Spheres that do not overlap. Sphere i has center[i], radius[i] and tissue[i]. Large spheres come first. The order is
+/// not exact, because the packer searches on a grid.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, frame W, centre of each sphere
   std::vector<double> radius;  // m, radius of each sphere; always above 0

@@ -147,14 +147,14 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Links the cell to its neighbours k at d_k in the tangent plane. c_k: the link's width divided by its length.
+/// Links the cell to its neighbours. d_k: vector to neighbour k in the tangent plane; c_k: link's width / its length.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  // for each neighbour: x², xy, y² of its d_k in the tangent plane, in grid spacings
+  // for each neighbour: x², xy, y² of its vector d_k = (x, y), in grid spacings
   std::array<glm::dvec3, kMaxNeighbours> products;
   double squares = 0;
   glm::ivec3 d;

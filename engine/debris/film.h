@@ -35,7 +35,7 @@ struct FilmOptions {
   double drying = 0.5e-6;     // m/s, loss of thickness by drying: 30 µm per minute
   double suction_rate = 20;   // 1/s, fraction of the film that suction removes per time at `suction_speed`
   double suction_speed = 10;  // m/s, speed of the air at which `suction_rate` holds
-  // Cells with dot(drain, (p, 1)) < 0 lose their content into the gum. All zero: no cell drains.
+  // Cells with dot(drain, (p, 1)) < 0 are in the gum and lose their content. All zero: no cell drains.
   glm::dvec4 drain{0};
   // largest number of substeps of a step(); if more were needed, the film flows more slowly
   int max_substeps = 12;

@@ -39,7 +39,7 @@ struct Spray::State {
   std::vector<Droplet> droplets;
   // number of droplets that are due; its fractional part waits for the next step
   double owed = 0;
-  double owed_water = 0;  // kg, mass of water that is due but not sprayed
+  double owed_water = 0;  // kg, water that has been sprayed, but is not yet in a droplet
   std::uint64_t number = 0, stepped = 0;
   SprayLedger ledger;
 

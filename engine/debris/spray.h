@@ -33,7 +33,7 @@ struct SprayOptions {
   std::uint64_t seed = 1;
   // simulated droplets per second; each represents several real ones
   double parcels_per_second = 12'000;
-  double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
+  double longest_step = 2e-3;  // s, longest time in which a droplet moves along a straight line
   double lifetime = 0.5;       // s, age at which a droplet has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;  // density of the air (kg/m³), and its viscosity (Pa·s)

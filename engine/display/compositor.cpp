@@ -48,12 +48,12 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // Stores what the last frames changed (`history`), and which frame each target contains (`holds`).
+  // `history`: what changed in each of the last frames. `holds`: the frame that each target image contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the pictures of both eyes
-    Rects written;   // changed text in each region
+    Rects written;   // rectangles of changed text, for each region of the target
   };
   std::deque<Change> history;  // changes, oldest first; the newest belongs to frame `frame`
   std::uint64_t frame = 0;
@@ -169,7 +169,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// Copies the text to this frame's buffer.
+  /// Copies the pixels of the text panels to this frame's buffer.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;

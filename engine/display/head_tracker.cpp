@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Noise that OpenTrack's own filter leaves, and square roots of spectral densities of the working head's acceleration.
+// Noise that remains after OpenTrack's filter, and the motion of a working user's head (root of the spectral density).
 constexpr double kPositionSigma = 0.5e-3;  // m, standard deviation of the noise of a tracked position
 constexpr double kPositionAgility = 0.15;  // m/s^1.5, root of the spectral density of the head's acceleration
 constexpr double kDirectionSigma = 5e-3;   // rad, standard deviation of the noise of a tracked direction

@@ -49,7 +49,7 @@ struct HmdTiming {
   double pose_to_submit = 0;  // s, time from the request of poses to submission
   // Time from submission to display, s; −1e9: unknown.
   double margin = -1e9;
-  bool judged = false;        // the predicted head was compared with the measured one
+  bool judged = false;        // true: the predicted head was compared with the measured one
   double position_error = 0;  // m, error of the predicted head position
   double angle_error = 0;     // rad, error of the predicted head orientation
   Pose X_WH;                  // predicted pose of the user's head in frame W

@@ -173,7 +173,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   if (!behind) conflicts.push_back("the picture reaches through the glass: raise the mirror or turn the picture");
   if (!conflicts.empty()) return plan;
 
-  // The glass contains all lines of sight and a margin.
+  // The glass must contain all lines of sight, with a margin.
   const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // direction in the glass away from the user
   double near_end = std::numeric_limits<double>::infinity(), far_end = -near_end, half_width = 0;
   for (const dvec3& eye : eyes) {

@@ -24,7 +24,7 @@ struct BenchSpec {
   dvec3 arm_box{0, 0, 0};       // m, size of the arm's reach, centred at the origin
   double hand_room = 0.04;      // m, free space for the hand between workspace and glass
   double head_room = 0.1;       // m, smallest distance between the eyes and the panel
-  // Depth of focus of the eye, dioptres: largest comfortable distance from the picture (Campbell 1957).
+  // Largest comfortable distance between picture and hand, dioptres: the eye's depth of focus (Campbell 1957).
   double comfort = 0.3;
 };
 

@@ -1,5 +1,5 @@
-// Watches a thread that calls a headset's runtime, whose calls may never return. The watching thread can give the other
-// thread up: it then never runs code of this program again, so its data can be destroyed.
+// Watches a thread that calls a headset's runtime, because such a call may never return. The watching thread can
+// abandon the other thread, which then never runs code of this program again, so its data can be destroyed.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ class RuntimeGate {
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Marks the end of the call. If the thread was given up meanwhile, the function never returns.
+  /// Marks the end of the call. If the thread was abandoned meanwhile, the function never returns.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -28,7 +28,7 @@ class RuntimeGate {
     }
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// Marks that the thread has ended or need not be watched any longer.
+  /// Marks that the thread has ended or does not have to be watched any longer.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
   // The following functions are for the watching thread.
@@ -37,7 +37,7 @@ class RuntimeGate {
   /// Time since the last call, s; 0 during a call and after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// Gives the thread up. Returns true if it is in a call, from which it will never return.
+  /// Abandons the thread if it is inside a call, from which it then never returns. False: it is not inside a call.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

@@ -40,8 +40,8 @@ struct Hud {
   double aspect = 0;        // width of the picture divided by its height; 0: from its pixels
 };
 
-/// Smallest angle that a lower-case x must subtend, rad. Stricter than ISO 9241-303, which requires 20 to 22' for
-/// characters.
+/// Smallest visual angle of a lower-case x, rad: 20 arc minutes. ISO 9241-303 requires less: 20 to 22 arc minutes for a
+/// whole character.
 inline constexpr double kMinXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
 /// Height of letters, in units of half the picture's height, at which x subtends kMinXHeight in the picture's middle;
 /// 0: not a mirror bench.
@@ -63,7 +63,7 @@ class Writing {
   /// Returns true if write() would change a pixel.
   bool differs(const Hud& hud, glm::ivec2 place) const { return shown(hud, place) != shown_; }
   /// Draws the text for a region of the size `place`. Letters are as large as possible, at least 13 pixels (Chinese
-  /// 19); long hints are broken. Returns the boxes of changed panels.
+  /// 19); long hints are divided into lines. Returns the boxes of changed panels.
   std::vector<WritingBox> write(const Hud& hud, glm::ivec2 place);
   std::span<const Panel> panels() const { return panels_; }
 

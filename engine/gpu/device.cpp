@@ -14,7 +14,7 @@ namespace typodont::gpu {
 
 namespace {
 
-// Memory that must be free before a call, because a driver that compiles for the CPU crashes if memory runs out in it.
+// Memory that must be free before a call. A driver that compiles shaders for the CPU crashes if it runs out of memory.
 constexpr std::size_t kRoomForDriver = 256 << 20, kRoomForDevice = 512 << 20, kRoomToDraw = 128 << 20;  // bytes
 
 constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;

@@ -95,7 +95,7 @@ struct ShaderInputs {
   /// Creates bindings 0, 1, 2 …, `sets` descriptor sets, and push constants for the same shader stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
-  /// Must not be called while a frame reads the set.
+  /// Writes a buffer into a set. Must not be called while a frame reads the set.
   void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
   void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
 };

@@ -31,7 +31,7 @@ struct RoundCone {
 struct HandpieceMesh {
   std::vector<HandpieceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  RoundCone head, body;  // part around the tool's axis, and the rest
+  RoundCone head, body;  // head: cone around the tool's axis; body: cone around the remaining part
 };
 
 /// Distance between grooves of the knurling, m; the fragment shader changes the normal.

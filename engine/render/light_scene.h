@@ -58,16 +58,16 @@ LightSources sources_of(const Lights& lights);
 
 class LightScene {
  public:
-  /// Casts rays from samples near triangles. `box`, `spacing`: m. `tissue_mirrors`: computes mirrored light at each
-  /// sample beside tissue, otherwise at every second sample beside metal. After a request to `stop`, throws Stopped
-  /// (engine/base/in_parallel.h).
+  /// Casts rays from samples near triangles. `box`, `spacing`: m. `tissue_mirrors`: where mirrored light is computed;
+  /// true: at each sample beside tissue; false: at every second sample beside metal. After a request to `stop`, throws
+  /// Stopped (engine/base/in_parallel.h).
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors = false,
              std::stop_token stop = {});
   ~LightScene();
   LightScene(LightScene&&) noexcept;
   LightScene& operator=(LightScene&&) noexcept;
 
-  /// Light after `bounces` diffuse reflections. Traces only to the lamp.
+  /// Light after `bounces` diffuse reflections. Casts new rays only to the lamp.
   LightGrid light(const LightSources& sources, int bounces = 8) const;
 
  private:

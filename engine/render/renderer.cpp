@@ -74,7 +74,7 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  ShadowMapBox undrawn_shadow;  // changes in frames in which the map was not drawn
+  ShadowMapBox undrawn_shadow;  // part of the shadow map that has changed, but is not yet drawn again
   // Tiles to redraw; tiles that only particles changed; tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
@@ -451,8 +451,8 @@ struct Renderer::Impl {
 
   /// Draws the handpiece before the tissue, so that hidden tissue is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // The handpiece would hide the working point. So it is left out in a cone from the eye to this point, where the
-    // cone's radius is that of the head plus kSeenBeside (m).
+    // The handpiece would hide the working point. So it is not drawn inside a cone from the eye to this point. The
+    // cone's radius at this point is that of the head plus kSeenBeside (m).
     constexpr double kSeenBeside = 2.2e-3;
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
@@ -485,8 +485,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the stored scene. So if one tile that they cover is redrawn, all tiles with
-        // particles are.
+        // Particles are blended over the stored scene. So if one tile with particles is redrawn, all tiles with
+        // particles must be redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);

@@ -26,8 +26,8 @@
 
 namespace typodont::render {
 
-/// Vertex of a body's surface. All corners of a triangle store the same two tissues; their border is where `second` is
-/// one half.
+/// Vertex of a body's surface. All corners of a triangle store the same two tissues; the border between the tissues is
+/// where `second` is one half.
 struct Vertex {
   glm::vec3 p{0};        // m, position relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
@@ -160,10 +160,10 @@ struct ToolState {
   double spindle = 0;  // rad/s, speed for the motion blur of the flutes
   double opacity = 1;  // fraction of the tool's pixels that are drawn; below 1 while the hand is not tracked
   Pose X_GH;           // pose of the handpiece, if there is one
-  bool open = true;    // omits the handpiece where it hides the working point
+  bool open = true;    // true: the handpiece is not drawn where it hides the working point
 };
 
-/// A ring where the tool would meet the scene along `down`, with which depth can be judged in mono.
+/// A ring where the tool would meet the scene along `down`. It shows the depth if the picture is mono.
 struct Cursor {
   bool visible = false;
   dvec3 p{0};            // m, frame W, start of the line
@@ -189,8 +189,8 @@ struct Lights {
 /// Direction to the reflected window, a unit vector.
 dvec3 toward_window(const Lights& lights);
 
-/// kBlack for half mirrors, in which the hand shows through black. kClear: black with opacity 0, for a headset that
-/// shows the room.
+/// kBlack: for semi-transparent mirrors; the hand is visible through black pixels. kClear: black with opacity 0, for a
+/// headset that shows the room.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {

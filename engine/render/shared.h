@@ -65,8 +65,8 @@ struct FrameData {
 // Push constants of an object.
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  // x: eye, if each eye has its own pass; y: fraction of pixels that are not drawn; z: radius of the cone without
-  // handpiece at the working point, m.
+  // x: eye, if each eye has its own pass; y: fraction of the tool's pixels that are not drawn; z: radius at the working
+  // point of the view cone in which the handpiece is not drawn, m.
   vec4 view;
 };
 

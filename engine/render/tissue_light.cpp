@@ -24,8 +24,8 @@ namespace {
 constexpr int kRays = 24;     // number of rays from each cell at a surface, which find the light of other surfaces
 constexpr int kLampRays = 6;  // number of rays from each cell to the lamp
 constexpr int kBounces = 6;   // number of diffuse reflections between surfaces inside the box
-// Distance (m) from the surface up to which a cell knows its distance. Every path through a surface must meet such a
-// cell, so the distance is at least kMinBand cell edges.
+// Cells nearer to a surface than this (m) store their distance to it. Every path through a surface must meet such a
+// cell, so the limit is at least kMinBand cell edges.
 constexpr float kBand = 0.525e-3f, kMinBand = 1.75f;
 // Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
@@ -37,8 +37,8 @@ constexpr std::uint8_t kMaxClear = 8;
 constexpr float kSearched = 0.3e-3f;
 constexpr float kMinStep = 45e-6f;    // m, smallest step of rays and random walks
 constexpr float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light of the LightGrid is used
-constexpr float kSame = 0.15f;  // in cell edges; if the distance to the surface changes by less, a cell keeps its light
-constexpr float kTravels = 1.2e-3f;  // m; within this distance of a changed surface, the light is computed again
+constexpr float kSame = 0.15f;  // in cell edges; a cell keeps its light if its distance to the surface changes by less
+constexpr float kTravels = 1.2e-3f;  // m; light is computed again up to this distance from a changed surface
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
 constexpr int kGathered = 4;         // cost of a cell's random walks divided by the cost of gathering light in a cell
 // Used instead of the index of an element. kNone: there is no element; kFree: the ray leaves the box.
@@ -164,7 +164,7 @@ struct TissueLight::Impl {
   };
   std::unordered_map<std::uint64_t, Brick> bricks;  // bricks of the working tooth
   bool lit = false;                                 // true after the first call of light()
-  std::vector<CellBox> moved;                       // cell boxes of replaced bricks that are not yet measured again
+  std::vector<CellBox> moved;                       // boxes of cells whose distances must be computed again
   // Cells whose light must be computed again, in order: new parts of the surface; cells whose arriving light changed;
   // cells whose arriving light is known, but not the leaving light.
   std::vector<std::size_t> fresh;
@@ -396,8 +396,8 @@ struct TissueLight::Impl {
     }
   }
 
-  /// Measures the working tooth again where its bricks were replaced. Cells whose distance changed wait for new light.
-  /// So do all cells nearby, because their light comes from the same tissue.
+  /// Computes the distance to the working tooth again where its bricks were replaced. Cells whose distance changed wait
+  /// for new light. So do all cells nearby, because their light comes from the same tissue.
   void follow_tooth() {
     constexpr std::size_t kMaxBoxes = 64;  // if there are more boxes, measuring one box around all of them is faster
     if (moved.size() > kMaxBoxes) {
@@ -409,7 +409,7 @@ struct TissueLight::Impl {
     for (const CellBox& box : std::exchange(moved, {})) changed.take(follow_tooth(box));
     if (lit && !changed.empty()) find_clear_blocks(changed);
   }
-  /// Measures one box of cells. Returns the box of the cells whose distance changed.
+  /// Computes these distances in one box of cells. Returns the box of the cells whose distance changed.
   CellBox follow_tooth(const CellBox& box) {
     std::vector<std::span<const LitTriangle>> parts;
     for (const auto& [number, brick] : bricks)

@@ -1,5 +1,5 @@
-// Light that scatters in enamel, dentin and gum, and leaves millimetres away: soft shadows and fissures, bright ridges.
-// Random walks on the CPU in a grid around the working tooth. After a cut, only cells nearby are computed again.
+// Light that scatters in enamel, dentin and gum and leaves them millimetres away. It softens shadows and brightens
+// ridges. Computed by random walks on the CPU in a grid around the working tooth; after a cut, only in cells nearby.
 #pragma once
 
 #include <array>

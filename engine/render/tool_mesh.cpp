@@ -20,7 +20,7 @@ constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it
 constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
 constexpr double kCoarsest = 5e-4;        // lower limit of kChord divided by the radius, for large heads
 
-/// Corners of a ring: a multiple of 24, which 2, 6, 8 and 12 flutes divide.
+/// Number of corners of a ring: a multiple of 24, so that 2, 6, 8 or 12 flutes have equal numbers of corners.
 int corners_around(double radius) {
   return 24 * static_cast<int>(std::ceil(kPi / std::acos(1 - std::max(kChord / radius, kCoarsest)) / 24));
 }

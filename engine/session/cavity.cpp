@@ -14,7 +14,7 @@ namespace typodont::session {
 
 namespace {
 
-// Depth below the surface before the work at which tissue counts as cut, voxels.
+// Tissue counts as cut if it was deeper than this below the original surface, voxels.
 constexpr double kNewSurface = 0.75;
 // A facet is floor if the cosine between its normal and the axis is larger than this.
 const double kFloor = std::cos(30 * kPi / 180);
@@ -33,9 +33,9 @@ constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal 
 constexpr double kMinArea = 0.1e-6;
 // Fraction of the area, omitted at each end of the sorted values, because the values there belong to a face's edges.
 constexpr double kTrimmed = 0.1;
-// m; walls are always thin down to this depth below the surface before the work.
+// m; no wall thickness is measured above this depth below the original surface, because walls are always thin there.
 constexpr double kRim = 1e-3;
-// Half the distance over which the gradient of a wall is computed, voxels. It averages out ripples.
+// Half the distance over which the gradient of a wall is computed, voxels. Large enough to average out ripples.
 constexpr double kAcross = 1.5;
 constexpr double kFarthestWall = 5e-3;  // m, upper limit of a wall's thickness
 constexpr double kSmoothing = 0.25e-3;  // m, width of the Gaussian that smooths the margin
@@ -491,8 +491,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Thickness of the hard tissue from the wall to the open air behind it. If pulp is between them, this is no outer
-      // wall.
+      // Thickness of the hard tissue from the wall to the open air behind it. If pulp lies between wall and air, no
+      // thickness is measured.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

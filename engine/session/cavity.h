@@ -71,7 +71,7 @@ struct CavityMeasures {
   std::optional<double> kept_removed;
 };
 
-/// Larger distances from the pulp are not measured, m.
+/// Largest distance from the pulp that is measured, m.
 inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);

@@ -19,7 +19,7 @@ struct HeadMoment {
 /// A pause longer than this ends a stroke, s.
 inline constexpr double kStrokePause = 0.75;
 
-/// Cuts, touches or high forces without a pause, which caused a part of a defect. Times are those of the recording.
+/// Cuts, touches or high forces without a pause (kStrokePause) that caused a part of a defect. Times: in the recording.
 struct DefectStroke {
   std::uint64_t first = 0, last = 0, worst = 0;  // indices of the first, last and worst tick
   std::uint32_t tool = 0;
@@ -35,7 +35,7 @@ struct Defect {
   std::string item;                   // name of the score item (ScoreItem::name) that lost points
   double amount = 0;                  // size of the defect in unit_of(item)
   dvec3 p_W{0};                       // m, place of the largest deviation
-  bool on_tooth = true;               // false: the defect is on a neighbouring tooth or the gum, or it is a force
+  bool on_tooth = true;               // false: the defect is on a neighbouring tooth or the gum, or is a high force
   bool left = false;                  // true: tissue was left; `strokes` contains the stroke that came nearest to it
   std::vector<DefectStroke> strokes;  // in order of time
 };

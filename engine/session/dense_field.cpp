@@ -13,16 +13,16 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels; if the surface point of a voxel's seed (nearest voxel beside the surface) is nearer than this, it is refined.
+// Voxels; within this distance, computed() refines the point of a voxel's seed (nearest voxel beside the surface).
 constexpr float kRefineLimit = 20;
-// Distances below this remain unchanged, voxels. More than a voxel's diagonal (1.73), so that all corners at the
-// surface remain.
+// Voxels; smaller distances remain unchanged. Larger than a voxel's diagonal (1.73), so that the distances at all
+// corners of a cell that the surface crosses remain unchanged.
 constexpr float kUnchangedBand = 1.8f;
-// Voxels; the point of a voxel's seed (nearest voxel beside the surface) is at most so much farther than the surface.
+// Voxels; a distance below kUnchangedBand is kept if the seed's surface point is at most this much farther away.
 constexpr float kSeedGap = 0.4f;
 
-/// For each voxel: surface point (voxels) and index of the nearest seed (voxel beside the surface), and a bound: only a
-/// seed with a smaller squared distance replaces it. Separate arrays, so that several voxels are computed at once.
+/// For each voxel: index and surface point (voxels) of its nearest seed (voxel beside the surface), and a bound. A new
+/// seed replaces it only if its squared distance is below the bound. Arrays, so that vector instructions can be used.
 struct Nearest {
   float *bound, *x, *y, *z;
   std::uint32_t* seed;
@@ -30,13 +30,13 @@ struct Nearest {
   Nearest operator+(std::size_t by) const { return {bound + by, x + by, y + by, z + by, seed + by}; }
 };
 
-/// kNoBound is larger than any squared distance. kNoPoint is the point of a voxel whose seed (nearest voxel beside the
-/// surface) is unknown: too far away for its neighbours to use it.
+/// kNoBound is larger than any squared distance. kNoPoint is the coordinate of the surface point while a voxel has no
+/// seed (nearest voxel beside the surface). This point is so far away that no neighbour takes it.
 constexpr float kNoBound = 1e12f;
 constexpr float kNoPoint = 1e9f;
 
-/// Value of Nearest::bound for a seed at this squared distance. With kRooted: the distance rounded to a float, squared
-/// again, for callers that compare distances. It can differ from `square` in the last bit.
+/// Value of Nearest::bound for a seed at this squared distance. With kRooted, the square root is rounded to a float and
+/// squared again, because callers compare distances. The result can differ from `square` in the last bit.
 template <bool kRooted>
 float bound_of(float square) {
   if constexpr (kRooted) {
@@ -254,7 +254,7 @@ bool TrueDistances::is_beside_surface(std::size_t at) const {
 float TrueDistances::computed(std::size_t at) const {
   const float given = field_.distance[at];
   if (nearest_[at] == NearestSeeds::kNone) return given;
-  // A field composed of several solids can have small values far from any surface, near a solid that removes only air.
+  // A field composed of solids can have small values far from its surface, where a solid was subtracted from air.
   const bool in_band = std::abs(given) <= kUnchangedBand;
   if (in_band && (reach_[at] <= std::abs(given) + kSeedGap || is_beside_surface(at))) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);

@@ -1,4 +1,4 @@
-// Distance fields as plain arrays, for scores and pictures. Only TrueDistances has state. Not for the servo thread.
+// Distance fields as plain arrays, for scores and pictures. TrueDistances caches its results. Not for the servo thread.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ struct DenseField {
 /// Fraction of a voxel that is inside the surface. `distance`: signed distance of the voxel's centre, voxels.
 double fraction_inside(double distance);
 
-/// Corrects the distances of a field that is right only near its surface, as after cuts. Passes closest points from
+/// Corrects a distance field that is exact only near its surface, for example after cuts. Passes closest points from
 /// voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here, the points may be between voxels).
 /// Distances within 1.8 voxels of the surface do not change; a field without surface does not change at all. Each
 /// distance is computed when it is first read. One thread at a time.

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kReach = 0.75e-3;     // m, radius around the tip that counts as explored
 constexpr double kMarkReach = 0.6e-3;  // m, largest distance of a mark from its lesion
-constexpr double kStep = 0.2e-3;       // m; after each such motion of the tip, the explored surface is updated
+constexpr double kStep = 0.2e-3;       // m; the explored surface is updated whenever the tip has moved this far
 // Smallest lesion, voxels. Smaller pieces of caries are noise.
 constexpr std::size_t kMinLesion = 8;
 

@@ -67,7 +67,7 @@ struct ImplantBedMeasures {
   double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest root
   // From the tissue (measure_bed()): mean diameter, and largest minus smallest diameter, m. Negative: unknown.
   double diameter = -1, ovality = -1;
-  double perforated = -1;  // fraction of the upper nine tenths of the wall without bone behind it
+  double perforated = -1;  // fraction of the wall below 1.5 mm depth without bone behind it; negative: unknown
 };
 
 struct ImplantMeasures {

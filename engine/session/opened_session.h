@@ -18,7 +18,7 @@ class OpenedSession {
   OpenedSession(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const;
-  /// All bytes of the file, read at the first call. From then on all readers get these bytes, also if the file changes.
+  /// All bytes of the file, read at the first call. From then on all readers get these bytes, even if the file changes.
   /// Throws Error.
   std::span<const std::byte> bytes() const;
 

@@ -19,7 +19,7 @@ constexpr double kSquare = 0.05;
 constexpr double kLevel = 0.7;
 // Fraction of Work::half_width within which the place is "central".
 constexpr double kCentral = 0.25;
-// m; a place this near to the old surface (kMarginDepth) and to the planned cut (kMarginWidth) is at the margin.
+// m; a place within kMarginDepth of the old surface and within kMarginWidth of the planned cut is at the margin.
 constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;
 
 /// Extent of all tissue that the user changed or should have changed.
@@ -27,7 +27,7 @@ struct Work {
   dvec3 middle_W{0};         // m, frame W, centre of the tissue's extent
   double low = 0, high = 0;  // m, lowest and highest point along the task's axis
   double half_width = 0;     // m, largest distance from the axis through the middle
-  // True: the target shape has tissue in the middle, as a crown's stump or a filling.
+  // True: the target shape has tissue in the middle, for example a crown's stump or a filling.
   bool around_tissue = false;
 };
 

@@ -144,7 +144,7 @@ struct SessionWriter::Impl {
   void add_event(const SessionEvent& event);
   bool finish(const SessionResult& result);
 
-  /// Does a part of the recorder's work. Without memory, the recording ends and the session continues.
+  /// Runs a part of the recorder's work. If it throws (out of memory), the recording ends and the session continues.
   template <class Work>
   void guarded(const Work& work) noexcept {
     const H5Quiet quiet;

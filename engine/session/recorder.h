@@ -25,7 +25,7 @@ struct WriterOptions {
   // warning; below `disk_reserve` (about two flushes with journal) rows are lost and counted.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
   std::function<std::uint64_t()> free_bytes;  // returns the free space, bytes; empty: asks the file system
-  // True: the file has a temporary name until start(), so that only a session that runs replaces an older recording.
+  // True: the file has a temporary name until start(), so that only a started session replaces an older recording.
   bool named_by_start = false;
   // True: the file has a temporary name until finish(). For computed results, not for live sessions.
   bool whole_or_nothing = false;

@@ -28,7 +28,7 @@ struct SessionSummary {
 
 /// The result of checking a recording by replay.
 struct Verification {
-  // kOtherLaw: the recording was made with another force law, so its hand was run again with the current law
+  // kOtherLaw: the recording was made with another force law, so its hand motion was replayed with the current law
   enum class State { kNotChecked, kIdentical, kDiffers, kOtherLaw } state = State::kNotChecked;
   std::string what;  // description of the first difference between recording and replay
   // Only with kOtherLaw: difference between the forces, N; removed volume with the current law and in the recording,

@@ -363,7 +363,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// Distance by which a value is on the bad side of the rule's target; 0 on the good side.
+/// Distance of a value from the rule's target if the value is worse than the target; otherwise 0.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -419,8 +419,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal shape: some healthy tissue must be removed to reach the caries, so only more than the caries'
-  // volume costs points.
+  // Without an ideal shape: some healthy tissue must be removed to reach the caries. Points are lost only if its
+  // removed volume is larger than the volume of the caries.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -528,8 +528,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // If the target shape itself leaves caries or opens the pulp, its value becomes the rule's target, so that it gets
-    // the full score.
+    // If the target shape itself leaves caries or opens the pulp, its value becomes the rule's target, so that the
+    // target shape gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -562,7 +562,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // The task asks for this measure, but it does not exist: no points.
+    // A measure without value is left out, unless the task asks for it and the cavity was measured: then no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;

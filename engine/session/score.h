@@ -160,8 +160,8 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
-  // Completed fraction, 0 to 1; multiplies the sum, so that a trainee who does nothing gets 0. By the exercise, of the
-  // lesions and surface, the phases, the required changes or the caries; otherwise 1 once anything was cut or filled.
+  // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. By the
+  // task, fraction of lesions and surface, of phases, of required changes, or of caries; otherwise 1 after any change.
   double completion = 1;
   PassMark pass;
 

@@ -39,7 +39,7 @@ struct Task {
   std::vector<Json> region;   // solids in JSON that contain the region to explore
 };
 
-/// Reads the task without geometry of solids and ideal. Throws Error.
+/// Reads the task, except the geometry of its solids and of the ideal shape. Throws Error.
 Task read_task(const Json& json);
 
 /// Rules of the task, else of "score", else the defaults.

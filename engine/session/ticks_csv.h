@@ -34,7 +34,7 @@ class TicksCsvWriter {
 };
 
 /// Reads ticks. A missing column (orientation, tissue patch, cuts) gives default values; a missing `index` is the row
-/// number. `needed`: columns that the file must have; empty: all of a session's table. Throws Error with line and
+/// number. `needed`: columns that the file must have; empty: all columns of a session. Throws Error with line and
 /// column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file,
                                       std::initializer_list<std::string_view> needed = {});

@@ -30,7 +30,7 @@ struct ContactInput {
   // The following members limit the removal in this tick.
   bool cuts = false;     // true: the tool cuts in this tick, because its spindle rotates or its edge scrapes
   bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
-  // true: the scraping edge has removed more tissue than the hand's work has paid for, so it must not cut in this tick
+  // true: earlier cuts of the scraping edge used more energy than the hand's work supplied, so it must not cut now
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy for removing tissue in this tick

@@ -7,8 +7,8 @@
 
 namespace typodont::haptics {
 
-/// Distance that the tool may move before a missing new tissue patch counts as late. Twice patch_travel_for(), because
-/// a patch may be centred ahead of the tool.
+/// Motion of the tool after which a new tissue patch that has not yet arrived counts as late, m. Twice
+/// patch_travel_for(), because a patch may be centred ahead of the tool.
 static double reported_travel(const ServoSettings& settings) {
   const double voxel = settings.frame.voxel;
   return 2 * (patch_travel_for(tool_set(settings), voxel) * voxel);
@@ -60,8 +60,8 @@ void PatchModel::step_to(TissuePatch& fresh) noexcept {
   adopted(false, true);
 }
 
-/// Repeats cuts after undo, redo or a loose piece, as the carver does: the old samples lack the edit. Volume that both
-/// a loose piece and a cut remove is counted once.
+/// Repeats the newest cuts in `fresh` after an undo, a redo or the removal of a loose piece, which the old samples do
+/// not contain. Volume that both a loose piece and a cut remove is counted once.
 void PatchModel::repeat_cuts(TissuePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 namespace {
 
 /// Voxels that a tool may move from the centre of the tissue patch. Half of this distance must exceed four voxels,
-/// because patches are placed at multiples of eight. Filling instruments need 1 mm to search places for filling.
+/// because patches start at multiples of 8 voxels. Filling instruments need 1 mm to search places for filling.
 double travel_for(const Tool& tool, double voxel) {
   const double least = tool.fill != Tissue::kAir ? 1e-3 : 0.4e-3;
   return std::max({9.0, least / voxel, 0.25 * tool.reach() / voxel});

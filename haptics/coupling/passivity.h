@@ -11,13 +11,13 @@ namespace typodont::haptics {
 /// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. So here, the energy ledger must
 /// cover the hand's motion out of the tissue (retreat) in the next tick, predicted from its recent motion.
 struct PassivityLaw {
-  // The predicted retreat is at least this × the fastest recent one: a tick may be missed, or the hand may get faster.
+  // The predicted retreat is at least this × the fastest recent one, as a tick may be missed or the hand get faster.
   double margin = 2.5;
   double memory = 0.05;  // s, time constant with which the fastest recent retreat decays
-  // m/s², largest acceleration expected of any hand. A hand that moves inward faster than turning × tick (m/s) cannot
-  // reverse its motion within the next tick.
+  // m/s², largest acceleration expected of any hand. If a hand moves inward faster than `turning` × tick period, it
+  // cannot reverse its motion within the next tick.
   double turning = 2;
-  // s; in a tick longer than 2.2 × this, any hand is assumed to be able to reverse and retreat as fast as it advanced
+  // s; in a tick longer than 2.2 × this, any hand can (by assumption) reverse, and retreat as fast as it advanced
   double human_tick = 1e-3;
   // m per tick; a larger motion of the hand counts as a jump, whose direction may reverse in the next tick
   double jump_distance = 0.3e-3;
@@ -44,7 +44,7 @@ struct PassivityLaw {
   double uneven = 1.5;  // predicted length of the next tick divided by the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion of the hand counts as rounding error or rest
   double leap = 2;      // m/s; a faster motion of the hand counts as a jump
-  // s, time constant for forgetting the longest tick: a computer that missed a tick will miss one again
+  // s, time constant with which `longest` decays; long, because a computer that missed a tick will miss one again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks; a longer time between two samples counts as a pause
   // J, allowed energy deficit: half of the promised limit of 1 nJ. The other half covers rounding and sudden reversals.
@@ -70,7 +70,7 @@ struct PassivityState {
   double advance = 0;   // m per tick, fastest recent motion against the force
   dvec3 moved{0};       // m, displacement in the previous tick
   double distance = 0;  // m, length of `moved`
-  // For ticks of decay_for s: per_second = 1 / decay_for; decay, clock_decay: factors per tick on retreat and longest.
+  // Valid for ticks of decay_for s. per_second: 1 / decay_for. decay, clock_decay: factors per tick (retreat, longest).
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   // m/s: largest recent speed, and largest recent change of velocity in one tick; also without contact
   RecentMaximum speed, change;
@@ -123,7 +123,7 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Predicted motion out of tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
-/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m, motion that any hand can make.
+/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m that any hand can move.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % tolerance for a clock in ns

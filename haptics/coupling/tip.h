@@ -20,8 +20,8 @@ struct TipState {
   dvec3 n{0, 0, 1};        // unit vector out of the tissue, frame W
 };
 
-/// Returns the force on the tool in N. The contact is plastic, so it only absorbs energy: p follows a push above the
-/// yield force, or a pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
+/// Returns the force on the tool in N. The contact is plastic, so it only absorbs energy: state.p follows a push above
+/// the yield force or a pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.penetration, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;

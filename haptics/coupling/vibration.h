@@ -1,5 +1,5 @@
-// Vibration: once per revolution by imbalance and run-out, once per edge by the cut. Frequencies that the device cannot
-// render are omitted. Pure functions.
+// Vibration of a drill: once per revolution from imbalance and run-out, once per cutting edge from the cut. Frequencies
+// that the device cannot render are omitted. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -18,12 +18,12 @@ struct VibrationLaw {
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × angular speed: grade G 6.3, ISO 21940-11
   double run_out = 0.25;     // amplitude of the force once per revolution divided by the tangential cutting force
-  // ratio of the force's amplitude once per edge to the tangential force; not measured, as in milling with few edges
+  // amplitude of the force once per edge divided by the tangential force; not measured; usual in milling with few edges
   double teeth = 0.12;
   int tooth_count = 6;  // number of cutting edges; ISO 6360: 6 to 8 blades
 };
 
-/// Weight of a frequency: 1 well below `band`, 0 at `band`, so that the vibration starts gradually in the run-up.
+/// Weight of a frequency: 1 well below `band`, 0 at `band`, so that the vibration ends gradually as speed rises.
 inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);

@@ -129,7 +129,7 @@ template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Ball around all samples that can change: around B if the ball at B covers all that are ahead of A, else between.
+  // Ball around all samples that can change. Its centre is the middle of A and B, or B if `capsule` is false.
   const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
   // If the sweep continues the last one, a ball of radius `inner` around A is empty already.
@@ -307,7 +307,7 @@ TYPODONT_INLINE void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Returns whether a group is ahead of the ball (0), beside it (1) or behind it (2), so that similar groups are
+/// Position of a group of samples relative to the ball: 0 ahead, 1 beside, 2 behind. Groups with the same position are
 /// processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables extend beyond the sweep's box, because groups do, and lists are used for up to one more voxel of path.
+  // The tables extend beyond the sweep's box: groups may end outside it, and lists serve up to one more voxel of path.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -25,12 +25,12 @@ class CutFront {
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Number n of parts. Part i contains every n-th layer of blocks along x, from layer i on. Larger heads have more
-  /// parts, so that one tick can make the lists of one part again.
+  /// parts, so that the list of one part is short enough to be made again in one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
-  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: that eighth of the list's
-  /// lifetime in which samples of these groups can first change.
+  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's
+  /// lifetime, 0 to 7, from which on samples of these groups can change.
   struct Run {
     int kind;
     bool narrow;
@@ -147,7 +147,7 @@ class CutFront {
   /// Path length (voxels) before a cut of length `travel`.
   float path_length_before(double travel) const noexcept { return static_cast<float>(path_length_ - travel); }
   /// Decides which parts get new lists in a cut. Of the parts that the head reaches, at least one and at most an eighth
-  /// get lists, so that the first cut in new tissue is fast. Other parts get empty lists.
+  /// get lists, so that the first cut in new tissue is fast. Parts that it does not reach get empty lists.
   class Renewal {
    public:
     /// `travel`: length of the cut, voxels; `listed`: path length of a list's validity, voxels.

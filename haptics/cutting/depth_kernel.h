@@ -1,5 +1,5 @@
 // Included once in each namespace of lane_ops.h. Depth in the head at rho (distance from its axis) and z (along it).
-// Voxel and pose alone determine it: leaving out pieces that cannot be nearest gives a bit-identical depth.
+// The depth depends only on voxel and pose: without the pieces that cannot be nearest, it is bit-identical.
 
 TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);

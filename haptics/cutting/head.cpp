@@ -29,8 +29,8 @@ struct HeadBlock {
   // convex, so depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // Piece of the meridian that is nearest to all samples, which lie between its ends; otherwise kManyPieces plus a bit
-  // mask of the pieces that can be nearest.
+  // Piece of the meridian that is nearest to all samples, if all lie between its ends; otherwise kManyPieces + bit mask
+  // of the pieces that can be nearest.
   int kind;
   bool beside;  // true: samples may be deeper during the motion than at its end
   // voxels, smallest distance by which the motion brings the head nearer to a sample
@@ -354,7 +354,7 @@ class HeadPass {
   /// Call it after near(). Returns kNone, and sets `safe_travel`, if nothing can change within `ahead`.
   Work what(int lane, HeadBlock& block, float& safe_travel, bool clipped) const {
     const float d = seen_.distance[lane], path_length = after_ ? back_.longest : 0;
-    // The middle sample shows if the block is far from the head: samples and depths change by at most one per voxel.
+    // The middle sample shows if the block can change, because samples and depths change by at most one per voxel.
     if (!clipped) {
       safe_travel = *block.middle() + d - 2 * kHalf;
       if (safe_travel > 1 + path_length) return Work::kNone;
@@ -393,7 +393,7 @@ class HeadPass {
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       // the outward direction n_T, rotated to frame V
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
-    // Unknown direction: depth changes by at most one per voxel.
+    // If the outward direction is unknown, the bound uses that depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;

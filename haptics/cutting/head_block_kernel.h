@@ -71,8 +71,8 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // `moving` puts samples that a motion along the axis leaves unchanged far outside. The list is for this motion,
-        // so it uses `moving`; safe travel is for any later motion, so it uses `depth`.
+        // moving: the depth, or −kNoEnd (far outside) where a motion along the axis changes nothing. The list is for
+        // this motion, so it uses `moving`; safe travel is for any later motion, so it uses `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         travel = pick(raised, zero, least - depth);

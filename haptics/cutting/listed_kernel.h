@@ -165,8 +165,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// For a motion along the axis: end, rim or flank is nearest. Only for samples that this motion can cut, the depth is
-/// bit-identical to that of BelowAny.
+/// For a motion along the axis: end, rim or flank is nearest. The depth is bit-identical to that of BelowAny, but only
+/// for samples that this motion can cut.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -294,7 +294,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // Samples are never deeper earlier in a motion along the axis (still_above below kNoEnd).
+  // In a motion along the axis (still_above below kNoEnd), no sample is deeper before the end.
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {

@@ -85,8 +85,8 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// For each of eight samples, searches its largest depth on the path, to kTop; stops if it is below `needed` or above
-/// `most`. Steps alternate: intersection of two tangents of the depth (upper bound), maximum of a parabola.
+/// For each of eight samples, searches its largest depth on the path (error: kTop); stops if it is below `needed` or
+/// above `most`. Steps alternate: intersection of two tangents of the depth (upper bound), maximum of a parabola.
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
   // in frame T: start points, motions, second-order terms

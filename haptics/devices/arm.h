@@ -1,4 +1,4 @@
-// Kinematics of WoodenHaptics and Polhem arms, whose measures come from a preset file. Stateless. Base frame H: x to
+// Kinematics of WoodenHaptics and Polhem arms, whose dimensions come from a preset file. Stateless. Base frame H: x to
 // the user, y right, z up. Motors drive the bodies A (angle about z), B and C (angles from the vertical).
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics {
 
-/// An arm's measures in SI units, all from one preset, because published sources differ in signs and constants.
+/// An arm's parameters in SI units, all from one preset, because published sources differ in signs and constants.
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
@@ -64,8 +64,8 @@ struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force f_S_H (N, H) plus torques `holding` (N·m). If one current exceeds the limit, all are
-/// scaled down together, so the direction of the force does not change.
+/// Motor currents for a force f_S_H (N, frame H) plus torques `holding` (N·m). If one current exceeds the limit, all
+/// are scaled down together, so the direction of the force does not change.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

@@ -26,8 +26,8 @@ class Encoder {
     // Counts were lost: the encoder's value is wrong until home() is called.
     kSlipped,
   };
-  /// `reach`: largest plausible change since the last accepted reading; `nearby`: largest change between successive
-  /// readings; counts.
+  /// `reach`: largest plausible change since the last accepted reading; `nearby`: largest difference at which
+  /// two successive readings agree. Counts.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
     // Readings wrap around at 16 bits, so the shorter rotation is taken.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
@@ -37,7 +37,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // After so many implausible but consistent readings, accepts the jump.
+  // number of successive implausible readings, each near the one before, after which the jump is accepted
   static constexpr int kAcceptedAfter = 8;
 
  private:

@@ -1,6 +1,6 @@
 // A hand whose device may be unplugged and plugged in again. Meanwhile, the hand reports the last pose, a released
-// pedal and Fault::kDeviceLost. The device reopens through open_hand(), so without force until the tool is free of
-// contact.
+// pedal and Fault::kDeviceLost. The device reopens through open_hand(), so it gives no force until the tool is free
+// of contact.
 #pragma once
 
 #include <functional>
@@ -33,7 +33,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Servo thread only; other threads call the safety layer inside.
+  /// Servo thread only, as device_ may change. Other threads reach the guarded device inside (device_safety.h).
   void release() noexcept override {
     if (device_) device_->release();
   }

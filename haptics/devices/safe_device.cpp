@@ -203,7 +203,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // Time that counts as free of contact, s. After more than two periods, samples are missing.
+    // s, time that counts as free of contact; at most two periods, because samples are missing if it is longer
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

@@ -13,7 +13,7 @@ struct SafetyLimits {
   double torque = 0;         // N·m, largest torque for a short time (peak torque)
   double continuous = 0;     // N, force that the motors can give permanently; 0: the peak force
   double thermal_time = 30;  // s, thermal time constant of the motor windings
-  // Largest rate at which the force rises, N/s. (A hand that moves at 1 m/s into 2 N/mm needs 2000 N/s.)
+  // Largest rate at which the force rises, N/s. (A hand at 1 m/s against a spring of 2 N/mm needs 2000 N/s.)
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
   // Largest speed of the hand, m/s; above it, an encoder is broken or the arm out of control.

@@ -1,5 +1,5 @@
 // Descriptions of the devices that a vendor's library finds. The library describes only open devices, so each device is
-// opened briefly. While one is in use, no other is opened; the used one is described by Use::is.
+// opened briefly. While one is in use, no other is opened, and Use::is() describes the one in use.
 #pragma once
 
 #include <functional>

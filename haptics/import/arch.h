@@ -13,7 +13,7 @@ namespace typodont::haptics::importing {
 
 struct ArchSurface {
   Mesh mesh;  // the closed surface; its triangles face outward
-  // Number of triangles of the scanned surface, including closed holes; the triangles of the base follow them.
+  // Number of triangles of the scanned surface and of its closed holes. The triangles of the base follow them.
   std::size_t scanned = 0;
   // Unit vector towards the teeth, away from the scan's border or flat base; zero if unknown.
   dvec3 up{0};

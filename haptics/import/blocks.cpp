@@ -36,7 +36,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // Number of samples along z that are copied together; for positions outside the box, one at a time.
+        // Number of samples along z that are copied together. Outside the box, samples are copied one at a time.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           const T* from = &g.v[static_cast<std::size_t>(i)];
@@ -55,7 +55,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
   }
 }
 
-// Same result as gather(), but faster: a small `n` meets at most two blocks per axis.
+// Same result as gather(), but faster: for a small `n`, the copied cube touches at most two blocks per axis.
 template <int n, class T>
 void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
   static_assert(n <= kEdge);
@@ -190,8 +190,8 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Flood fill of a mask. Blocks that are not stored, and full blocks (if only faces connect), take one step. The stack
-// contains sample indices, or −1 − block index.
+// Flood fill of a mask. A block that is not stored is filled in one step; so is a full block, if only faces connect.
+// The stack contains sample indices, or −1 − block index.
 class Spread {
  public:
   Spread(const SparseMask& mask, bool corners, Sparse<std::int32_t>& label, std::vector<std::int32_t>& block_label)
@@ -696,8 +696,8 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
                          : distance_squared<std::uint16_t, std::int32_t>(mask, reach);
 }
 
-// Finds bodies that are connected over faces; `corners`: also over edges and corners. `read(x, y)`: one byte per sample
-// along z.
+// Finds bodies that are connected over faces; `corners`: also over edges and corners. `read(x, y)` returns one byte for
+// each sample along z.
 template <class Read>
 static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
   // A run of consecutive samples along z. Touching runs are joined (union–find).

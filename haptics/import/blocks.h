@@ -56,7 +56,7 @@ struct BlockSet {
 /// Returns the marked blocks and all blocks that touch them.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// Allocator that leaves values uninitialised. A memory page then lies near the thread that first writes to it.
+/// Allocator that leaves values uninitialised. A memory page is then placed near the core that first writes to it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -130,7 +130,7 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// Interpolation at p: trilinear, and tricubic with the gradient. Outside the box, the value at its nearest point.
+/// Interpolation at p: sample() is trilinear, sample_cubic() is tricubic with gradient. Outside the box: nearest point.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
@@ -169,7 +169,7 @@ std::vector<Body> find_bodies(const Mask& mask);
 /// Counts bodies that are connected over faces, edges or corners. `read(x, y, row)` writes one byte per sample along z.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the largest body with teeth, or else of the largest body; 0 if there is none. A body has teeth
-/// if its bright voxels number at least `min_bright` and a tenth of the most that a body has.
+/// if it has at least `min_bright` bright voxels, and at least a tenth of the largest number in any body.
 std::size_t main_body(const std::vector<Body>& bodies, double min_bright);
 
 /// Fraction of the box that is filled by blocks with samples of the mask and by their neighbour blocks.

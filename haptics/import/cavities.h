@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::importing {
 
-/// Number of voxel faces of a region towards each kind of neighbour.
+/// Number of a region's outer voxel faces, for each kind of neighbour.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };

@@ -13,7 +13,7 @@ namespace typodont::haptics {
 struct Imported;
 
 /// What a correction sets. Grey values decide between enamel and dentin, and between cortical and cancellous bone
-/// (ImportReport::kinds). A canal becomes pulp and metal amalgam, as in the import of a jaw.
+/// (ImportReport::kinds). kCanal sets pulp, and kMetal sets amalgam, as in the import of a jaw.
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 

@@ -46,8 +46,8 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   }
 }
 
-// Propagates the nearest feature from `seeds` to their neighbours, nearest first, in the planes x_lo … x_hi − 1.
-// Buckets of width `step` / 4 replace a priority queue.
+// Propagates the nearest feature (surface point or triangle) from `seeds` to their neighbours, nearest first, in the
+// planes x_lo … x_hi − 1. Buckets of width `step` / 4 replace a priority queue.
 template <class SquaredFrom>
 void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
                       int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
@@ -85,7 +85,7 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
 }
 
 // Finds the nearest feature of each sample within `band`. `squared_from(feature)`: returns a function for the squared
-// distance from the feature. Slabs are processed in parallel, then their borders.
+// distance from the feature. Slabs are processed in parallel, and afterwards the borders between them.
 template <class SquaredFrom>
 void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
                SquaredFrom squared_from) {
@@ -269,7 +269,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   // Takes the closest point that a neighbouring sample has found, if it is nearer to this sample.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // Stored separately first: threads read each other's samples.
+    // The improvements are stored separately first, because threads read each other's samples.
     struct Better {
       std::size_t sample;
       float distance;
@@ -421,7 +421,7 @@ std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   return sixths;
 }
 
-// Divides large triangles, because their boxes are mostly empty.
+// Divides large triangles, because their bounding boxes are mostly empty.
 static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near) {
   const glm::dvec3 lo = glm::min(t.a, glm::min(t.b, t.c)), hi = glm::max(t.a, glm::max(t.b, t.c));
   const glm::dvec3 extent = hi - lo;

@@ -192,8 +192,8 @@ class Crowns {
     }
   }
 
-  /// Calls change(area, at_border) for each connected piece of triangles whose covered_ is equal to `covered`. If it
-  /// returns true, the piece's covered_ is inverted.
+  /// Calls change(area, at_border) for each connected piece of triangles whose covered_ is equal to `covered`. If
+  /// change() returns true, the piece's covered_ is inverted.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -430,7 +430,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.place = ct.place;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // phi (positive inside tissue): near crowns a blend of the distances to scan and CT, elsewhere that to the CT.
+  // phi (positive inside tissue): near crowns a blend of the distances to scan and CT, elsewhere the distance to CT.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);

@@ -93,11 +93,11 @@ struct Fused {
 
 /// Fuses by these rules:
 /// - Crown: triangles whose corners lie within `reach` of a tooth in the CT, with normals within 45°. Enclosed gaps
-/// below 10 mm² (fissures) count too, pieces below 5 mm² (gingiva) do not.
-/// - A sample takes the distance to the scan if its nearest point there is crown and lies within `reach` of the CT's
-/// nearest point, and both face the same direction. The winding number gives the sign. Within `blend` of the rim, the
-/// distances are blended.
-/// - Labels and hardness come from the CT, outside its tissue those of the nearest tissue.
+/// below 10 mm² (fissures) count as crown, pieces below 5 mm² (gingiva) do not.
+/// - A sample takes the distance to the scan if its nearest point on the scan is crown and lies within `reach` of its
+/// nearest point on the CT's surface, and both surfaces face the same direction. The winding number gives the sign.
+/// Within `blend` of the crown's rim, the distances to scan and CT are blended.
+/// - Labels and hardness come from the CT; outside the CT's tissue, from its nearest tissue.
 /// - At the CT's voxel size, samples farther than band + two voxels from the change keep their exact values.
 ///
 /// Throws Error if no crown is found, or if memory is too small.

@@ -21,7 +21,7 @@ enum class ImportPreset {
 };
 
 /// Grey values that define hardness, which is linear in the grey value: 0 at `zero`; 1 at `own` in the softer tissue,
-/// and at `dense` in the denser one (without `dense`, 1 everywhere). Pulp has hardness 1.
+/// and at `dense` in the denser tissue. Without `dense`, the denser tissue has hardness 1 everywhere, like pulp.
 struct HardnessGreys {
   double zero = 0, own = 1;
   std::optional<double> dense;

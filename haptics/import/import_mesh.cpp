@@ -221,7 +221,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   });
   // Largest depth of the base's triangles below its plane, m.
   constexpr double kDeep = 1.5e-3;
-  // Smallest cosine of the angle between their normals and the base's normal.
+  // Smallest cosine of the angle between the normal of one of these triangles and the base's normal.
   constexpr double kSlope = 0.9;
   constexpr double kMin = 0.08;      // smallest area of the base, as a fraction of the mesh's area
   constexpr double kClear = 1.3;     // factor by which the base's area must exceed that of any other side
@@ -322,7 +322,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The floor faces down, so its outline is anticlockwise above.
+    // Outline of the floor as seen from above. The floor faces down, so its triangles are reversed later.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -534,9 +534,9 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules of labels, m. Tooth: enamel of thickness `shell` on the crown (kCrownShare of the length), thinner near its
-  // end over kTaper; pulp in hollows, or without hollows below kPulpDepth; dentin elsewhere. Bone: cortical of
-  // thickness `shell`, cancellous inside.
+  // Rules for labels; lengths in m. Tooth: enamel of thickness `shell` on the crown, which is kCrownShare of the
+  // length; thinner within kTaper of the crown's border. Pulp in hollows, or without hollows below kPulpDepth; dentin
+  // elsewhere. Bone: a cortical layer of thickness `shell`, cancellous bone inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {

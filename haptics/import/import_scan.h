@@ -1,4 +1,4 @@
-// Imports of the single kinds of input. import_tissue() selects one and completes the imported volume.
+// One import function for each kind of input. import_tissue() selects one and completes the imported volume.
 #pragma once
 
 #include "haptics/import/distance.h"
@@ -31,7 +31,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// Up to this distance from the surface, voxels outside it get labels; voxels.
+/// Voxels outside the surface get labels up to this distance from it; voxels.
 inline constexpr double kLabelReach = 2.5;
 
 /// Returns the smallest box that contains both boxes.

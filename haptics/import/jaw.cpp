@@ -170,8 +170,8 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// Grey value at the borders of a thin dark layer of width w, from its darkest value. Dips relative to the true
-// contrast: erf(w / (2√2 σ)) in the middle, erf(w / (√2 σ)) / 2 at the borders. σ: blur.
+// Grey value at the borders of a thin dark layer of width w, from its darkest value. Decrease of the grey value as a
+// fraction of the true contrast: erf(w / (2√2 σ)) in the middle, erf(w / (√2 σ)) / 2 at the borders. σ: blur.
 class LayerBound {
  public:
   LayerBound() {
@@ -249,7 +249,7 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // The depth must be kBlurs × `blur` + 0.5, or kBlurs voxels; 0.5 because it is measured from samples outside.
+    // Smallest depth in voxels: kBlurs × `blur` + 0.5, but at most kBlurs. 0.5: depth starts at a sample outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -337,7 +337,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 }
 
 // Corrects root canals, which blur narrows. Blur keeps their deficit Σ (dentin − grey), so their volume is deficit /
-// (dentin − pulp). Near the border, a sample is pulp if fewer samples of its ball are darker than this volume contains.
+// (dentin − pulp). Near the border, a sample is pulp if its ball contains fewer darker samples than this volume.
 // `to_crown`: squared distance; `blur`: voxels; `soft_elsewhere`: grey value for pulps that are too narrow to measure;
 // `brightest_soft`: replaces the grey value of a pulp that is much brighter.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
@@ -348,7 +348,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   constexpr int kBall = 6;
   // Smallest number of dentin samples near a sample (kMin) and in all teeth (kEnough) for a grey value of dentin.
   constexpr std::size_t kMin = 20, kEnough = 200;
-  // Limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
+  // kBrightest, kDarkest: limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
   constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
@@ -598,7 +598,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Three masks: certain crowns, marrow, bright samples beside marrow. kMin…: smallest regions, mm³.
+  // Three masks: samples that are certainly crown; marrow; bright samples beside marrow. kMin…: smallest regions, mm³.
   constexpr double kMinCrown = 8, kMinMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -633,8 +633,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);
-  // Weights of a step into bone. Small beside marrow, so that roots without a bright wall stay teeth, and in the plate,
-  // for roots inside it. kInPlate: distance from the crown, m.
+  // Weights of a step into bone. Small beside marrow, so that roots without a bright wall stay teeth, and in the bone's
+  // outer plate, because roots may lie in it. kInPlate: distance from the crown, m.
   constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
   const double in_plate = voxel * voxel / (kInPlate * kInPlate);
   Sparse<float> into_bone(set, 0, 0);
@@ -674,8 +674,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            !brighter(i, greys.canal());
   });
   SparseMask nerve(set, 0, 0), nerve_wall(set, 0, 0);
-  // Grey values `soft` of the measured nerve, or of water if there is none, and of the brightest pulp: up to
-  // kBrightestPulp Hounsfield units above water.
+  // `soft`: grey value of the measured nerve, or of water if no nerve is found. `brightest_soft`: grey value of the
+  // brightest pulp. Without a measured nerve, it is kBrightestPulp Hounsfield units above water.
   constexpr double kBrightestPulp = 120;
   double soft = greys.soft, brightest_soft = greys.soft + kBrightestPulp;
   if (!out.report.canals.empty()) {
@@ -710,8 +710,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // Brightest grey value in the direction in which grey values rise. It belongs to a wall only if the opposite
-    // direction leads into the canal.
+    // Brightest grey value along the gradient of the grey value. It belongs to a wall only if the opposite direction
+    // leads into the canal.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -743,7 +743,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     });
   }
 
-  // The border of dentin is half-way to soft tissue; in thin layers it is brighter.
+  // The grey value at the border of dentin is half-way to soft tissue; in thin layers it is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
@@ -753,8 +753,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // Blurred edges of metal look like enamel. The border of metal is half-way to the darkest value within kBeside
-  // voxels.
+  // Blurred edges of metal look like enamel. The grey value at the border of metal is half-way to the darkest value
+  // within kBeside voxels.
   SparseMask metal(set, 0, 0);
   if (greys.metal) {
     constexpr int kBeside = 3;

@@ -17,8 +17,8 @@ struct Levels {
   std::optional<double> dense;
   // True if `dense` was given by the user or by Hounsfield units.
   bool fixed_dense = false;
-  // True if `outside` was given by the user or by Hounsfield units. `outside` is then thin soft tissue over the bone;
-  // the air around it is darker.
+  // True if `outside` was given by the user or by Hounsfield units. `outside` is then the grey value of thin soft
+  // tissue over the bone; the air around it is darker.
   bool fixed_surround = false;
   // Grey value above which voxels are tooth. The largest body with teeth is imported; if empty, the largest body.
   std::optional<double> tooth;
@@ -28,7 +28,7 @@ struct Levels {
   double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; empty: unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
-  double smoothed_noise = 0;         // standard deviation of the grey values there after smoothing
+  double smoothed_noise = 0;         // standard deviation in the surroundings after smoothing
 
   /// Grey value of the surface: the user's threshold, or half-way between `outside` and `soft`, where a blurred edge
   /// truly lies.

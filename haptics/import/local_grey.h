@@ -66,9 +66,9 @@ class LocalGrey {
 };
 
 /// Grey value of a tissue, from samples far from its border. Returns nullopt if fewer than `enough` samples are at
-/// least `least` voxels from the border. At the distance z · `blur` from an edge of height H, the blur changes the
-/// grey value by H Φ(−z) and the Laplacian by H z φ(z) / blur². So the Laplacian gives the correction. `blur` 0: no
-/// correction.
+/// least `least` voxels from the border. At the distance z · `blur` from an edge of height H, the blur changes the grey
+/// value by H Φ(−z) and the Laplacian by H z φ(z) / blur² (φ, Φ: density and integral of the standard normal
+/// distribution). So the Laplacian gives the correction. `blur` 0: no correction.
 std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMask& tissue, std::size_t enough,
                                         double least, double blur);
 

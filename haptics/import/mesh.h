@@ -34,7 +34,7 @@ struct MeshRepairs {
   std::vector<std::string> in_words() const;
 };
 
-/// Points closer than kWeldShare × the mesh's diagonal, and than kWeldMost (m), become one point.
+/// Points become one point if they are closer than kWeldShare × the mesh's diagonal and closer than kWeldMost (m).
 inline constexpr double kWeldShare = 1e-5, kWeldMost = 1e-6;
 
 /// Reads a surface, which may be open. `unit`: length of a unit of the file, m. Corners at almost equal positions

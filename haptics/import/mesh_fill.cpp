@@ -61,8 +61,8 @@ class Skin {
     if (!(size > 0)) return false;
     // Not exactly the centre, because the centres of opposite faces may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // Distances of test points from the triangle, voxels. Its side lies outside if there is no part at kAround. If the
-    // parts on both sides are equal, the winding number at kBeside decides.
+    // Distances of test points from the triangle, voxels. A side of the triangle is outside if the test point at
+    // kAround is in no part. If both test points are in the same part, the winding numbers at kBeside decide.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -107,7 +107,7 @@ void close_cracks(Mask& part) {
   });
 }
 
-/// Finds openings: neighbouring samples inside and outside without a triangle between them.
+/// Finds openings: pairs of neighbouring samples, one inside and one outside, without a triangle between them.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
   // Voxels; nearer triangles count as lying between the samples.
   constexpr float kOnMesh = 1;
@@ -132,7 +132,7 @@ std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance
   return all;
 }
 
-/// Closes openings: takes the distance to the cap where it is smaller, and adds its blocks.
+/// Closes openings: reduces distances to those from `cap` (samples of find_cap()), and adds the blocks near `cap`.
 void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& distance) {
   const BlockSet& before = *distance.set;
   const int reach = static_cast<int>(std::ceil(band)) + 1;

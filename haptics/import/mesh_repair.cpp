@@ -273,7 +273,7 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Not counted as repair: in many files, hollows face outward.
+    // A reversed hollow is not counted as a repair, because in many files hollows face outward.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -14,7 +14,7 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 /// piece.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// Border of a surface: a path along edges that belong to an odd number of triangles, in their direction.
+/// Border of a surface: a path along edges with an odd number of triangles, in the direction used by these triangles.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m, length of the border
@@ -31,7 +31,7 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 /// Shells: groups of triangles that are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  // Signed volume of each shell, m³. An open shell counts as closed to its first point.
+  // Signed volume of each shell, m³. An open shell is closed by triangles from its border to its first point.
   std::vector<double> volume;
   // Number of shells around each shell; 0 if there are more than kMaxNested shells.
   std::vector<int> depth;

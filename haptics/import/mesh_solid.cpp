@@ -25,8 +25,8 @@ class MeshSolid : public Solid {
     if (p.empty()) return;
     distances[0] = distance(p[0]);
     for (std::size_t i = 1; i < p.size(); ++i) {
-      // The ball around the last point contains no surface: within it the sign stays, and the surface is at most `step`
-      // + `before` away.
+      // The ball around the last point contains no surface. Within this ball the sign does not change, and the surface
+      // is at most `step` + `before` away.
       const double step = glm::length(p[i] - p[i - 1]), before = std::abs(distances[i - 1]);
       const double d = std::sqrt(tree_.distance_squared(p[i], (step + before) * kRounding));
       const bool inside = step * kRounding < before ? distances[i - 1] < 0 : tree_.winding(p[i]) > 0;

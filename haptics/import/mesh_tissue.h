@@ -40,8 +40,8 @@ ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, 
 /// `file`: resolved path of options.file. Throws Error.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, const MeshTissueOptions& options);
 
-/// Voxels with winding number ≥ 0.5 (rays along six directions) are inside. An open mesh is capped, and `exact_outside`
-/// is false. A mesh without volume becomes a shell. Throws Error if memory is too small.
+/// Voxels with winding number ≥ 0.5 (rays along six directions) are inside. Openings of the mesh are closed, and
+/// `exact_outside` is then false. A mesh without volume becomes a shell. Throws Error if memory is too small.
 DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options);
 
 }  // namespace typodont::haptics

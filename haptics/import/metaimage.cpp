@@ -169,13 +169,13 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // Finds the file with the numbers, and their position.
+  // Finds the file with the voxel values, and their position in this file.
   std::string name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
     header.fail("ElementDataFile", "LOCAL or the name of one file");
   }
-  // The path is that of another computer: searches the header's folder.
+  // A path that does not exist may be from another computer: then the file must be in the header's folder.
   const auto foreign = name.find_last_of("\\/");
   if (!local && foreign != std::string::npos && !std::filesystem::exists(file.parent_path() / name))
     name.erase(0, foreign + 1);

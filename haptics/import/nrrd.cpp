@@ -172,7 +172,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    // If files are numbered, teem reports missing ones.
+    // For numbered data files, the size is not checked here: teem reports missing files.
     known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {

@@ -400,7 +400,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // The file states spacing and unit, so its voxels are really so large.
+    // If the file states the unit, too large voxels are probably real, so the message asks for a finer scan.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

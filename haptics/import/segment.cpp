@@ -145,7 +145,7 @@ class Segmenter {
     const double max_height = std::max(0.8, levels_.height);
     over_ = Sparse<float>(set_, -0.5F, 0.5F);
     {
-      // Skips samples that no threshold can reach.
+      // Skips samples that are much darker than every possible threshold.
       const Sparse<float> brightest =
           ball_max(smooth_, 2, above(smooth_, static_cast<float>(levels_.surface() - 0.5 * rise_)));
       for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {

@@ -85,7 +85,7 @@ int TriangleTree::winding(const dvec3& p) const {
                                  glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
                                  glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
   const auto turns = [&](const dvec3& direction) { return crossings(0, p, direction, 1.0 / direction); };
-  // If two of three rays give the same winding number, it counts.
+  // Returns the winding number on which two of the three rays agree, otherwise the median.
   const int first = turns(kWays[0]), second = turns(kWays[1]);
   return first == second ? first : std::clamp(turns(kWays[2]), std::min(first, second), std::max(first, second));
 }

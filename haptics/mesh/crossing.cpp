@@ -10,12 +10,12 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-/// Six times the volume of a, b, c, d; positive if d is behind a, b, c (counter-clockwise seen from the front).
+/// Six times the volume of the tetrahedron a, b, c, d; positive if a, b, c is clockwise seen from d.
 double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// True if from–to passes a, b, c. `s`, `e`: volume6() of the triangle with `from`, `to`; of different sign.
+/// True if the segment from–to passes through the triangle a, b, c. `s`, `e`: volume6(a, b, c, end), of different sign.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
   constexpr double kTouches = 1e-12;  // m; points nearer to a plane count as lying in it

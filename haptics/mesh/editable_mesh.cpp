@@ -48,7 +48,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// Makes the faces with their neighbours; they still refer to vertices of `mesh`.
+/// Makes the faces with their neighbours; the faces still refer to vertices of `mesh`.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -486,7 +486,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The outer neighbours, which refer to `kept` instead of `gone` already, become neighbours of each other.
+  // The outer neighbours of the two removed faces become neighbours of each other; `gone` is replaced by `kept` there.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

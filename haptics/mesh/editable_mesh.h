@@ -46,9 +46,9 @@ class EditableMesh {
  public:
   static constexpr int kMaxAround = 64;  // largest number of faces around a vertex whose edges can collapse
   EditableMesh() = default;
-  /// `edge`: m, longest edge in the finest level of the grid; `spare`: vertices that can be added. Edges with more than
-  /// two or inconsistent faces become borders; fans that share a vertex are separated; degenerate triangles are
-  /// omitted.
+  /// `edge`: m, longest edge in the finest level of the grid; `spare`: vertices that can be added. An edge becomes a
+  /// border if it has more than two faces, or faces of inconsistent orientation. Fans that share a vertex are
+  /// separated; degenerate triangles are omitted.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);

@@ -31,7 +31,7 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes indices from unused lanes of the last eight.
+  // Removes indices that come from unused lanes of the last group of eight.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }

@@ -21,10 +21,10 @@ class NearPoints {
   void clear(const Pose& head_W) noexcept;
   /// Adds a point (m, frame W); returns false if full.
   bool add(const dvec3& p_W) noexcept;
-  /// Adds a point with its `distance` (m) from the head at listed_at(). Returns false if the list is full.
+  /// Adds a point with its `distance` (m) from the head at the pose listed_at(). Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;
-  /// Removes the points from index `first` on, except those in `kept` (ascending), which get the `distances` (m) at
-  /// listed_at().
+  /// Removes the points from index `first` on, except those in `kept` (ascending), which get the `distances` (m) from
+  /// the head at the pose listed_at().
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
   /// Number of clear() calls so far, which identifies the current list of points.

@@ -17,7 +17,7 @@ struct ChipParameters {
   static constexpr double min_range = 0.04, max_range = 10;
   // distance between neighbouring grains divided by the size of a grain: grains cover a quarter of the surface
   static constexpr double grain_distance = 2;
-  // width of the chip that a grain cuts divided by its thickness
+  // width of a grain's chip divided by the thickness of the chip
   static constexpr double chip_width = 10;
   // chip_space: feed per turn divided by the grain size, at which chips fill the space between the grains. max_full:
   // largest feed, as a multiple of the feed at chip_space; a faster feed occurs only in air.
@@ -39,7 +39,7 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
 }
 
-/// Ratio of total work to work of cutting. Chips rub if the space between the grains is too small; blades leave enough.
+/// Total work divided by work of cutting. Chips rub if the space between grains is too small, but not with blades.
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;

@@ -34,7 +34,7 @@ Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
 Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
   EdgeMeans mean{0, 1, tool().cutting_coefficient};
   const bool grinds = tool().grit > 0, known = tool().edges_known();
-  // A worn diamond cuts like a new one at 1 + wear times its feed, with 1 + wear times the energy per volume.
+  // A worn diamond bur cuts like a new one with `times` the feed, and needs `times` the energy per volume.
   const double times = 1 + sums.wear, feed = cutting.feed * times;
   const double chip = known ? chip_thickness(tool(), feed) : 0.0;
   double sum = 0, by_chips = 0, force_ratio = 0, total = 0;
@@ -130,7 +130,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The distribution over several contacts may jump from tick to tick, so the torque is filtered.
+    // The distribution of the force over several contacts may jump from tick to tick, so the torque is filtered.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -144,7 +144,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Uses the force of the method's own springs and dampers instead of the coupling.
+/// Uses the force of the contact method's own springs and dampers instead of the coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -214,7 +214,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Force of the tissue on the edges, against their motion; zero at the pole, where they do not move.
+/// Force of the tissue on the cutting edges, against their motion; zero at the head's pole, where they do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);

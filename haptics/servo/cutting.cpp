@@ -17,7 +17,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
   in.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
-  // Converts the stored energy: the budgets are motor work / energy_ratio, a ratio that changed since the last tick.
+  // Converts the stored energy: budgets are motor work / energy_ratio, and energy_ratio changes from tick to tick.
   const double worth = cutting.energy_ratio / now.energy_ratio;
   cutting.energy_ratio = now.energy_ratio;
   cutting.budget *= worth;
@@ -29,7 +29,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double distance = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * distance / now.dt / now.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
-    // Tangential force μ_c F_n (Preston, Archard), limited by the motor.
+    // Tangential force μ_c F_n (laws of Preston and Archard), limited by the motor.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     now.tangential = edges.force_ratio * efficiency;

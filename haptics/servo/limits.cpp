@@ -16,8 +16,8 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Part of `change` (N, change of the force above the slew limit) that is delayed to later ticks. Of the change by the
-/// hand's own displacement: nothing in retreat, at most lag_limit in advance, because a late force costs energy.
+/// Part of `change` (N) that is delayed to later ticks, because the change exceeds the slew limit. A late force costs
+/// energy. So of a change by the hand's own motion, nothing is delayed in retreat, and at most lag_limit in approach.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -27,8 +27,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     // Retreat: delays only the change that exceeds both drilling_slew and the change by the hand's displacement.
     return std::min(over, beyond);
   }
-  // Advance: when a drill perforates the end of an implant bed, the force drops. At most lag_limit is delayed, so that
-  // the breakthrough is felt at once.
+  // The hand approaches: when a drill breaks through the end of an implant bed, the force drops. At most lag_limit of
+  // this drop is delayed, so that the breakthrough is felt at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -113,8 +113,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand may retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.speed.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // If the coupling stores more energy than the ledger has, an increase of the force during retreat would overdraw
-    // the ledger, so the increase is limited.
+    // If the coupling stores more energy than the ledger has, an increase of the force during retreat would return more
+    // energy than the ledger has. So the increase is limited.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }
@@ -144,7 +144,7 @@ void Servo::State::press_teeth(const ContactTick& now) noexcept {
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
   // Stored energy may rise without work of the hand: by a jump of the input, or while the proxy is moved out of tissue.
-  // This energy is allowed during the contact; later increases must be paid.
+  // This energy is allowed during the contact; later increases need work of the hand.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {

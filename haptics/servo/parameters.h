@@ -43,9 +43,9 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, largest rate at which a change of tissue changes the force
   static constexpr double damper_slew = 4;  // N/s, largest rate of change of the damper's force when cutting or filling
   static constexpr double teeth_slew = 4;   // N/s, largest rate of change of the edges' tangential force
-  // N/s, largest rate of change of the normal force. Depth changes use it first; stiffness and damper get the rest.
+  // N/s, largest rate of change of the normal force. Changes of depth use it first; stiffness and damper get the rest.
   static constexpr double waiting_slew = 16;
-  // N/s, largest rate of change of the total force. Its other parts use it first; the edges' force gets the rest.
+  // N/s, largest rate of change of the total force. The other forces use it first; the edges' force gets the rest.
   static constexpr double total_slew = 18;
   // J that the coupling may store without work of the hand when the tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
@@ -69,7 +69,7 @@ struct LimitParameters {
   // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
   // the edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
-  // s; after so long with little felt force (little_felt), the force that presses the edges begins to increase
+  // s; after this time with little felt force (little_felt), the force that presses the edges begins to increase
   static constexpr double rest_time = 0.1;
   // Factor on stiffness × retreat, a term that reduces the allowed increase of the force, because the proxy moves too.
   static constexpr double retreat_weight = 3;
@@ -83,7 +83,7 @@ struct ScaleParameters {
   // N/m, stiffness of a tooth scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
   static constexpr double credit = 1e-10;  // J, allowed energy deficit in a tooth scene
-  static constexpr double turning = 1.2;   // m/s², acceleration of an unknown hand in a tooth scene
+  static constexpr double turning = 1.2;   // m/s², largest acceleration expected of a hand in a tooth scene
 };
 
 /// Returns true if the point is in the workspace (W).

@@ -53,8 +53,8 @@ struct ContactTick : TickData {
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
-/// Law of passivity for a scene. Scenes that are n times larger, with n times softer couplings, have equal forces, so
-/// expected motion and credit grow by n. Not with a real device, because hand and encoder do not get larger.
+/// Law of passivity for a scene. In a scene that is n times larger, with a coupling n times softer, forces are equal,
+/// so expected motion and credit are n times larger. Not with a real device: hand and encoder do not get larger.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -98,7 +98,7 @@ struct Servo::State {
   };
   /// State of the contact force.
   struct Coupling {
-    double relative_stiffness = 1;        // factor on the settings' stiffness, by tissue under the head
+    double relative_stiffness = 1;        // factor on the settings' stiffness; depends on the tissue under the head
     PerTissue tissue{};                   // fraction of each tissue under the head
     PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (dense_tissue.h)
     double normal_force = 0;              // N, normal force in the last tick
@@ -108,11 +108,11 @@ struct Servo::State {
     // used before the motor supplied it) counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed` × `teeth_fraction`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. For drills (lands()): felt force divided
-    // by the force before its limits, but rises to 1 if the hand feels little force for long (press_teeth()).
+    // 0..1, fraction of the coupling's force that presses the cutting edges. For rotating burs (lands()): felt force
+    // divided by the force before its limits, but rises to 1 if the hand feels little force for long (press_teeth()).
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
-    // the limits for drills (lands()). Decreases while it feels more; at most twice rest_time.
+    // the limits for rotating burs (lands()). Decreases while the hand feels more; at most twice rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
@@ -226,7 +226,7 @@ struct Servo::State {
   /// Computes the energy for removal in this tick from the last force, J.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
-  /// Wears the grains of the diamond in the hand by the tick's cut.
+  /// Wears the grains of the diamond bur in the hand, by the volume that this tick's cut removed.
   void wear_grains(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.

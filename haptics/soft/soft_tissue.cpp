@@ -14,7 +14,7 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer divided by its thickness
-  static constexpr double stop = 20;           // stiffness factor of a point at its limit
+  static constexpr double stop = 20;           // factor on a point's stiffness beyond its largest compression
   // Largest force of soft tissue on the tool, N; a hand that pushes more moves through the tissue.
   static constexpr double max_force = 3;
   // N, largest change of the force per tick in addition to the change that the tool's motion causes.
@@ -31,7 +31,7 @@ struct SoftParameters {
   // At this height above the end of a head, the head should be as thick as the distance between points, m.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch soft tissue
-  // Half the distance between enclosing balls on the axis, m.
+  // Largest half distance between neighbouring centres of the balls that enclose the tool, m.
   static constexpr double max_ball = 1e-3;
   // Largest depth that is cut at a point per tick, as a fraction of the point's elastic displacement.
   static constexpr double max_per_tick = 0.3;
@@ -218,8 +218,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
   for (Active& a : active_) touch(a, X_WT, shape, moved, fade);
 }
 
-/// Finds the contact of a point by sphere tracing outwards along its normal, from the deepest position. An enlarged
-/// head begins `blunt` deeper.
+/// Finds the contact of a point by sphere tracing outwards along its normal, from the deepest position. For an enlarged
+/// head (`blunt`), the search starts deeper by `blunt`.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);

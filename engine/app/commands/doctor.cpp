@@ -1,4 +1,4 @@
-// `typodont doctor`: lists what this machine lacks, what does not work without it, and the command that adds it.
+// `typodont doctor`: lists missing items of this machine, what does not work without them, and commands to add them.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -54,9 +54,9 @@ struct Check {
   std::string name;  // name of the item in the report
   State state = State::kOk;
   std::string found;      // what the check has found on this machine
-  std::string without;    // what does not work without it; empty: nothing is missing
-  std::string mend;       // command or manual step that adds it
-  bool required = false;  // without it the program cannot run, not even offscreen
+  std::string without;    // what does not work without the item; empty: it is not missing
+  std::string mend;       // command or manual step that adds the item
+  bool required = false;  // true: without the item, the program cannot run, not even offscreen
 };
 
 std::string first_line(const fs::path& file) {
@@ -168,7 +168,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   options.quality = *first;
   PictureStage stage(rig, scene.servo, options);
   Surroundings around = world.surroundings();
-  around.lit.reset();  // computing its light would take longer than all frames
+  around.lit.reset();  // computing the light in the mouth would take longer than all frames
   stage.surround(around);
   TissueView view(surface_tolerance(rig, tissue.frame().voxel, *first));
   stage.show(view.update(tissue), tissue.frame().origin);
@@ -177,7 +177,7 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
   tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19.0_mm), tick.spindle = 36000;
   for (auto level = first;; --level) {
     stage.set_quality(*level);
-    constexpr int kFrames = 6, kWarm = 2;  // the first frames create pipelines
+    constexpr int kFrames = 6, kWarm = 2;  // the first kWarm frames create pipelines and are not measured
     double seconds = 0;
     for (int i = 0; i < kFrames && (i <= kWarm || now() < until); ++i) {
       tick.X_WG.p.x += 0.2_mm;

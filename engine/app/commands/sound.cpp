@@ -182,14 +182,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Source of the reference speed: the spindle speed at which the model sounds like the recording.
+  // Where the reference speed comes from: the spindle speed at which the model sounds like the recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // The highest speed in the file of --contact may belong to another type of drill than the model's. In this case,
-    // the model's sound is used for that speed.
+    // If the speeds in the file of --contact differ much from the recorded drill's speed, they belong to another type
+    // of drill. In this case, the model's sound is used for the highest speed in the file.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -205,7 +205,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // The recorded drill's speed is unknown, so one is assumed.
+    // The recorded drill's speed is unknown, so the program assumes 100 krpm.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }

@@ -67,7 +67,7 @@ struct LiveSubject::Impl {
     options.workbench.max_delay = options.max_delay;
   }
 
-  /// Shows the catalogue's text `key` in the window, and prints it in English on the terminal.
+  /// Shows the message catalogue's text for `key` in the window, and prints it in English on the terminal.
   void say(std::string_view key, const std::string& value = {}) {
     bench->say(hud_text(options.workbench.language, key, value));
     log::info("{}", hud_text(session::Language::kEnglish, key, value));

@@ -19,9 +19,9 @@ namespace typodont {
 
 namespace {
 
-/// Factors on the task's mean force for the cuts. ExpertHand moves so far ahead of the tool that these forces result.
+/// Factors for the force of cuts. ExpertHand moves ahead of the tool so far that the coupling gives this force.
 struct CutForce {
-  // Side of a coarse diamond: 1.71 N on the axial walls of crowns, where the mean force is 1 N.
+  // Force of a coarse diamond bur's side / task's mean force: 1.71 N on a crown's axial walls, mean force 1 N.
   static constexpr double coarse = 1.71;
   // Upper limit of a cut's force, as a fraction of the task's largest force.
   static constexpr double below_max = 0.9;
@@ -73,17 +73,17 @@ struct ToolChoice {
   static constexpr double pass = 0.22, min_pass = 0.12e-3, max_pass = 0.5e-3;
   // Distance between passes of a coarse tool, in diameters; its upper limit, m, at which ridges of 0.04 mm remain.
   static constexpr double coarse_pass = 0.26, max_coarse_pass = 0.6e-3;
-  // Allowed overlap of a hand instrument with tissue that must stay, m. Negative: otherwise enamel would carry the
-  // force, and the filling beside it would hardly be cut.
+  // Allowed overlap of a hand instrument with tissue that must stay, m. A negative value keeps a distance: if the
+  // instrument touched the enamel, the enamel would carry the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, allowed overlap of a bur with tissue to keep
-  // Thinnest cut of a bur, m; less than the 0.02 mm that the score tolerates.
+  // Thinnest cut of a bur, m. The score tolerates 0.02 mm of remaining tissue, so thinner cuts are not needed.
   static constexpr double min_cut = 0.015e-3;
   // The error is the volume that differs from the target shape. A tool is good enough if it reduces the error by at
-  // least (1 - tolerated_loss) of the best tool's reduction. Of these, the widest is fastest.
+  // least (1 - tolerated_loss) of the best tool's reduction. The widest good tool is used, because it is the fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m; tools whose widths differ by less count as equally wide
-  // Another tool makes the final surface if the best tool's error is below this factor × the chosen tool's error.
+  // If the best tool leaves an error below this factor × the chosen tool's error, a later tool makes the final surface.
   static constexpr double hardly_less = 0.6;
   // Another tool is used only if the error after it is below needed_reduction · current error, and if it reduces the
   // error by at least min_gain · initial error.
@@ -112,7 +112,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // Threshold for the length of the distance field's gradient: 1 near a single surface, less between two surfaces.
+  // Limit for the length of the distance field's gradient, which is 1 near one surface and less midway between two.
   static constexpr double one_surface = 0.5;
   // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
@@ -310,7 +310,7 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // A stroke counts as parallel to the axis if the cosine between them exceeds this.
+    // A stroke counts as parallel to the axis if the cosine of the angle between stroke and axis exceeds this.
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
@@ -469,8 +469,8 @@ class Plan {
     pedal_ = 0;
   }
 
-  /// Raises the instrument in steps and fills a small ball at each step. Otherwise later balls would cover the
-  /// instrument's hole.
+  /// Raises the instrument in steps. At each step, fills the hole that the instrument leaves with a small ball. An
+  /// unfilled hole would be covered by later portions.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
     const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
@@ -619,7 +619,7 @@ class Plan {
   }
 
   /// The portion with the head's centre at (a, b, c). The centre of its ball of filling is the surface point nearest to
-  /// the free end, or, midway between two walls, straight below it. Empty if no surface is in reach.
+  /// the free end; midway between two walls, the point straight below that end. Empty if no surface is in reach.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -775,7 +775,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // If filling continues after the first carving, this carving leaves thin excess.
+    // If filling continues after this first carving, the carving does not remove thin layers of excess filling.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();

@@ -15,7 +15,7 @@ struct Lead {
   // Speed through the air, m/s: of a hand instrument, and of a running drill.
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // Speed to which a scraping instrument slows before it reverses, m/s, and time constant of this, s.
+  // Speed to which a scraping instrument slows before it reverses, m/s; time constant of the slowing, s.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // Slowing near the end of a cut: the hand reacts late, so a fast cut would go too far.
   static constexpr double slowing_time = 0.04;  // s, time constant near a cut's end
@@ -46,8 +46,8 @@ struct Lead {
   static constexpr double scrape_gain = 30;
   // Largest lead (distance from the target point to the hand) for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;
-  // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt / ExpertGrip::lead = this ·
-  // force error divided by mean force. 1/s.
+  // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt = this factor (1/s) ·
+  // ExpertGrip::lead · force error / mean force.
   static constexpr double lead_per_force = 15;
   // Smallest and largest value of the lead's upper limit, as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.25, max_lead = 3;
@@ -65,8 +65,8 @@ struct Rhythm {
   static constexpr double release = 0.08;  // s, from the end of the push to the end of the contact
   // m, distance from the tissue in the first and in the second half of a pause
   static constexpr double away = 0.3e-3, near = 0.05e-3;
-  // Force of a coarse diamond's end divided by the force of its side, and the cosine to the axis from which the end has
-  // contact: 0.45 N on the occlusal surface of crowns, 1.71 N on the walls.
+  // Force of a coarse diamond bur's end / force of its side: 0.45 N on a crown's occlusal surface, 1.71 N on its walls.
+  // The end has contact if the cosine between contact normal and tool axis exceeds `end`.
   static constexpr double end_force = 0.45 / 1.71, end = 0.7;
   static constexpr double tremor = 8.1;              // Hz
   static constexpr double tremor_amplitude = 31e-6;  // m, of the sine on each axis; rms of all three together: 38 µm

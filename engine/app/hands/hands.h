@@ -44,8 +44,8 @@ std::string hand_address(const HandChoice& choice, const display::DisplayRig* ri
 /// Opens the hands of `choice`. `window`: function that creates the hands of a window or headset; it may throw. Throws
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error if a device has motors and the system refuses real-time scheduling (SCHED_FIFO). Without it, other
-/// programs could delay the servo, and the motors would keep an old force. Call before the first force is sent.
+/// Throws Error if a device has motors and the system refuses real-time scheduling (SCHED_FIFO), without which other
+/// programs could delay the servo; the motors would then keep an old force. Call before the first force is sent.
 void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);

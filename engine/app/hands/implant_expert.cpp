@@ -219,8 +219,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap turns backwards while its thread is in the bone. The servo's state decides this, because the surface may
-      // differ from the plan.
+      // A tap (thread cutter) turns backwards while its thread is in the bone. The servo's state shows this; the plan
+      // does not, because the bone's surface may differ from the plan.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;

@@ -29,8 +29,8 @@ constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
 // Tilt of the tool per pointer motion of half the height of the picture, rad.
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// While the tool is tilted, the pointer moves away from it. Later pointer motions reduce this offset by this fraction
-// of their length.
+// When the user tilts the tool, the pointer moves away from the tool's head. Each later pointer motion reduces this
+// offset by this fraction of the motion's length.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -118,7 +118,7 @@ Pointer::View Pointer::view() const {
   return v;
 }
 
-/// Tilts the tool. `moved`: pointer motion, in picture halves.
+/// Tilts the tool. `moved`: pointer motion, as a fraction of half the picture's width and height.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 motion = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);

@@ -22,8 +22,8 @@ class Pointer {
  public:
   /// `wheel_step`: m per notch of the wheel.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
-  /// Moves the tool above tissue that hides it, along the shank from the visible surface. Call before the session,
-  /// because the volume then belongs to the carver.
+  /// If tissue hides the tool, moves it to the surface that the user sees and from there out along the shank. Call
+  /// before the session, because the volume later belongs to the carver.
   void come_into_sight(const haptics::TissueVolume& tissue);
   /// Call with the new rig when the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }

@@ -203,8 +203,8 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the pause until the next check for work. During it, a hand moves at most 0.2 mm; its tissue copy is 0.22
-    // mm larger than needed. Long pauses reduce an idle session's load from 3 % to 1 % of a core.
+    // Chooses the pause until the next check for work. During a pause, a hand moves at most 0.2 mm; the servo's copy of
+    // the tissue is 0.22 mm larger than needed. Long pauses reduce an idle session's load from 3 % to 1 % of a core.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 6000us);

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 // If a GPU device is lost less than this time after it was created again, it is assumed to be broken and not created
 // again, ns.
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// Time between two searches for changed mesh bricks while the CPU draws the pictures, ns.
+// Time between two searches for changed mesh bricks (blocks of the surface) while the CPU draws the pictures, ns.
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 // Time between checks for motion while nothing is drawn, ns.
 constexpr Nanos kBriefWait = 4'000'000;
@@ -215,7 +215,7 @@ void LivePicture::record_water() {
   water_ = current;
 }
 
-/// Tells the carver thread which pictures show the tissue. It computes the surface only if a picture shows it.
+/// Tells the carver thread which pictures show the tissue. That thread meshes the surface only if one does.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);

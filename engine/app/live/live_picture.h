@@ -25,7 +25,7 @@ class LivePicture {
     bool operated = false;
     bool steered = false;        // true: an experiment asks about the force, so the picture does not show the force
     bool embedded = false;       // true: the picture is part of the operator's window; false: it has its own window
-    display::UrgentKeys urgent;  // urgent keys of the picture's own window
+    display::UrgentKeys urgent;  // keys of the picture's own window that are handled without waiting for a frame
     /// True: draws dots and a ring at the point below the tool, for a hand that the user sees only on the screen.
     bool cursor = false;
     int monitor = -1;                                          // monitor number for full screen; -1: no full screen

@@ -41,7 +41,7 @@ struct LiveSession {
   Nanos first_tick = 0;                // servo thread only: ns, when the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  /// True: each mesh brick is sent to a headset and to the operator's picture.
+  /// True: each mesh brick (block of the surface) is sent to a headset and to the operator's picture.
   bool watched = false;
   StrokeHistory book;          // carver thread only: the changes of each stroke, for undo
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
@@ -106,7 +106,7 @@ class CarverTurns {
   ~CarverTurns();
   struct Done {
     bool worked = false;   // true: this pass of the carver's loop had work
-    bool awaited = false;  // true: the servo has not yet adopted the offered tissue patch
+    bool awaited = false;  // true: the servo has not yet adopted the offered tissue patch (its copy of the tissue)
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new tissue patch if one is due, and meshes
   /// changed mesh bricks. Throws OpenVDB's exceptions.

@@ -21,10 +21,9 @@ namespace {
 
 constexpr Nanos kTurn = 10'000'000,
                 kSilence =
-                    5 * kNanosPerSecond;  // ns. kTurn: wait per message; kSilence: then the connection counts as lost
-constexpr Nanos kToCompare =
-    100'000'000;                  // ns, first part of the session, without sound: its smallest arrival delay is found
-constexpr double kLongest = 1e6;  // s, longest session
+                    5 * kNanosPerSecond;   // ns, longest wait for one message, and longest time without any message
+constexpr Nanos kToCompare = 100'000'000;  // ns, time before the sound starts, to measure the shortest arrival delay
+constexpr double kLongest = 1e6;           // s, longest session
 
 haptics::MessageStream connect(const std::string& address) {
   std::string_view rest = address;
@@ -140,7 +139,7 @@ class Follower {
   Nanos first_ = 0, last_ = 0;  // ns, session times of the first and the last state
   Nanos fastest_ =
       std::numeric_limits<Nanos>::max();  // ns, smallest difference between arrival (this clock) and session time
-  Nanos unix_zero_ = 0;                   // ns since 1970, session's start by the other computer's clock
+  Nanos unix_zero_ = 0;                   // ns since 1970, start of the session on the other computer's clock
 };
 
 }  // namespace

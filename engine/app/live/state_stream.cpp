@@ -229,7 +229,7 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// Answers a WebSocket handshake (RFC 6455, 4.2). Refuses web pages of other computers by the header Origin.
+/// Answers a WebSocket handshake (RFC 6455, 4.2). Refuses web pages from other computers (header Origin).
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {

@@ -33,7 +33,7 @@ class StateStream {
 
   /// Starts the session's clock. `zero`: time of the monotonic clock to which later times are relative, ns.
   void begin(Nanos zero);
-  /// Sends a tick. `lost`: number of ticks the stream missed.
+  /// Sends a tick. `lost`: number of ticks that the stream has missed so far.
   void state(const ServoTick& tick, std::uint64_t lost);
   /// Sends an event. `kind`: for example "tool", "fault", "end".
   void event(Nanos t, const std::string& kind, const std::string& text);

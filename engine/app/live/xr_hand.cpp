@@ -38,7 +38,7 @@ class XrHand : public haptics::HapticDevice {
     if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
     const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
     sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
-    return true;  // the servo ends the session, not this hand
+    return true;  // never false, so this device never ends the session
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
   std::uint32_t faults() const noexcept override { return filter_.lost() ? bits(Fault::kDeviceLost) : 0; }

@@ -1,7 +1,7 @@
-// A headset's controller as the hand, without force. If tracking is lost, the tool stops and then yields to the force,
-// so that the force fades. When tracking returns, the tool moves to the hand; the drill runs again after the user has
-// released the trigger once. Tracking also counts as lost if a frame takes longer than 150 ms, because the user would
-// drill without seeing. This happens after a change of the quality level, while the driver compiles shaders.
+// Uses a headset's controller, which produces no force, as input device (the hand). If tracking is lost, the tool stops
+// and then yields to the force, so that the force fades. When tracking returns, the tool moves to the hand; the drill
+// runs again after the user has released the trigger once. Tracking also counts as lost if a frame takes longer than
+// 150 ms (shader compilation after a change of the quality level), because the user would drill without seeing.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Makes a hand for the servo thread. It reads the samples of the headset's thread at `rate` (Hz).
+/// Makes this input device for the servo thread. It reads the samples of the headset's thread at `rate` (Hz).
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -40,8 +40,8 @@ constexpr double kFullForce = 3;  // N, force at which the controller vibrates m
 constexpr double kSlowest = 60, kFastest = 320;
 // Spindle speed at which the controller vibrates with its highest frequency, rad/s.
 constexpr double kFastSpindle = 400 * kKrpm;
-// Limits for a controller and for an arm: the tip counts as still if it moves less than this distance (m) in this time
-// (s).
+// Limits for a controller and for an arm: a time (s) and a distance (m). The tip counts as still if it moves less than
+// this distance in this time.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // Longest time for a frame, s. After it, the GPU is assumed to hang; software rendering on a slow CPU takes less.
 constexpr double kLongestFrame = 20;
@@ -58,7 +58,7 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// For a thread that hangs in a call of the headset's runtime. At exit, the process then runs no destructors, because
+/// Call if a thread hangs in a call of the headset's runtime. At exit, the process then runs no destructors, because
 /// this thread might still use the data. The exit status remains the same.
 void end_hard_at_exit() {
   on_exit(
@@ -289,8 +289,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // Waits until the headset's thread has opened the runtime. If one call of the runtime takes too long, the session
-  // cannot start. (wake() limits the time until the user puts on the headset.)
+  // Waits until the headset's thread has opened the runtime and the user wears the headset; wake() limits this time. If
+  // a single call of the runtime takes too long, the session cannot start.
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;

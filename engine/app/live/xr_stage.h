@@ -1,5 +1,5 @@
-// Draws the bench for a headset: creates Vulkan through the headset's runtime, creates a renderer, and draws each
-// frame. Headset's thread only.
+// Draws a session's World for a headset: creates Vulkan through the headset's runtime, creates a renderer, and draws
+// each frame. Headset's thread only.
 #pragma once
 
 #include <array>

@@ -61,7 +61,7 @@ class DebrisView {
 
   /// Adds a cut, which makes chips. `area`: m², contact area; `duration`: s, time in which the cut was made.
   void add(const Cut& cut, const haptics::Tool& tool, double area, double duration);
-  /// Replaces a piece of tissue that was separated by a cut: chips appear in its place.
+  /// Makes chips in place of a piece of tissue that a cut has separated.
   void add(const LoosePiece& piece);
   /// Removes all chips and water, and resets the coarse distance field to the uncut tissue.
   void restart();
@@ -101,7 +101,7 @@ class DebrisView {
     // uncut: pose of the head at the latest cut, if the water's distance field does not yet include
     // this cut; otherwise empty. cut_at: pose of the head at the last cut that the field includes.
     std::optional<Pose> uncut, cut_at;
-    std::optional<std::uint32_t> tool;  // index of the tool of `head` and `reach`
+    std::optional<std::uint32_t> tool;  // index of the tool that `head` and `reach` describe
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
     std::uint64_t droplets = 0, cells = 0, texels = 0;  // the three counters' values at the last call of count()

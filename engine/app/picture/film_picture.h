@@ -11,8 +11,8 @@ namespace typodont {
 
 class FilmPicture {
  public:
-  /// `field`: distance field with the grid of the film of water. `version`: larger than that of an earlier picture at
-  /// the same place, so that renderers receive the empty film.
+  /// `field`: distance field with the grid of the film of water. `version`: larger than that of an earlier FilmPicture
+  /// at the same memory address; otherwise show() would not send the new, empty film.
   explicit FilmPicture(const debris::CoarseField& field, std::uint64_t version = 0);
 
   /// Updates the texels of those cells of the film of water that have changed visibly since the last call.

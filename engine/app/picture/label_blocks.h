@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks of voxels. Each block stores the set of its tissues; it stores the label of
-// each voxel only after one was read. Only for the thread that owns the tissue.
+// Tissue labels near the surface, in blocks of voxels. Each block stores the set of its tissues. It stores the labels
+// of its voxels only after at() was called for one of them. Only for the thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -66,7 +66,7 @@ class LabelBlocks {
   };
 
   Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  /// Replaces each tissue by the one as which it is drawn.
+  /// Replaces each tissue by the tissue that pictures show in its place.
   Tissues drawn(Tissues tissues) const;
   /// Reads the labels of a block.
   void read(const haptics::TissueVolume& volume, Block& block);

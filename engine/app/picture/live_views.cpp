@@ -315,7 +315,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    // The tooth first: it is more important than its surroundings.
+    // The surroundings' sections are computed after the tooth's result, which is more important.
     for (std::size_t i = 0; i < 2; ++i) {
       if (!around[i]) continue;
       try {

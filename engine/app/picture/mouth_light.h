@@ -25,7 +25,7 @@ class MouthLight {
   /// When the light is computed. kInBackground: until it is finished, pictures are drawn without this light or with the
   /// last computed one.
   enum class When : std::uint8_t { kAtOnce, kInBackground };
-  /// `around`: surroundings with a box `lit`; must not change while this object exists.
+  /// `around`: surroundings whose box `lit` is set; must not change while this object exists.
   MouthLight(const Surroundings& around, const render::Quality& quality,
              const std::array<render::Look, render::kMatterCount>& looks, When when);
   ~MouthLight();
@@ -34,8 +34,8 @@ class MouthLight {
 
   /// Passes the working tooth's changed mesh bricks. `origin`: origin of their vertices, m, frame W.
   void put(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Call before each frame. Follows the lamps and cuts of the working tooth. For the light between bodies, the tooth
-  /// keeps its shape at the first call.
+  /// Call before each frame. Adapts the light to changes of the lamps and to cuts of the working tooth. For the light
+  /// between bodies, the tooth always has the shape that it had at the first call.
   void follow(const render::Lights& lights, render::Renderer& renderer);
 
  private:

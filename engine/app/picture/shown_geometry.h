@@ -32,7 +32,7 @@ class ShownGeometry {
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
     // Fraction of the tissue `second` at this corner, 0 to 1; the rest is `tissue`.
     float fraction = 0;
-    float cut = 0;       // cut fraction of the surrounding surface, 0 to 1
+    float cut = 0;       // fraction of cut surface around the corner, 0 to 1
     float depth = 0;     // mm, depth of tissue `under` below the surface; 0: none
     glm::vec3 color{0};  // linear RGB of the surface, mixed with the tissue `under` that shines through
   };

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kReadoutSteps =
     6;                            // steps between two changes of the displayed numbers, so that they can be read
-constexpr double kBeside = 9e-3;  // m, distance of the usual suction nozzle behind the tooth, as the trainee sees it
+constexpr double kBeside = 9e-3;  // m, distance of the default suction nozzle from the tooth's top, in +y of frame W
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 // Everything visible in a session at one time, except its tissue, computed from the session's events. Equal events give
-// equal pictures, whoever draws them. For one thread.
+// equal pictures, in a live session and when a recording is played. For one thread.
 #pragma once
 
 #include <algorithm>

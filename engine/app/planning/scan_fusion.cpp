@@ -28,7 +28,7 @@ calibration::RegistrationResult register_picks(const std::vector<dvec3>& points_
   calibration::RegistrationOptions options;
   options.known_sigma = kClickNoise;
   calibration::RegistrationResult start = calibration::register_points(points_S, points_C, options);
-  // Rejects only gross errors here; the registration of the surfaces has exact checks.
+  // Rejects only gross errors, because register_surfaces() checks the refined pose.
   const calibration::Defect defect = start.degeneracy.defect;
   if (defect != calibration::Defect::kNone && defect != calibration::Defect::kNoise) {
     throw Error(place, "",

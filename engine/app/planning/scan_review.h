@@ -42,7 +42,7 @@ class ScanReview {
   void look_at(const dvec3& p_F);
   /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
-  /// Width of the sections, m, from 10 mm to the whole scan. A change moves the crosshair to the centre.
+  /// Width of the sections, m, from 10 mm to the whole scan. A smaller width centres the sections at the crosshair.
   double width() const { return width_; }
   double whole_width() const { return whole_; }
   void set_width(double width);
@@ -106,7 +106,7 @@ class ScanReview {
  private:
   struct Step {
     std::vector<haptics::Correction> corrections;
-    std::vector<haptics::BoxContent> before;  // labels before the correction; after undo(), the labels after it
+    std::vector<haptics::BoxContent> before;  // labels before the correction; after undo(): labels that redo() restores
   };
 
   void apply(Step& step, const haptics::Correction& correction);

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// True if the scene `file` uses the volume `site` beside it. Such a volume is no input, so it may be replaced.
+/// True if the scene `file` uses the volume `site` beside it. Only such a volume may be replaced.
 bool names_volume(const fs::path& file, const fs::path& site) {
   std::error_code code;
   if (!fs::is_regular_file(file, code)) return false;

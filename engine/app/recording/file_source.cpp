@@ -59,7 +59,7 @@ const ServoTick* FileSource::next_tick() {
   return &block_[tick_ - block_first_];
 }
 
-/// Writes the events other than ticks up to the time t to the event logs.
+/// Writes all events up to the time t, except ticks, to the event logs.
 void FileSource::write_before(Nanos t) {
   const auto& cuts = session_.cuts();
   for (; cut_ < cuts.size() && cuts[cut_].t <= t; ++cut_) event_logs_->servo.write(cuts[cut_]);

@@ -1,5 +1,5 @@
-// A recorded session as a source: writes the file's events to event logs. The soft gum is not recorded: at each tick,
-// the tool is placed at its drawn pose, where it presses and cuts the gum.
+// Reads a recorded session, and writes its events to event logs. The soft gum is not recorded: at each tick, the tool
+// is placed at its drawn pose, where it presses and cuts the gum.
 #pragma once
 
 #include <memory>

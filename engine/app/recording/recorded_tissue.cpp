@@ -78,7 +78,7 @@ void RecordedTissue::go_back(Nanos t) {
 }
 
 std::vector<const Cut*> RecordedTissue::cuts() const {
-  // Strokes in the tissue and undone ones: indices in done_. A stroke that changed nothing is in neither count.
+  // Indices in done_ of strokes in the tissue and of undone strokes. The carver's counts omit strokes without a change.
   std::vector<std::size_t> kept, undone;
   std::size_t earlier = 0;  // number of strokes made before this session
   for (std::size_t i = 0; i < done_.size(); ++i) {

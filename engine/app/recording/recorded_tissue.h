@@ -24,7 +24,7 @@ class RecordedTissue {
   const haptics::Carver& carver() const { return *carver_; }
   /// The cuts that the current tissue contains, in order, without undone strokes.
   std::vector<const Cut*> cuts() const;
-  /// Number of restarts with the initial tissue by seek().
+  /// Number of times that seek() started again from the initial tissue.
   int restarts() const { return restarts_; }
 
  private:

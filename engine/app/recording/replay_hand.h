@@ -1,4 +1,4 @@
-// A recorded session's hand as a device: --hand replay:SESSION.h5.
+// Input device that repeats the hand motion of a recorded session: --hand replay:SESSION.h5.
 #pragma once
 
 #include <memory>

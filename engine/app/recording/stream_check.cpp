@@ -9,7 +9,7 @@
 namespace typodont {
 
 namespace {
-constexpr double kPeriodError = 0.02;  // relative error of the tick period; real clocks deviate less
+constexpr double kPeriodError = 0.02;  // largest accepted relative error of the tick period; real clocks deviate less
 }
 
 StreamCheck::StreamCheck(const session::SessionReader& session)
@@ -59,8 +59,8 @@ void StreamCheck::cut(const Cut& replayed) {
 }
 
 void StreamCheck::rate() {
-  // The mean and the median must both be right: single late ticks do not change the median, and jitter does not change
-  // the mean.
+  // The rate is wrong only if both the mean and the median of the period deviate: single late ticks do not change the
+  // median, and jitter does not change the mean.
   const double ticks = static_cast<double>(contact_ticks_);
   if ((2 * early_ > contact_ticks_ && contact_time_ < (1 - kPeriodError) * ticks) ||
       (2 * late_ > contact_ticks_ && contact_time_ > (1 + kPeriodError) * ticks))

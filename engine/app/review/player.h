@@ -26,7 +26,7 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to the time t, s. `backwards`: the playback runs backwards, so chips and water, which cannot, are left out.
+  /// Moves to the time t, s. `backwards`: the playback runs backwards; chips and water are then not shown.
   void seek(double t, bool backwards = false);
   World& world() { return world_; }
   /// Event logs with the events up to the current time.
@@ -50,7 +50,7 @@ class SessionPlayer {
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
   std::set<std::uint64_t> shown_;  // the mesh bricks that take_surface() returned with triangles
-  int meshed_ = 0;                 // number of restarts of the tissue before the last take_surface()
+  int meshed_ = 0;                 // value of RecordedTissue::restarts() at the last take_surface()
 };
 
 /// State of the playback: position, speed, loop. It does not read a clock.

@@ -24,7 +24,7 @@ haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& nam
 std::filesystem::path implant_exercise_file();
 
 /// The keys of the block "implant". `bones`: nerve canal that the tissue of kind "bone"
-/// states. `tools`: the session's tools. Throws Error, also if a phase's tool is missing.
+/// contains; may be empty. `tools`: the session's tools. Throws Error, also if a phase's tool is missing.
 void describe_implant(Keys& keys, session::ImplantTask& task, const NerveCanal& bones,
                       std::span<const haptics::Tool> tools, const ScenePlace& place);
 /// Declares the keys of a procedure file.

@@ -21,7 +21,7 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// Names all members of the plan, so that a new member cannot be missing in the key of the cached meshes.
+// Each function names all members of a struct. If a new member is missing in the key, the code does not compile.
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
@@ -117,7 +117,7 @@ struct Writer {
 
 struct Reader {
   std::ifstream in;
-  std::uintmax_t size;  // bytes, size of the file; no list can be longer
+  std::uintmax_t size;  // bytes, size of the file; a list with more elements is invalid
   bool bytes(void* data, std::size_t count) {
     return static_cast<bool>(in.read(static_cast<char*>(data), static_cast<std::streamsize>(count)));
   }

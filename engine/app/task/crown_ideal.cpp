@@ -142,7 +142,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // Removes a layer: of the depth `chamfer` above the chamfer, and of the depth `occlusal` below the chewing surface.
+  // Removes a layer of depth `chamfer` above the chamfer, and one of depth `occlusal` at the chewing surface.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;

@@ -1,5 +1,5 @@
-// Measures damage to neighbouring teeth and gum, which the hand does not feel: moves the rotating head through
-// their distance fields. A replay gives the same result. Far from teeth and gum, a tick costs two distance queries.
+// Measures damage to neighbouring teeth and gum, which the hand does not feel: the volume that the rotating head
+// enters. A replay gives the same result. Far from teeth and gum, a tick costs two distance queries.
 #pragma once
 
 #include <memory>

@@ -19,9 +19,9 @@ using session::Preparation;
 
 constexpr double kMinDepth = 0.15e-3;    // m, smallest deviation from the ideal shape that is a defect
 constexpr double kMinVolume = 0.005e-9;  // m³, smallest cut of pulp or protected tissue that is a defect
-constexpr double kMinFraction = 0.1;     // a stroke that cut a smaller fraction of the defect is not named
-constexpr double kClosest = 1e-3;        // m; the stroke named for remaining tissue came at least this near
-constexpr double kMaxLoss = 1.0 / 3;     // an item that lost a smaller fraction of its points has no defect
+constexpr double kMinFraction = 0.1;     // a stroke that cut a smaller fraction of a defect's volume is not listed
+constexpr double kClosest = 1e-3;        // m, remaining tissue is attributed only to a cut at most this far away
+constexpr double kMaxLoss = 1.0 / 3;     // a score item that lost a smaller fraction of its points has no defect
 constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
 constexpr double kBefore = 1.0, kAfter = 0.5;  // s, the tool's path is stored for so long before and after a stroke
 constexpr std::size_t kPathMoments = 60;
@@ -39,7 +39,7 @@ class Cutters {
   std::span<const Cut* const> cuts() const { return cuts_; }
   const haptics::Tool& tool(std::uint32_t tool) const { return tools_[std::min<std::size_t>(tool, tools_.size() - 1)]; }
   double reach(const Cut& cut) const { return cut.fill_radius > 0 ? cut.fill_radius : tool(cut.tool).reach(); }
-  /// Distance of p_W from the cutting head at the fraction s of its path from A to B, or from the ball of filling, m.
+  /// Distance (m) of p_W from the cutting head at the fraction s of its path from A to B; for a filling, from its ball.
   double distance(const Cut& cut, double s, const dvec3& p_W) const {
     if (cut.fill_radius > 0) return glm::length(p_W - cut.X_WA.p) - cut.fill_radius;
     const Pose& X_WT = s < 1 ? cut.X_WA : cut.X_WB;

@@ -25,15 +25,15 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-/// Returns 1/√a with a relative error below 2e-3, because an exact root would dominate the loop. Uses Lomont's first
-/// guess (2003) and one Newton step.
+/// Returns 1/√a with a relative error below 2e-3. An exact root would need most of the loop's time. Uses Lomont's
+/// initial value (2003) and one Newton step.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Returns the mean speed of air that flows to the nozzle, divided by its distance, 1/s: (1 − ∛(1 − 3q))/dt, q =
-/// pull·dt (pull: initial ratio). For q < 1/3, it is about pull·(1 + 2q); for a larger q, the air reaches the nozzle.
+/// For air that flows to the nozzle: its mean speed in a step, divided by its distance, 1/s. (1 − ∛(1 − 3q))/dt, q =
+/// pull·dt (pull: the ratio at the start); for q < 1/3 about pull·(1 + 2q), else the air reaches the nozzle.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }

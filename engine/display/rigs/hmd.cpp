@@ -483,7 +483,7 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          // Projects the corners, which lie in z = −1.
+          // Projects the corners of the hidden triangles, which are given in the plane z = −1 of the eye.
           const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));

@@ -56,7 +56,7 @@ KeyThread::~KeyThread() {
   ::close(end_);
 }
 
-/// Reads the labels of all keys. If the user changes them, the server sends an event, and they are read again.
+/// Reads the labels of all keys. Called again after the server has reported a change of the keyboard layout.
 void KeyThread::read_labels() noexcept {
   const xcb_setup_t& setup = *xcb_get_setup(server_);
   const int first = setup.min_keycode, count = setup.max_keycode - first + 1;

@@ -149,8 +149,8 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// With a GPU, shows the frame at once. Software rendering would have to wait, so it shows it at the next acquire(),
-  /// present() or second poll().
+  /// With a GPU, shows the frame at once. With software rendering, this would have to wait for the frame, so the frame
+  /// is shown at the next acquire(), present() or second poll().
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -189,7 +189,7 @@ class Window final : public Output {
     glfwGetWindowSize(window_, &size.x, &size.y);
     glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 middle = at + size / 2 - lo;
-    // nothing to do, because the window is on another monitor
+    // nothing to do: the middle of the window is not on this monitor
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 fits = glm::min(size, room - kTitle);
@@ -278,7 +278,7 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// Returns false if the frame could not be shown. Notes what must be created again.
+  /// Returns false if the frame could not be shown. Sets `stale_` or `lost_` if something must be created again.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {

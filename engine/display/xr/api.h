@@ -20,7 +20,7 @@
 
 namespace typodont::display::xr {
 
-/// First list: OpenXR's functions (clang-format would change it each run); second: of extensions, null if not enabled.
+/// First list: core functions of OpenXR. Second list: functions of extensions; null if the extension is not enabled.
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \

@@ -23,10 +23,10 @@ struct GpuVertex {
 static_assert(sizeof(GpuVertex) == 28);
 inline constexpr float kDifferenceRange = 2e-3f;  // m, largest |Vertex::difference| that is stored
 
-/// Kind of a brick by its contents; selects the shader.
+/// Kind of a brick by its content; selects the shader. kSound: hard tissue without caries.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided, kMetal };
 inline constexpr std::size_t kBrickKinds = 6;
-/// Value of kHolds in frame.glsl: one bit per content.
+/// Value of kHolds in frame.glsl: one bit per kind of content, such as kHoldsDecay.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31, 47};
   return kBits[static_cast<std::size_t>(kind)];
@@ -42,7 +42,7 @@ struct Brick {
   float cone_cutoff = 1;
   bool first = false;            // true: the brick has not changed since the start
   std::array<PixelBox, 2> seen;  // pixels that the brick covers, for each eye
-  std::uint64_t seen_by = 0;     // version of the eyes for which `seen` is valid
+  std::uint64_t seen_by = 0;     // version of the eyes' poses for which `seen` is valid
 };
 
 struct Mesh {

@@ -66,7 +66,7 @@ struct SlotBuffers {
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
 /// Sets ObjectData::view for the next draws. `omitted_fraction`: fraction of the tool's pixels that are left out;
-/// `open_radius`: radius of the cone without handpiece, m.
+/// `open_radius`: radius at the working point of the view cone in which the handpiece is not drawn, m.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),

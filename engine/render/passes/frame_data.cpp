@@ -34,7 +34,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   for (std::size_t t = 0; t < looks.size(); ++t) {
     const Look& look = looks[t];
     data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
-    // A rubber dam gets no light inside tissue, because it is thinner than the grid's cells.
+    // A rubber dam is thinner than the cells of the TissueLightGrid, so it has no scattered light.
     const double inside = look.metal > 0.5 || static_cast<Tissue>(t) == kRubber ? 0 : 1;
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, dry_reflectance(look), look.wetness, inside));
   }
@@ -45,7 +45,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Half width and half height that a box has, seen from the lamp, around the middle of the spot.
+    // Half width and half height of the region, around the middle of the spot, that covers a box as seen from the lamp.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -113,8 +113,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
         data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
       }
     }
-    // Motion blur: the shutter is open for the time T. n blades at ω have the contrast |sin x / x|, x = n ω T / 2. It
-    // is zero at one blade per exposure, and neglected above.
+    // Motion blur: the shutter is open for the time T. n blades at ω have the contrast |sin x / x|, x = n ω T / 2. The
+    // contrast is zero if one blade passes per exposure; for more blades it is neglected.
     constexpr double kExposure = 1.0 / 60;  // s, exposure time T of the motion blur
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;

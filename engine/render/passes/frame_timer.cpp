@@ -29,7 +29,7 @@ void FrameTimer::begin(VkCommandBuffer commands, int of_slot) {
 
 void FrameTimer::mark(VkCommandBuffer commands, FramePart part, int views) {
   Slot& s = slots[static_cast<std::size_t>(slot)];
-  const auto used = static_cast<std::uint32_t>(views);  // Vulkan uses one query per view; the first has the time
+  const auto used = static_cast<std::uint32_t>(views);  // Vulkan uses one query per view; the first one has the time
   if (!queries || s.queries + used > kMaxQueries) return;
   s.marks[s.count] = {kMaxQueries * static_cast<std::uint32_t>(slot) + s.queries, part};
   vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, s.marks[s.count].query);

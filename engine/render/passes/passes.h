@@ -70,7 +70,7 @@ struct ToolBody {
   IndexedMesh mesh;
   int blades = 1;                                           // number of blades, see ToolMesh::blades
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
-  /// A slice of the tool: a cylinder around it at every spindle angle, in the tool's frame.
+  /// A cylinder that contains one slice of the tool at every spindle angle, in the tool's frame.
   struct Slice {
     float low = 0, high = 0, radius = 0;  // m, begin and end along the axis, and radius
   };
@@ -88,7 +88,7 @@ struct HandpieceBody {
 
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
-  bool with_light_grid = false;  // true: the first pipeline was created with SurfaceEffects::light_grid
+  bool with_light_grid = false;  // true: `pipeline` was created with SurfaceEffects::light_grid
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -133,8 +133,8 @@ struct ParticlePass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the parts that a headset's lenses hide, first and at the nearest depth, so that the depth test rejects
-/// everything behind.
+/// Draws the parts of the picture that a headset's lenses hide. They are drawn first, at the nearest depth, so that the
+/// depth test rejects everything else there.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -144,8 +144,8 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Masks the parts that this frame does not redraw: draws them first, only at the nearest depth, so that the depth test
-/// rejects everything else there.
+/// Masks the parts that this frame does not redraw. The mask is drawn first, at the nearest depth, without colour, so
+/// that the depth test rejects everything else there.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

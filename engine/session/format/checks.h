@@ -11,11 +11,11 @@
 
 namespace typodont::session {
 
-/// Limits of plausible values, far beyond a real bench.
+/// Limits of plausible values, far beyond the values of a real workbench.
 struct RecordingLimits {
   // Largest absolute time, ns. Times can be negative, because a stream may begin before the first tick.
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
-  // Largest distance of the hand from the origin, m. The servo refuses larger ones.
+  // Largest distance of the hand from the origin, m. The servo refuses larger distances.
   double farthest = 100;
   double farthest_cut = 10;  // m, largest distance of a cut from the origin; real cuts are near the tissue
   // Largest length of a cut in one tick, m. A real cut is inside the tissue patch, which is smaller.

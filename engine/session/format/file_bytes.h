@@ -48,8 +48,8 @@ class FileBytes {
   /// Overwrites the file `out` with the bytes that read() returns: this file's bytes with all changes. Throws Error.
   void write_to(const std::filesystem::path& out) const;
 
-  /// Makes HDF5 read these bytes if it opens a file with the property list `access` (H5P_FILE_ACCESS). The bytes must
-  /// exist longer than the HDF5 file is open.
+  /// Makes HDF5 read these bytes if it opens a file with the property list `access` (H5P_FILE_ACCESS). This object must
+  /// outlive the open HDF5 file.
   bool use(hid_t access) const;
 
  private:

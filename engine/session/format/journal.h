@@ -15,7 +15,7 @@
 
 namespace typodont::session {
 
-/// The journal of one recording. It must exist longer than the HDF5 file is open. Recorder thread only.
+/// The journal of one recording. It must outlive the open HDF5 file. Recorder thread only.
 class Journal {
  public:
   /// `file` is the final path of the session file; until start(), the session file may have another name.
@@ -33,7 +33,7 @@ class Journal {
   /// Why a commit or write failed; empty: none failed.
   const std::string& failure() const { return failure_; }
   /// 32 random hexadecimal digits. The recorder writes them to the beginning of the session file before start(), and
-  /// the journal contains them too, so that it can be applied to no other recording.
+  /// the journal contains them too, so that the journal cannot be applied to another recording.
   const std::string& recording() const { return recording_; }
   /// Length of the session file after the last flush.
   std::uint64_t length() const { return length_; }
@@ -57,7 +57,7 @@ class Journal {
 std::filesystem::path journal_of(const std::filesystem::path& file);
 /// The changes of a flush that a power cut interrupted. Returns nothing if there is no journal, if it is incomplete, or
 /// if it belongs to another file: with another identity, or a length that this file cannot have had. The changes need
-/// at most 64 MiB more memory than the file has bytes, and are inside the file as it would be after the flush.
+/// at most 64 MiB more memory than the file's size, and lie inside the file's length after the flush.
 std::vector<Change> journal_changes(const FileBytes& file);
 
 }  // namespace typodont::session

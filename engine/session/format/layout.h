@@ -50,9 +50,9 @@ struct LoopFields {
   LoopReport report() const;
 };
 
-// Locks a byte far behind the end of the file while it is recorded. The lock ends with the process, so a reader can
-// tell a running recording from a killed one. Returns a descriptor that the caller must close, or -1. HDF5's own lock
-// is no help, because HDF5 releases it when it starts SWMR (single writer, multiple readers).
+// While the file is recorded, locks a byte far beyond its end. The lock ends with the process, so a reader can tell a
+// running recording from a killed one. Returns a descriptor that the caller must close, or -1. HDF5's own lock does
+// not suffice, because HDF5 releases it when it starts SWMR (single writer, multiple readers).
 int lock_while_recording(const std::filesystem::path& file);
 bool is_being_recorded(int fd);
 bool is_being_recorded(const std::filesystem::path& file);

@@ -30,7 +30,7 @@ template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;
   if (n.x < 2 || n.y < 2 || n.z < 2) return;
-  // The six tetrahedra of a cube have the corners 0, a, b, 7; these are a and b.
+  // The six tetrahedra of a cube have the corners 0, a, b, 7; the table lists a and b. Corner bits: 4 x, 2 y, 1 z.
   static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   std::array<std::size_t, 8> offset{};
   for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kPiece = 8192;  // number of ticks read at a time
 constexpr std::size_t kBins = 480;      // number of bins in plots over time
-// Averaging time for speed, ns, against encoder noise.
+// ns, time over which speed is averaged, to reduce encoder noise
 constexpr Nanos kSpeedOver = 20'000'000;
 
 struct Accumulator {

@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kMinNoted = 0.05;  // s; notes shown for less than this are not reported
+constexpr double kMinNoted = 0.05;  // s; warnings shown for a shorter time are not reported
 
 }  // namespace
 

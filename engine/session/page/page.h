@@ -24,7 +24,7 @@ namespace typodont::session {
 /// Beginning of the page, from the doctype to the body. The page loads no other files.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page, and keeps its parts' data.
+/// Writes the report page of a session, and stores the data for its parts.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);

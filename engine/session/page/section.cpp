@@ -15,7 +15,7 @@ namespace {
 constexpr double kAround = 1.2e-3;  // m, margin around the changed region
 
 struct Window {
-  // The drawn part of the section's plane, m from `through`.
+  // Bounds of the drawn part of the section's plane, m, relative to the point `through`.
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 

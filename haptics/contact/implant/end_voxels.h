@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::implant {
 
-/// Arrays of the first ToolVoxels::ahead voxels of ToolVoxels::outer; these move into the bone. Padding fills the last
-/// block of kBlock voxels; it never has contact.
+/// Arrays with one element per tool voxel: the first ToolVoxels::ahead voxels of ToolVoxels::outer, which touch bone
+/// first. Padding fills the last block of kBlock voxels; it never has contact.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
@@ -38,7 +38,7 @@ struct EndVoxels {
 /// Parameters of the cutting law in this tick. SI.
 struct EndLaw {
   double voxel = 0;  // m, voxel size of the tissue patch
-  // m; only within this distance from the axis does a tool voxel that cannot cut stop the tool
+  // m; a tool voxel that cannot cut stops the tool only within this distance from the axis
   double width = 0;
   bool cuts = false;    // false: the tool cannot cut, for example at rest
   double max_grey = 0;  // Hounsfield units, densest bone that can be cut
@@ -61,8 +61,8 @@ struct EndScan {
   PerTissue hardness{};  // m² × hardness, for each tissue
 };
 
-/// Sums the cutting law over the tool's end; finds obstacles ahead. `center_V`: head's centre, voxels. The patch must
-/// reach two voxels farther. Weights decrease from 1 at bone to 0 one voxel away. Bit-identical on every processor.
+/// Sums the cutting law over the tool's end; finds obstacles ahead. `center_V`: head's centre, voxels. A voxel's weight
+/// is 1 at bone and 0 one voxel away. The patch must reach two voxels beyond the tool. Bit-identical on all processors.
 EndScan scan_end(const EndVoxels& voxels, const TissuePatch& patch, const EndLaw& law, const dvec3& center_V,
                  const dquat& R_WT) noexcept;
 

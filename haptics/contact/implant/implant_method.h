@@ -26,15 +26,15 @@ struct Parameters {
   // m, edge of a tool voxel. Zhao 2020: 0.06 mm for a tool of 4.2 × 12 mm.
   double tool_voxel = 0.06e-3;
   int layers = 2;  // number of layers of tool voxels (Zhao 2020: "1~2")
-  // m; criterion 1 for entering a drilled hole: largest distance of the tip from the hole's axis, and below its entry
+  // m; criterion 1 for entering a drilled hole: largest distance of the tip from the axis, and largest depth of the tip
   double centre_tolerance = 0.5e-3;
-  // m; criterion 1 for entering a drilled hole: largest height of the tip above its entry (a wide tool meets its rim)
+  // m; criterion 1 for entering a drilled hole: largest height of the tip above the entry (the rim stops wide tools)
   double rim_above = 1.5e-3;
-  // m; criterion 2 for entering a bed (drilled hole): a tool that does not widen the hole may be wider than it by this
+  // m; criterion 2 for entering a drilled hole: largest (tool radius - hole radius) of a tool that does not widen it
   double radius_tolerance = 0.1e-3;
-  // m; criterion 2 for entering a drilled hole: a drill, or the core of an implant, may be wider than the hole by this
+  // m; criterion 2 for entering a drilled hole: largest (tool radius - hole radius) of a drill or an implant's core
   double widening = 0.6e-3;
-  // m; criterion 2 for entering a drilled hole: a tool may be narrower than it by this; a narrower one moves freely
+  // m; criterion 2 for entering a drilled hole: largest (hole radius - tool radius); narrower tools move freely in it
   double loose = 0.75e-3;
   // rad (10 degrees); criterion 3 for entering a drilled hole: largest angle between the axes of tool and hole
   double axis_tolerance = 0.175;

@@ -163,7 +163,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Adds the pose's jump at the last entering or leaving of a bed (offset_, turn_), after reducing it gradually to zero.
+/// Reduces the pose's jump (offset_, turn_) that remains from entering or leaving a bed, and adds it to the pose.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -197,7 +197,7 @@ bool ImplantModel::touches_too_dense() const noexcept {
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Outside beds, only a round bur cuts, and only after the pose's jump at the last bed has decreased to zero.
+  // Outside beds, only a round bur cuts, and only after the pose's jump (offset_, turn_) has decreased to zero.
   cuts_free_ = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
   free.cuts = cuts_free_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
@@ -345,7 +345,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Limits the step by switch_slew until the tool has caught up with the hand; not the step of a perforating drill.
+/// Limits the step by switch_slew after the tool has entered a bed, until it drills or has caught up with the hand.
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), max_step = parameters_.switch_slew * in.dt / stiffness(in);
@@ -385,7 +385,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, scan_.free), -most, most);
   axial_.speed = step / in.dt;
-  // Sign of the felt torque about z: positive with a motor, negative by hand; zero without rotation.
+  // The felt torque opposes the rotation. A tool that advances rotates about -z if turned by hand, +z with a motor.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_fraction * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));

@@ -91,7 +91,7 @@ class ImplantModel final : public offset::OffsetModel {
   static constexpr std::size_t kMaxBeds = 64;
 
   bool in_bed_ = false;
-  bool easing_ = false;  // true: the tool is in a bed, but has not reached the hand yet
+  bool easing_ = false;  // true: the tool has entered a bed, but has not caught up with the hand yet
   std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tip below the entry
   double entered_ = 0;   // m, depth of the tip when the tool entered

@@ -9,8 +9,8 @@ namespace {
 
 // m; a smaller overlap of head and tissue counts as rounding error
 constexpr double kOverlap = 1e-9;
-// Tolerated overlap of a head at rest with tissue divided by the head's radius. Without it, a sharp rim could not enter
-// its own hole again, which has the same width.
+// Tolerated overlap of a head at rest with tissue, divided by the head's radius. Without it, a head with a sharp rim
+// could not enter its own hole again, because the hole is as wide as the head.
 constexpr double kAllowedDepth = 0.01;
 // fraction of HeadPoints::kept that the head moves before the next list of contact points is begun
 constexpr double kAhead = 0.4;

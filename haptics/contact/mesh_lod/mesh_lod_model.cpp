@@ -21,7 +21,7 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kMinStep = 1e-9;  // m; a cut with a shorter step is not made
 // weight of each new ratio in the running mean measured_ of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts, the bur sinks into faces that are already cut. Limits in radii of the bur.
+// The snapshot may lack the last cuts; its faces then overlap the bur. Limits in radii of the bur:
 // kMaxOverlap: depth of a face in the bur's head. kMaxAdvance: distance that the bur may cut without a new snapshot.
 constexpr double kMaxOverlap = 0.5, kMaxAdvance = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur sinks into tissue
@@ -281,7 +281,7 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
-/// Returns true if the faces of the snapshot can still stop the head at `to`: the head's axis has not passed them.
+/// Returns true if the faces of the snapshot can still stop the head at `to`: no face lies too deep inside the head.
 /// Without this test, a bur could pass all faces if no new snapshot arrives.
 bool MeshLodModel::may_penetrate_to(const dvec3& to) noexcept {
   const double most = kMaxOverlap * point().radius(),

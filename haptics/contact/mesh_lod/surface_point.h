@@ -18,7 +18,7 @@ struct SurfaceOptions {
   // true: at borders between tissues, walls stop a tool on its way from the softer to the stiffer tissue
   bool walls = true;
   double wall_limit = 0.5;  // N, force above which a wall lets the ball through
-  // N/m, stiffness of the coupling for a tissue with 1 N/mm; proportional to the tissue's stiffness
+  // N/m, stiffness of the coupling for a tissue of 1 N/mm; for other tissues, it is proportional to their stiffness
   double unit_force = 1000;
 };
 

@@ -9,7 +9,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 /// Two spheres are linked at the start if their gap divided by the smaller radius is at most this. Large, so that links
-/// reach the next deeper layer of spheres; such a link remains when a cut makes the upper sphere smaller, from above.
+/// also reach the next deeper layer of spheres. Such a link remains when a cut from above shrinks the upper sphere.
 constexpr double kLink = 1.5;
 // m; a link breaks if the gap has grown by this and exceeds the sum of radii. Smaller than any tool's diameter.
 constexpr double kWidened = 0.1e-3;
@@ -145,8 +145,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // Two flood fills have met: appends the smaller list of spheres to the larger one. The spheres that its
-            // fill has not visited yet follow, some of them twice.
+            // Two flood fills have met: appends the smaller list of spheres to the larger one. The merged fill visits
+            // all appended spheres, some of them for the second time.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;

@@ -25,8 +25,8 @@ struct Moment {
   double gain = 0;  // N, force if all spheres had density 1
 };
 
-/// Returns force / cutting power (N/W) by Preston's law, like `earn` in the servo: power = μ_c · efficiency · force F ·
-/// head's radius R · speed ω. Ignores the motor's loss of speed under load.
+/// Returns force / cutting power (N/W) by Preston's law, as in Servo::State::earn(): power = μ_c · efficiency · force F
+/// · head's radius R · speed ω. Ignores the motor's loss of speed under load.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));

@@ -19,7 +19,7 @@ constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the dis
 // Voxels. When the ball that cuts a sphere has moved this far, its position and radius are stored (a note), so that
 // rasterize() can update the distance field.
 constexpr double kNoteEvery = 0.03;
-// voxels; a cut changes the distance field up to this far beyond the cut sphere and its gaps, due to interpolation
+// voxels; interpolation changes the distance field up to this far beyond the cut sphere and the gaps around it
 constexpr double kAround = 1.8;
 // In radii of the packing's largest hole: distance up to which a cut sphere also empties the gaps around it.
 constexpr double kGapsAround = 2;

@@ -22,7 +22,7 @@ constexpr int kTrials = 8;
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
-// rad, largest rotation of the tool per cut; treating its arc as a chord then errs by at most 5e-5 of its reach
+// rad, largest rotation of the tool per cut; a chord then differs from its arc by at most 5e-5 of the tool's reach
 constexpr double kMaxTurn = 0.02;
 // N, force limit of a dental scene. When the proxy moves back along its path, the rate of force equals that of "offset"
 // if the scene's limit is at most this; with a larger limit, the rate is larger in proportion.
@@ -101,7 +101,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, they may remove another volume.
+  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, their removed volume may be different.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -128,7 +128,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo uses only clearances of the tool above a voxel, so smaller ones need not be exact.
+  // The servo uses only clearances larger than one voxel, so smaller values need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kSearchDistance + reach, least + reach) - reach);
 }
@@ -348,7 +348,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // Every second step bisects: the cost rises with each newly touched sphere, so that the secant converges slowly.
+    // Every second step is a bisection: each newly touched sphere raises the cost, so the secant converges slowly.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }

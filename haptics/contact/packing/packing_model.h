@@ -17,7 +17,7 @@
 namespace typodont::haptics::packing {
 
 /// Passes 1 and 2: constrain(); pass 3: cut(). Cutting speed (S2, eq. 4): motor power / (contact area × dentin's
-/// specific energy × relative density). Instead of estimating this area, cut() finds the step that uses the energy.
+/// specific energy × relative density). Instead of estimating this area, cut() finds the step that uses up the energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument: spheres only become smaller.

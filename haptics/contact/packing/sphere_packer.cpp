@@ -23,8 +23,8 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // grid nodes along each edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// Free radius of a grid node: radius of the largest sphere that fits around the node. It is stored up to this multiple
-// of the largest allowed radius.
+// Free radius of a grid node: radius of the largest sphere that fits around the node. The stored value is limited to
+// this multiple of the largest allowed radius.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid divided by the largest allowed radius
 // In grid spacings. When the largest free radius of all nodes is smaller than this, a finer grid is made.
@@ -71,8 +71,8 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Priority of a node. First come nodes at the largest allowed radius that have the least space around them, so that
-/// spheres lie close together; then nodes by free radius.
+/// Priority of a node. First come nodes where the largest allowed sphere fits, those with the least space first, so
+/// that spheres lie close together. Then come the other nodes, by free radius.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;

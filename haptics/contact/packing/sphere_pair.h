@@ -1,4 +1,4 @@
-// Contact time, distance and overlap of two spheres. Pure functions; any unit of length.
+// Contact time, distance and overlap of two spheres. Pure functions; any unit of length. S2: see docs/papers.md.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
 }
 
 /// Volume of the overlap of two spheres at distance `d` (S2, eq. 2): 0 if apart; the smaller sphere's volume if it is
-/// inside. The printed equation lacks the denominator and the squared difference of radii.
+/// inside. The printed equation lacks the denominator `12 * d` and the square of `r1 - r2`.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);

@@ -15,10 +15,10 @@ namespace {
 
 // largest number of motions of the proxy that are tested per tick
 constexpr int kSweeps = 24;
-// The tick ends after this many consecutive motions of the proxy without progress, as in a cavity with many contacts;
-// the next tick continues.
+// follow() ends after this many consecutive motions of the proxy without progress, as in a cavity with many contacts.
+// The next tick continues.
 constexpr int kStuck = 8;
-// largest number of contacts of the tool's non-cutting parts per cut
+// largest number of contacts of non-cutting parts that one cut adds as constraints
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations per projection
 constexpr double kSettled = 1e-12;  // m; a smaller change of the result ends the iteration of a projection
@@ -32,7 +32,7 @@ constexpr double kMargin = 60e-6;
 constexpr double kMaxMargin = 300e-6;
 // margin of a near list (motion for which the list is valid) divided by the motion per tick
 constexpr double kAhead = 3;
-// m, search distance for the nearest tissue sphere if a list of near spheres would be empty
+// m; if a near list is empty, its margin is the distance of the nearest tissue sphere, searched up to this distance
 constexpr double kSearchDistance = 2e-3;
 // m, rounding error of a distance between spheres, added to limits
 constexpr double kRounding = 1e-12;
@@ -40,7 +40,7 @@ constexpr double kRounding = 1e-12;
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
-// m; in a long list, spheres up to this gap count as near without a test (listed_near)
+// m; a search in a long list for spheres up to a smaller gap uses only the stored gaps (listed_near)
 constexpr double kFewOthers = 100e-6;
 // number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
@@ -340,7 +340,7 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips spheres whose
-/// stored gap is above `gap`. In a long list, the other spheres are not tested, because nearly all are near.
+/// stored gap is above `gap`. In a long list, the stored gap alone decides, because nearly all others are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -386,12 +386,12 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// Fraction 0..1 of the motion to `goal` at which the gap is still kGap before the first contact.
+/// Largest fraction 0..1 of the motion to `goal` that leaves the gap kGap to the sphere of the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m by which the whole motion to `goal` would bring both spheres together
+  // m, component of the whole motion to `goal` towards the tissue sphere, at the first contact
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -412,8 +412,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. (A contact of the head may have stopped follow() earlier.) If
-    // the contact is a constraint already, rotation has curved the path, so the constraint's gap is reduced.
+    // Adds the contact as a constraint and tries again. (follow() lacks it if the head had contact earlier.) If the
+    // contact is a constraint already, the path was curved by rotation, so the constraint's gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -432,8 +432,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad of rotation per m of push
-    double yields;  // m by which the gap changes per m of push
+    dvec3 turned;   // rad/m, rotation of the proxy per metre of push (multiplier)
+    double yields;  // change of the gap (m) per metre of push
   };
   std::array<Step, kMaxContacts> steps;
   std::size_t count = 0;
@@ -472,7 +472,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Index in contacts_ of the contact between these two spheres; count_: none.
+/// Index in contacts_ of the contact between these two spheres; count_ if there is none.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;

@@ -1,4 +1,4 @@
-// The proxy follows the hand as far as the spheres of the tissue allow (paper S2, pass 1, sections III B and C).
+// The proxy follows the hand as far as the spheres of the tissue allow (paper S2 in docs/papers.md, III B and C).
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the pose without a collision test. Tissue spheres that overlap the tool can be left, but not entered deeper.
+  /// Sets the pose without a collision test. From an overlap with tissue, the tool can move out, but not deeper.
   void place(const Pose& X_W) noexcept;
   /// Sets the pose after a cut, without a collision test.
   void move_to(const Pose& X_W) noexcept;
@@ -49,8 +49,8 @@ class SphereProxy {
   }
   /// Discards the lists of near spheres. Call it if tissue spheres may have grown or returned.
   void forget_near() noexcept;
-  /// Call it for each changed sphere. The lists of near spheres remain valid for a smaller sphere; but a cut may also
-  /// move a sphere, so that it protrudes up to `protrudes` m beyond its old surface.
+  /// Call it for each changed sphere. The lists of near spheres remain valid if a sphere only becomes smaller. But a
+  /// cut may also move a sphere, so that it extends up to `protrudes` m beyond its old surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -66,7 +66,7 @@ class SphereProxy {
   /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
   /// penetration. Returns the fraction of this motion up to the next contact within `longest_path` m; 1: no contact.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, it finds the first contact.
+  /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, the GPU searches contacts.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
   /// Lists the tissue spheres that one tool sphere can touch on its path to `to`, like SphereTree::near_segment().
@@ -87,7 +87,7 @@ class SphereProxy {
 
   /// Force on the hand in N (paper S2, eq. 7). `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Torque in N·m of `force` at the contact point about the centre of mass (paper S2, eq. 8).
+  /// Torque in N·m about the centre of mass, if `force` acts at the contact point (paper S2, eq. 8).
   dvec3 torque(const dvec3& force) const noexcept;
   /// Mean of the contact points, m, weighted by the pushes of the contacts.
   dvec3 contact_point() const noexcept;
@@ -101,7 +101,7 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m; a tissue sphere that protrudes less reduces the margins of all lists; one that protrudes more, only of near ones
+  // m; a smaller protrusion of a cut sphere reduces the margins of all lists; a larger one, only of the lists near it
   static constexpr double kStickOut = 1e-6;
 
   /// A motion from the current pose of the proxy.

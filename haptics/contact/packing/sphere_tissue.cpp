@@ -62,8 +62,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if this cut is not deeper
-/// than earlier cuts.
+/// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if the ball does not
+/// overlap what earlier cuts have left of the sphere.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -74,7 +74,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // The cut comes from another side: the current state becomes the base from which overlaps are measured.
+    // The cut does not continue the last one: the current state becomes the base from which overlaps are measured.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -153,8 +153,8 @@ TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume,
   volume = radius > SphereTissue::kMin * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
-/// SphereTissue::after_cut() for eight spheres, with bit-identical results. `others` receives the spheres that are cut
-/// from another side than before.
+/// SphereTissue::after_cut() for eight spheres, with bit-identical results. `others` receives the spheres whose cut
+/// does not continue their last one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -209,7 +209,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // A step without change is overwritten by the next one; when steps_ is full, its last element is overwritten.
+      // The step is kept (++count_) only if the sphere changes. If steps_ is full, its last element is overwritten.
       Step& step = steps_[std::min(count_, kMaxSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
@@ -272,7 +272,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own no voxel: its own volume counts. Then all volumes are scaled to the tissue's.
+  // A sphere smaller than a voxel may own no voxel: its own volume counts. Then all are scaled to packing.solid_volume.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

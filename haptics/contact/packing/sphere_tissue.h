@@ -1,4 +1,4 @@
-// The spheres of the tissue. A cut makes them smaller, moves or removes them.
+// The spheres of the tissue. A cut makes them smaller, moves or removes them. S2: see docs/papers.md.
 #pragma once
 
 #include <cstddef>
@@ -77,7 +77,7 @@ class SphereTissue {
 
   // Public because the SIMD kernels use it.
   struct Lanes;
-  /// Ratio of a sphere's new radius to that before the cut; below it, the sphere is removed: nobody could feel it.
+  /// Smallest ratio of a sphere's radius to that before the cut. A smaller sphere is removed, as it cannot be felt.
   static constexpr double kMin = 1e-3;
 
   /// Size of spheres and tree, bytes.
@@ -142,7 +142,7 @@ class TriedCut {
     double protrudes = 0;
     CutSphere after;
   };
-  std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
+  std::vector<Step> steps_;  // changes in the order of packing::carve(); the first count_ are valid
   std::size_t count_ = 0;    // number of changes; above kMaxSteps, only the first kMaxSteps are stored
   // true: several balls cut, so a ball may cut a sphere that an earlier ball has cut
   bool several_ = true;

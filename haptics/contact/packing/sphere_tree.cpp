@@ -43,7 +43,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes the distance of p from each sphere's surface, minus `offset`. Returns a bit mask: result below `most`.
+/// Computes the distance of p from each sphere's surface, minus `offset`. Returns the mask of results below `most`.
 TYPODONT_INLINE unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
@@ -99,7 +99,7 @@ TYPODONT_INLINE unsigned children_within(const SphereTree::Node& node, const glm
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path. If the moving sphere is large, the ball excludes more children than the boxes do.
+/// A ball around the whole path. If the moving sphere is large, this ball excludes more children than Ray does.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -194,7 +194,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates bounding boxes from a leaf upwards until one does not change, or, if not `exactly`, is large enough.
+/// Updates bounding boxes from a leaf upwards. Stops at an unchanged box; unless `exactly`, also at one large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, rounding_margin_, lo, hi);
@@ -244,7 +244,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m; a smaller motion along an axis counts as zero, far below the margin of the boxes
+    // m; a smaller motion along an axis counts as zero. It is far below the margin of the boxes.
     const double slow = 1e-6 * rounding_margin_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);

@@ -16,8 +16,8 @@ namespace typodont::haptics::packing {
 /// Position of a sphere in the tree: leaf · 8 + lane. Neighbouring spheres are at neighbouring positions in memory.
 enum class Place : std::int32_t {};
 
-/// Leaves of eight spheres and nodes with eight children, which are tested at once. Any frame and unit m. After set-up
-/// noexcept, without allocation. One thread at a time.
+/// Leaves have eight spheres, nodes eight children; all eight are tested at once. Any frame; lengths in m. After set-up
+/// no function throws or allocates. One thread at a time.
 class SphereTree {
  public:
   static constexpr std::size_t kLeafSize = 8;

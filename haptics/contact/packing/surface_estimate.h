@@ -1,5 +1,5 @@
-// Estimates the tissue in contact and its cutting speed (paper S2, pass 2, eq. 2 to 5). Pure functions; servo thread
-// only.
+// Estimates the tissue in contact and its cutting speed (paper S2 in docs/papers.md, eq. 2 to 5). Pure functions;
+// servo thread only.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@ namespace typodont::haptics::packing {
 struct SurfaceEstimate {
   dvec3 n_W{0};       // normal out of tissue (paper S2, eq. 2); zero: no overlap
   double volume = 0;  // m³, sum of all overlaps
-  // Density summed over the contact (ρ of paper S2, eq. 3), in mm³: a larger contact is cut more slowly.
+  // mm³, sum of overlap × density (ρ of paper S2, eq. 3); a larger contact is therefore cut more slowly
   double density = 0;
   double normalised = 0;  // mean density of the contact (ρ̂ of paper S2, eq. 3)
   PerTissue fraction{};   // fraction of each tissue in `volume`; the sum is 1
@@ -52,7 +52,7 @@ inline double cutting_speed(double base_speed, double density, double free_speed
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }
 
-/// Step of the cut in m during `dt` s, to a point `left` m away (S2, eq. 5, corrected: m · v_d / Δt is not a length).
+/// Step of the cut in m during `dt` s, to a point `left` m away (S2, eq. 5; its printed m · v_d / Δt is not a length).
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

@@ -13,7 +13,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSamples = 48;  // number of samples along the longest side of a tool given as a solid
-// ratio of neighbouring spheres' distance in a chain to their radius; notches between them are 2 % of the radius deep
+// distance of neighbouring spheres in a chain divided by their radius; notches between them: 2 % of the radius deep
 constexpr double kChainStep = 0.4;
 // kCells: grid nodes across the head's radius. kRingStep: distance of neighbouring spheres in a ring divided by their
 // radius. kMinCovered: a ring is added only if (volume that it newly covers / head's volume) is at least this.
@@ -58,7 +58,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double max_gain = 0;  // volume that a ring newly covers per sphere
+      double max_gain = 0;  // largest volume per sphere that a ring newly covers
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -99,7 +99,7 @@ class Rings {
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first, end) for the nodes that a ring of spheres covers midway between two of its spheres.
+  /// Calls f(level, first, end) for the nodes that the whole ring of spheres covers, also midway between two spheres.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = depth_[node(i, j)];
@@ -175,7 +175,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   field.band = glm::length(extent);
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // any tissue: a tool is one material
+  field.tissue.assign(count, Tissue::kEnamel);  // any label, because a tool consists of one material
   for (int x = 0; x < field.size.x; ++x) {
     for (int y = 0; y < field.size.y; ++y) {
       for (int z = 0; z < field.size.z; ++z) {
@@ -186,7 +186,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  // the spheres of a tool may be as large as fits into it
+  // no limit of the spheres' radius: this length is larger than the tool
   options.max_radius = field.band;
   const SpherePacking packing = pack_spheres(field, options);
   return {packing.center, packing.radius};

@@ -1,4 +1,4 @@
-// A tool that consists of spheres. Set-up only.
+// A tool that consists of spheres. Set-up only. S2: see docs/papers.md.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct ToolSpheres {
   std::size_t size() const { return radius.size(); }
 };
 
-/// A ball is one sphere; another head has up to `spheres` spheres in rings; shank and safe end are chains on the axis.
+/// A ball is one sphere, any other head up to `spheres` spheres in rings. Shank and safe end: chains on the axis.
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres);
 /// Spheres of a solid in frame T, for example a mesh (read_mesh_solid). Throws Error if it is unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);

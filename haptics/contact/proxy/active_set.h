@@ -132,7 +132,7 @@ class ActiveSet {
     double pushed = 0;
     for (int turn = 0; turn < kMaxLeaving; ++turn) {
       // The normal of the plane `next` is split into two components. rest: component perpendicular to all active
-      // normals. r: factors with which the sum of the active normals gives the other component.
+      // normals. r: weights of the active normals whose weighted sum is the other component.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

@@ -45,7 +45,7 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
       radius_(tool.radius() / voxel),
       reach_(tool.reach() / voxel),
       samples_(std::make_unique<HeadSamples>(tool, head_, voxel)) {
-  if (tool.implant) return;  // the bed guides the instrument; contacts of its rims would change at the bed's entry
+  if (tool.implant) return;  // an implant's rim contacts would change at the entry of the bed (hole) that guides it
   glm::dvec2 in(1, 0);       // direction of the outline at its start and end, on the axis: perpendicular to the axis
   for (int i = 0; i <= head_.count; ++i) {
     const HeadField::Piece& last = head_.pieces[std::max(i - 1, 0)];
@@ -99,7 +99,7 @@ bool ContactFinder::find_by_offset(const TissuePatch& patch, const dvec3& c, Con
       distance = edge.gap + radius_;
       n = edge.n;
     } else {
-      // If this condition is not met, two walls influence the field at the foot point (surface point nearest to c).
+      // If one of these tests fails, two walls influence the field at the foot point (surface point nearest to c).
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
@@ -229,7 +229,7 @@ void ContactFinder::find(const TissuePatch& patch, const Pose& X_VT, double near
   set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
   std::fill_n(set.approximate_.yields, found.count, 1.0f);
   if (fine && sphere_ && patch.holds(X_VT.p, 0)) {
-    // The nearest surface may lie between the samples.
+    // The tissue may be nearest to the ball between the ball's samples.
     const FieldSample at = sample_linear_gradient(patch, X_VT.p);
     if (at.value > 0.5 && glm::length(at.gradient) > 0.5)
       find_below(patch, X_VT, X_VT.p - at.value * glm::normalize(at.gradient), near, set);
@@ -308,7 +308,7 @@ void ContactFinder::find_between_samples(const TissuePatch& patch, const Pose& X
   Candidate nearest[H::descents] = {};  // sorted by `value`, the distance from tissue
   int count = 0;
   const glm::dmat3 axes(X_VT.R);
-  constexpr double kHalfDiagonal = 0.87;  // voxels, half the diagonal of a voxel
+  constexpr double kHalfDiagonal = 0.87;  // voxels, half the diagonal of a voxel (√3/2, rounded up)
   const float within = samples_->cover_radius + static_cast<float>(near + kHalfDiagonal);
   for (const glm::vec3& point : samples_->cover) {
     const dvec3 x = X_VT.p + axes * dvec3(point);
@@ -465,8 +465,8 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// If a sharp rim of the head is inside smooth tissue, the normals of its two sides both do not point out of the
-/// tissue. Uses the tissue's normal at the deepest point of the rim instead.
+/// If a sharp rim of the head is inside smooth tissue, neither normal of its two sides points out of the tissue.
+/// Uses the tissue's normal at the deepest point of the rim instead.
 bool ContactFinder::touch_with_rim(const TissuePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);

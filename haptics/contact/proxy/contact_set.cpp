@@ -25,7 +25,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Stores the exact plane of a refined contact. If the array is full, it replaces the oldest plane.
+/// Stores the exact plane of a refined contact. If the array is full, the new plane replaces the oldest.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {
@@ -40,7 +40,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   approximate_.yields[i] = static_cast<float>(plane.yields);
 }
 
-/// Adds a contact in single precision, without an exact plane. If the set is full, it replaces the last contact.
+/// Adds a contact in single precision, without an exact plane. If the set is full, the last contact is replaced.
 void ContactSet::put_own(const ContactPlane& plane) noexcept {
   const int i = count_ < kMax ? count_++ : kMax - 1;
   const glm::vec3 x(plane.x - origin_), n(plane.n);

@@ -17,7 +17,7 @@ dvec3 across(const dvec3& n) noexcept {
   return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
 
-/// Signed distance of (u, w) from a circle that goes through the origin with curvature k and normal (0, 1).
+/// Signed distance of (u, w) from a circle with curvature k through the origin, where its normal is (0, 1).
 double from_circle(double u, double w, double k, double& du, double& dw) noexcept {
   const double twice = k * (u * u + w * w) + 2 * w, root = std::sqrt(std::max(1 + k * twice, 1e-12));
   du = k * u / root, dw = (1 + k * w) / root;
@@ -92,7 +92,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
-  // A curved fit may be a wrong one, to samples of two smooth surfaces, so it is compared with more samples.
+  // A curved fit is wrong if its samples belong to two smooth surfaces, so it is compared with more samples.
   return most < C::curved || off_samples(f, step, at, sheet) < C::residual;
 }
 
@@ -134,7 +134,7 @@ struct Place {
   int group;
 };
 
-/// Searches surface points in all directions around the crease at x; beyond an edge, starts below the surface.
+/// Searches a surface point in each direction around the crease at x. If it finds none, it starts again from below.
 void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
@@ -171,7 +171,7 @@ struct Groups {
     }
     return sum;
   }
-  /// Adds a point to the sheet on which it lies, or begins a new sheet. Returns false if a corner cannot have so many.
+  /// Adds a point to the sheet on which it lies, or begins a new sheet. Returns false if there are too many sheets.
   bool add(Place& place) noexcept {
     for (place.group = 0; place.group < count; ++place.group) {
       dvec3 n;
@@ -184,7 +184,7 @@ struct Groups {
   }
 };
 
-/// Fits the sheet `own` (smooth surface) at `place`, then in steps away from other sheets, until accepts() is true.
+/// Fits the sheet `own` (smooth surface) at `place`, then farther from the other sheets until accepts() is true.
 template <class Accepts>
 bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {
@@ -334,7 +334,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
     }
   }
   if (!agrees_around(patch, x, crease)) return false;
-  // Is there another surface below a point? On a sharp ridge, interpolated points lie too deep, so a sample decides.
+  // No other surface may lie below a point. On a sharp ridge, interpolated points are too deep, so a sample decides.
   return std::ranges::none_of(around, [&](const Place& place) {
     if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
     const dvec3 below = glm::floor(place.at.x - C::below * place.at.n + 0.5);
@@ -342,7 +342,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
   });
 }
 
-/// Returns false if a third smooth surface cuts the line, near x, in which two of them meet.
+/// Returns false if a third smooth surface cuts, near x, the line where the two surfaces of the crease meet.
 bool line_goes_on(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
   dvec3 on = x, n[2];
   if (crease.count != 2 || !crease.onto_line(0, 1, on, n)) return false;

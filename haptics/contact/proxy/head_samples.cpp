@@ -106,7 +106,7 @@ struct FlatField {
 };
 
 TYPODONT_INLINE void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
-  double pair[8];  // two neighbouring floats, which one load reads as a double
+  double pair[8];  // each element: two neighbouring floats, read by one load
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
   const F8 low = (F8)one, high = (F8)two;
@@ -221,8 +221,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // The weight b of a sample's area decreases linearly from 1 at the surface to 0 one voxel away. The sum of normals
-    // uses 2 a − b (a: 0 at half a voxel), so areas that would touch only deeper do not contribute.
+    // `fraction`, the weight of an area, decreases linearly from 1 at the surface to 0 one voxel away; `half` is 0 from
+    // half a voxel on. Normals have the weight 2 half − fraction: areas without contact cancel out on average.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;
@@ -244,8 +244,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // Only a point that was nearly on the surface before this step counts as on it: a long step across a ridge may end
-    // anywhere.
+    // A point counts as on the surface only if it was nearly on it before this step, because a long step across a ridge
+    // may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }

@@ -13,7 +13,7 @@ struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-/// Copies the normals of the active planes to `held`. (A returned struct would cost time by store forwarding.)
+/// Copies the normals of the active planes to `held`. (To return a struct would be slower: store forwarding.)
 void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
 /// Guesses the active planes of a new search: selects the planes whose normals are most similar to those in `before`.
 /// The result is the initial guess for nearest_allowed().
@@ -21,7 +21,7 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
 /// Returns the position p nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + allowed_depth · yields_i) for all
 /// contact planes i, in voxels. If there is none, planes that the head overlaps only prevent a deeper overlap.
-/// `active`: guess of the planes that stop the head, then these planes.
+/// `active`: in: a guess of the planes that stop the head; out: these planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double allowed_depth, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

@@ -119,8 +119,8 @@ void NonCuttingContacts::search(const Part& part, const TissuePatch& patch, cons
   }
 }
 
-/// Returns the allowed overlap (voxels) of tissue at x and a part with this `radius`. Near cuts, the coarse field
-/// cannot distinguish a thin neck from the cut's wall, so parts hardly wider than the head get no contact.
+/// Returns the allowed overlap (voxels) of tissue at x and a part with this `radius`. Near cuts, the coarse field is
+/// too inexact for contact of a part that is hardly wider than the head, such as a thin neck in a hole.
 double NonCuttingContacts::tolerated_overlap(double radius, const TissuePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
@@ -133,8 +133,8 @@ double NonCuttingContacts::tolerated_overlap(const Part& part, const TissuePatch
   return tolerated_overlap(part.radius_at(u), patch, plane.x);
 }
 
-/// Adds a contact that is computed from points on the part's axis, where the field is smooth. Near an edge of the
-/// tissue, the samples on the shank's surface are too far apart.
+/// Adds a contact computed from points on the part's axis, where the field is smooth. Needed near an edge of the
+/// tissue, which may touch the shank between the samples of the shank's surface.
 void NonCuttingContacts::search_from_axis(const Part& part, const TissuePatch& patch, const Pose& X,
                                           double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);

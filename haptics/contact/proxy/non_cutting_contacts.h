@@ -1,5 +1,5 @@
-// Contacts of the parts of a tool that never cut. The shank searches in the coarse tissue patch; at cut tissue it has
-// contact only where it is clearly wider than the head. The safe end (pin at the tip) searches in the head's patch.
+// Contacts of the parts of a tool that never cut. Those of the shank are searched in the coarse tissue patch; at cuts,
+// only where the shank is clearly wider than the head. Those of the safe end (pin at the tip): in the head's patch.
 #pragma once
 
 #include <algorithm>
@@ -39,16 +39,16 @@ class NonCuttingContacts {
  private:
   struct Part {
     Part(const NonCuttingPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // lengths in voxels of the tissue patch that this part searches
+    ContactFinder finder;  // lengths in voxels of the tissue patch that is used for this part
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
     }  // radius of the part at the distance `u` along the axis from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // contact, in voxels of the tissue patch that this part searches
+    ContactPlane plane;  // contact, in voxels of the tissue patch that is used for the part
     bool shank;
-    double let;  // allowed overlap of tissue and part, in voxels of the tissue patch in which this part searches
+    double let;  // allowed overlap of tissue and part, in the same voxels
   };
   static constexpr int kMost = 5, kCapacity = 8;  // largest numbers of contacts: one part, and all parts
 

@@ -80,7 +80,7 @@ struct RimParameters {
   // The outline of the head has a rim or tip where the cosine between its directions before and after is below `sharp`.
   // The rim is blunt above `blunt`; then `near_blunt` (voxels) replaces `near_rim`.
   static constexpr double sharp = 0.98, blunt = 0.3, near_blunt = 0.5;
-  // voxels between the points of a rim at which the field is read; largest number of points
+  // spacing: voxels between the points of a rim at which the field is read. max_points: largest number of these points.
   static constexpr double spacing = 1;
   static constexpr int max_points = 128;
   static constexpr int steps = 6;            // largest number of steps along the rim
@@ -94,17 +94,17 @@ struct HeadSampleParameters {
   // voxels; a sample of the head nearer than this to the tissue's surface is moved onto the surface
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples near the head's free end, which cuts most
-  // dense: voxels between samples up to which no tissue is missed. cover: voxels between the points that cover a larger
-  // head.
+  // Voxels. dense: spacing of samples up to which no tissue is missed. cover: spacing of the additional points for a
+  // head whose samples are farther apart.
   static constexpr double dense = 3, cover = 8;
-  static constexpr int max_cover = 8192;   // largest number of points that cover a large head
-  static constexpr int descents = 24;      // largest number of descents from covering points
+  static constexpr int max_cover = 8192;   // largest number of these additional points
+  static constexpr int descents = 24;      // largest number of searches (descend()) from these points
   static constexpr double same_place = 1;  // voxels; contacts nearer to each other count as one
 };
 
 /// Parameters of the smooth surfaces (sheets) that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
-  // Smallest difference between second differences of samples at an edge and beside it, so that the edge is sharp.
+  // An edge is sharp if the second difference of samples there exceeds one beside it by more than this.
   static constexpr double sharp = 0.2;
   static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
   // Voxels, distances from the crease at which the surface is searched, in this order; usually the first suffices.
@@ -127,7 +127,7 @@ struct CreaseParameters {
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
       0.7;  // smallest cosine between the normals of a fitted surface and of the place where it is fitted
-  // Two fits belong to one surface if their distance is below same_sheet, and their normals' cosine above the second.
+  // Two fits are one surface if their distance is below same_sheet and their normals' cosine above same_sheet_normal.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
   // A point is beside a crease only if at least two smooth surfaces are nearer to it than this.
   static constexpr double near_sheet = 3;

@@ -105,8 +105,8 @@ struct KnownDistances {
   std::size_t count;
 };
 
-/// Extrapolates distances after a motion that moves each point p by change·p + shift in frame T. Stores distances (m)
-/// and indices of points not farther than `far` (m) + component of `motion` along the gradient. Returns their number.
+/// Extrapolates distances after a motion that moves each point p by change·p + shift in frame T. Stores distance (m)
+/// and index of points within `far` (m) + max(0, component of `motion` along the gradient). Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -165,7 +165,7 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // For a head that is no ball, skips points that were listed farther than `far` plus the motion since the listing.
+  // Unless the head is a ball, skips points whose distance at listing exceeded `far` plus the motion since then.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));

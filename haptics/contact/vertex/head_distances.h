@@ -30,7 +30,7 @@ class HeadDistances {
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
   /// Finds the points that the head would contain after its motion `motion_W` (m) from X_WG: their extrapolated
-  /// distance is at most the component of this motion along the gradient (not below 0). Requires `reuse` above 0.
+  /// distance is at most max(0, component of this motion along the gradient). Requires `reuse` above 0.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
   /// Number of distances since the last count_anew() that were computed, not extrapolated.

@@ -16,7 +16,7 @@ namespace typodont::haptics::vertex {
 struct FollowParameters {
   // In radii, largest motion of the head per iteration; short, because limits by points are linear approximations.
   static constexpr double step = 0.15;
-  // Iterations per round. After it, the list of mesh points is made again if the head has moved by more than `kept`.
+  // Iterations per round. After a round, the list of points is made again if the head has moved by more than `kept`.
   static constexpr int looks = 2;
   // Largest number of rounds per tick; so near contact points, the head moves at most 16 × 2 × 0.15 = 4.8 radii.
   static constexpr int rounds = 16;
@@ -34,8 +34,8 @@ struct FollowParameters {
   }
 };
 
-/// Moves the head until contact points are near, in steps inside the list of points, so that it cannot jump over a thin
-/// wall. `list(p)` updates the list around p if needed, after each step. Returns the head's position.
+/// Moves the head until contact points are near. No step is longer than the range of the list of points, so the head
+/// cannot jump over a thin wall. `list(p)`: updates the list, if needed, after each step. Returns the head's position.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
   constexpr int kMaxHops = 64;  // largest number of steps without contact per tick
@@ -66,8 +66,8 @@ class HeadFollower {
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the head's position. Near
-  /// points limit each step. `allowed_depth`: m, allowed overlap. `give`: points inside the head only prevent a deeper
-  /// overlap. `list(p)`: updates the list around p. `complete(p, far)`: adds missing points; returns how far (m), at
+  /// points limit each step. `allowed_depth`: m, allowed overlap. `give` true: points inside the head only prevent a
+  /// deeper overlap. `list(p)`: updates the list. `complete(p, far)`: adds missing points; returns how far (m), at
   /// most `far`, the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double allowed_depth,

@@ -35,8 +35,8 @@ constexpr double kFacesCore = -0.05;
 // Rounding error of the product of a unit vector with a vector a, relative to |a.x| + |a.y| + |a.z|. If the computed
 // product is below minus this error, the exact product is negative.
 constexpr double kClearlyInward = 1e-12;
-// Quick tests compare squared lengths. They decide only if one exceeds the other by the factor kLarger (rounding), and
-// if both are above kTiny2, m⁴ (denormal numbers).
+// A quick test compares squared lengths of normals. It decides only if one exceeds the other by the factor kLarger
+// (rounding), and if both are above kTiny2 (m⁴, because a normal is twice an area; excludes denormal numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 // m; triangles with a smaller height have uncertain normals
 constexpr double kFlat = 1e-7;
@@ -61,7 +61,7 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// If more faces' bounding balls overlap the ball of a face, crowd_ excludes some first. Usually at most about 60 do.
+// If more bounding balls overlap the ball of a face, the table crowd_ first excludes some. Usual: at most about 60.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_.
 constexpr std::size_t kMaxInCrowd = 1 << 15;
@@ -161,8 +161,8 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
 
 /// Returns true if `known` contains all faces that are now within margin_ of the head.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // A motion of the head's points by d can bring a face nearer by at most kMotion × d. Above 1, because faces outside
-  // the head move more when it rotates.
+  // If no point of the head moves by more than d, a face comes nearer by at most kMotion × d. Above 1, because faces
+  // outside the head have a longer path, relative to the head, when the head rotates.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
@@ -583,7 +583,7 @@ void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head)
 
 /// If the face intersects another face, moves the vertices of both faces back to their positions before the step.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
-  if (!held_ && tested_in_[f] == edge_search_number_) return;  // The face is listed twice and was tested already.
+  if (!held_ && tested_in_[f] == edge_search_number_) return;  // The face is in suspects_ twice and was tested already.
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -843,7 +843,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, faces away from the head may cross faces towards it; all are tested too if they share a vertex.
+      // Also tests changed faces that share a vertex with a suspect: at a fold, these may cross the suspect.
       if (!each(affected_.size(), kCutCosts.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_search_number_ || edge_seen_[v[1]] == edge_search_number_ ||

@@ -36,7 +36,7 @@ struct CutParameters {
   // Cosine between normals above which two faces with a common vertex have the same direction. Such faces are tested
   // for intersection only if their angles at the vertex overlap, seen along a normal.
   static constexpr double same_way = 0.6;
-  // Cosine between normals below which two faces at a common edge count as intersecting, as one lies on the other.
+  // Cosine between normals below which two faces at a common edge count as intersecting, because one lies on the other.
   static constexpr double flat_fold = -(1 - 1e-6);
   // a face whose height divided by its longest edge is below this is a sliver
   static constexpr double flattest = 0.12;

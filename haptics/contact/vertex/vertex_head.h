@@ -1,4 +1,4 @@
-// Distances from a head, and target positions of vertices inside it (paper S4, section 3).
+// Distances from a head, and target positions of vertices inside it (paper S4 in docs/papers.md, section 3).
 #pragma once
 
 #include <array>

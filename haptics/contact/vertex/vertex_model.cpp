@@ -541,8 +541,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return true;
 }
 
-/// Returns true if the cut ends nearer to the hand than `proxy`, the head's position. It need not: during a long cut,
-/// the hand may have moved the head away.
+/// Returns true if the cut ends nearer to the hand than `proxy`, the head's position. This is false if the hand
+/// has moved the head away during a long cut.
 bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }

@@ -14,7 +14,7 @@ namespace typodont::haptics::voxel_penalty {
 namespace {
 
 /// Returns the factor for all springs with which a head pressed into a flat wall has the scene's stiffness, as a mean
-/// over directions; needed because samples are less deep. `reach`: head's farthest point, in the samples' unit.
+/// over directions. Without it, the head is too soft. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
   // depth of the head in the wall divided by the smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;

@@ -1,5 +1,5 @@
-// Example driver to copy. Its hand moves on a circle (mm) once per second, ignores forces, and presses half of the
-// time.
+// Example driver to copy. Its hand moves on a circle (mm) once per second, ignores forces, and presses the pedal
+// half of the time.
 //
 // 1. Derive from HapticDevice. read() waits for the next sample (the servo's clock), write() sends the force, release()
 // sends zero force from any thread. None of them throws, allocates or locks.

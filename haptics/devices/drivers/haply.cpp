@@ -65,7 +65,7 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    // Waiting time without pauses of this process, ns.
+    // ns, total waiting time; a pause of this process counts as at most 2 × kWake
     Nanos waited = 0;
     if (!started_) release();  // the service answers with the first state
     started_ = true;
@@ -91,7 +91,7 @@ class HaplyDevice : public HapticDevice {
           continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // After several invalid messages, zero force is sent once, because the service answers it with the next state.
+        // Zero force is sent once per series of invalid messages; the service answers it with the next state.
         if (!rubbish) release();
         rubbish = !state;
         continue;

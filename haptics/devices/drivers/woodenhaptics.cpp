@@ -52,7 +52,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // ns, waiting time without pauses of this process
+    Nanos waited = 0;  // ns, total waiting time; a pause of this process counts as at most 2 × kWake
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -299,7 +299,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      // Requires two reports of the same length in succession, so that chance does not decide.
+      // Requires two successive reports of the same length, because one report may have a wrong length by chance.
       if (last == static_cast<std::size_t>(n)) return {*protocol, 0};
     }
     last = static_cast<std::size_t>(n);

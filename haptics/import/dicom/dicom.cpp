@@ -28,7 +28,7 @@ using glm::dvec3;
 
 constexpr std::size_t kMaxFiles = 20000;
 constexpr int kDeepest = 8;  // largest depth of nested folders that are searched
-// Series with fewer slices are overviews.
+// A series with fewer slices counts as an overview image (localizer), not as a scan.
 constexpr std::size_t kMinSlices = 4;
 
 struct Slice {

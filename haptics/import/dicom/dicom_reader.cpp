@@ -212,7 +212,7 @@ void headers(const std::string& name, std::uint32_t number) {
   }
 }
 
-/// Returns true if the file ends before its pixels do; GDCM would silently fill them.
+/// Returns true if the file ends before its pixels do; GDCM would silently fill in the missing pixels.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);
