@@ -95,7 +95,7 @@ struct CutContact {
 
 /// Creates at most `room` particles of one cut and returns their number. Mass = density × removed volume; mass without
 /// a particle is added to `dropped`. Particles start on the head's surface, in the contact area. A chip's volume is
-/// proportional to volume / (area · rim's speed · duration), the removed layer per length of the rim's path. `out`
+/// proportional to removed volume / (contact area · cutting speed · duration): thickness per cutting length. `out`
 /// needs kTissueCount · max_per_cut entries.
 std::size_t create_particles(const Cut& cut, const CutContact& contact, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,

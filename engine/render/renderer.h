@@ -132,7 +132,7 @@ struct LightGrid {
                size.z +
            static_cast<std::size_t>(i.z);
   }
-  /// Index in `images`. The nodes of the map lie along y and z, because devices limit the size of an axis.
+  /// Index in `images`. The map of each cell is spread over the axes y and z, because devices limit an axis' size.
   std::size_t image_index(const glm::ivec2& node, const glm::ivec3& i) const {
     const auto side = static_cast<std::size_t>(kImageSide), y = static_cast<std::size_t>(size.y),
                z = static_cast<std::size_t>(size.z);

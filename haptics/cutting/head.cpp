@@ -458,7 +458,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch. Sets the path length of each block's next examination; if `again` is true, the next cut.
+  /// Cuts the batch. Sets the path length at which each block is examined next; if `again`, at the next cut.
   bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {

@@ -47,7 +47,7 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// The lists of groups that any other head may change, as plain data.
+/// Lists for a head that is not a ball: the groups of samples that the head may change, as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;

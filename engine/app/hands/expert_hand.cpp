@@ -42,7 +42,7 @@ struct Lead {
   static constexpr double gain = 50;
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // Gain of the lead for scraping soft filling: lead divided by displacement from the tool to the target point.
+  // For scraping soft filling: lead (distance from the target point to the hand) / distance from tool to target.
   static constexpr double scrape_gain = 30;
   // Largest lead (distance from the target point to the hand) for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;

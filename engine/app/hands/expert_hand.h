@@ -62,7 +62,7 @@ class ExpertHand final : public haptics::HapticDevice {
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance of the tool from the line in this pass
   int times_ = 0;        // number of returns to the start of the current run of strokes
-  bool back_ = false;    // true: moves back along the run
+  bool back_ = false;    // true: moves back along this run
   dvec3 lead_{0};        // m, displacement from the target point to the hand
   double beat_ = 0;      // s, duration of the current contact, or of the pause after it
   bool pauses_ = false;  // true: between two contacts

@@ -56,7 +56,7 @@ struct PlanFindings {
 /// The rectangle that a picture of a section shows.
 struct SectionPlane {
   dvec3 center_W{0};
-  /// Perpendicular unit vectors to the picture's right and up, frame W.
+  /// Unit vectors that point right and up in the picture, perpendicular to each other, frame W.
   dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
   double width = 0, height = 0;  // m, width and height of the rectangle
   /// Point of the section, m, frame W. `fraction`: of width and height, from the top left corner.

@@ -33,7 +33,7 @@ class StreamCheck {
   void tick(const ServoTick& replayed, const ServoTick& recorded);
   /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// Compares the final tissue. Call after the last tick.
+  /// Compares the replay's final tissue with the recorded hash. Call after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:

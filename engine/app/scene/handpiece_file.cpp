@@ -49,7 +49,7 @@ std::array<double, 2> read_range(const Json& json, double length) {
 void describe_part(Keys& keys, HandpiecePart& part) {
   double length = 0;
   if (const auto rings = keys(must("rings_mm"), kList,
-                              "2 to 64 rings `[x, z, radius]`: a closed tube through them in the plane y = 0, from the "
+                              "2 to 64 rings `[x, z, radius]` of a tube with closed ends in the plane y = 0, from the "
                               "tool outwards. No number may exceed 300"))
     length = read_rings(*rings, part);
   keys("smooth", part.smooth, "true: the tube is a smooth curve through the rings");

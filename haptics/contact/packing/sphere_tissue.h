@@ -138,7 +138,7 @@ class TriedCut {
     Place place{};
     bool first = false;  // true: first change by this tool sphere
     double taken = 0;    // m³, removed volume
-    // m, distance by which the sphere protrudes beyond its old surface
+    // m, distance by which the changed sphere protrudes beyond its surface before
     double protrudes = 0;
     CutSphere after;
   };

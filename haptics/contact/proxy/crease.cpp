@@ -207,8 +207,8 @@ bool group(const TissuePatch& patch, const dvec3& x, Place (&around)[C::directio
     if (place.landed && fit_beyond(patch, place.at, place.at.x - x, place.fitted) && !groups.add(place)) return false;
   }
   if (groups.count < 2) return false;
-  // A point below two smooth surfaces, or with a normal along the line where they meet, belongs to a third one, which
-  // is fitted farther away from the other two.
+  // A point on the inner side of both smooth surfaces, or whose normal is parallel to their intersection line, lies on
+  // a third smooth surface. This surface is fitted at a larger distance from the first two.
   const dvec3 line = glm::normalize(glm::cross(groups.first[0]->sheet.n, groups.first[1]->sheet.n));
   for (Place& place : around) {
     if (!place.landed || place.group >= 0 || groups.count == Crease::kMost) continue;

@@ -113,7 +113,7 @@ struct CreaseParameters {
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
   static constexpr double landed = 0.1;   // largest distance from the surface of a point that counts as on it
-  // farther: distances of a fit from a surface point, along the surface. height: distance of the fit above the surface.
+  // Start points of a fit: distances from the surface point along the surface, and height above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the others
   static constexpr double away_step = 3;

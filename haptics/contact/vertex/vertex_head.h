@@ -59,8 +59,8 @@ class VertexHead {
   }
   /// Distance of a point inside the head to the head's surface along the unit vector `direction_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& direction_T) const noexcept;
-  /// Target position of a vertex as printed in S4: it moves away from a ball's centre (3.1) or a round end's centre,
-  /// otherwise away from the axis at the same height (3.3, 3.6).
+  /// Target position of a vertex by equations 3.1, 3.3 and 3.6 of paper S4 (docs/papers.md): away from the centre of a
+  /// ball or round end, otherwise away from the axis at the same height.
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:

@@ -185,7 +185,7 @@ class VertexModel final : public ContactModel {
   HeadDistances distances_, proposed_{kMaxProposed};
   std::array<std::pair<dvec3, Sample>, kMaxProposed> proposals_;
   HeadFollower follower_{distances_};
-  // running mean of removed volume divided by (contact area × advance), for a dragged edge; see met_weight
+  // running mean of removed volume / (contact area × advance), for a scraping tool edge; see met_weight
   double met_ = 1;
   /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {
