@@ -57,8 +57,9 @@ struct DenseTissue {
   std::vector<Tissue> tissue;
   // Hardness of each voxel; empty: all voxels have kOwnHardness.
   std::vector<std::uint8_t> hardness;
-  double band = 1.5e-3;       // m, largest stored distance
-  bool exact_outside = true;  // false: outside, the stored distance may be smaller than the true one, never larger
+  std::vector<VoxelColor> color;  // empty: all voxels have kTissueColor
+  double band = 1.5e-3;           // m, largest stored distance
+  bool exact_outside = true;      // false: outside, the stored distance may be smaller than the true one, never larger
   FilePlace place;
 
   std::size_t at(int x, int y, int z) const {

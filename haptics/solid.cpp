@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "engine/base/in_parallel.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/dense_tissue.h"
 
@@ -22,11 +23,6 @@ dvec3 read_mm(const Json& json) {
 }
 double read_length(const Json& json) {
   return json.number(1e-3, 1e6) * kMillimetre;
-}
-dvec3 read_direction(const Json& json) {
-  const dvec3 v = json.vec3();
-  if (!(glm::length(v) > 1e-9)) json.fail("a direction that is not zero");
-  return glm::normalize(v);
 }
 
 struct Sphere : Solid {
@@ -267,6 +263,7 @@ namespace {
 struct Part {
   Tissue tissue;
   std::uint8_t hardness;
+  VoxelColor color;
   std::unique_ptr<Solid> solid;
 };
 
@@ -332,6 +329,11 @@ std::uint8_t read_hardness(const Json& json) {
   return hardness_byte(json.number_or("hardness", 1, 0, 1));
 }
 
+VoxelColor read_voxel_color(const Json& json) {
+  const auto color = json.find("color");
+  return color ? voxel_color(read_color(*color)) : kTissueColor;
+}
+
 DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
   DenseTissue dense;
@@ -341,8 +343,9 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
 
   std::vector<Part> parts;
   for (const Json& item : json["solids"].items()) {
-    item.allow_only({"tissue", "solid", "hardness"});
-    parts.push_back({read_tissue_name(item["tissue"]), read_hardness(item), read_solid(item["solid"], files)});
+    item.allow_only({"tissue", "solid", "hardness", "color"});
+    parts.push_back({read_tissue_name(item["tissue"]), read_hardness(item), read_voxel_color(item),
+                     read_solid(item["solid"], files)});
   }
   if (parts.empty()) json["solids"].fail("at least one solid");
 
@@ -381,6 +384,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   dense.tissue.resize(count);
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
+  if (std::ranges::any_of(parts, [](const Part& part) { return part.color != kTissueColor; }))
+    dense.color.assign(count, kTissueColor);
 
   // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near: between two
   // points, the distance from a solid changes by at most their distance.
@@ -389,6 +394,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   const auto label = [&](std::size_t i, const Part* part) {
     dense.tissue[i] = part ? part->tissue : Tissue::kAir;
     if (part && !dense.hardness.empty()) dense.hardness[i] = part->hardness;
+    if (part && !dense.color.empty()) dense.color[i] = part->color;
   };
   struct Scratch {
     std::vector<const Part*> near;

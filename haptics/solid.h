@@ -51,9 +51,11 @@ Tissue read_tissue_name(const Json& json, std::string_view expected = "the name 
 /// Reads the key "hardness", a fraction 0..1 of the tissue's own hardness, as byte (dense_tissue.h); kOwnHardness if it
 /// is absent. Throws Error.
 std::uint8_t read_hardness(const Json& json);
+/// Reads the key "color", sRGB 0..1, of voxels; kTissueColor if it is absent. Throws Error.
+VoxelColor read_voxel_color(const Json& json);
 
-/// Reads a tissue with "solids", and samples it on voxels; a later solid overrides label and hardness of earlier ones.
-/// Throws Error, for example if it is too large.
+/// Reads a tissue with "solids", and samples it on voxels; a later solid overrides label, hardness and colour of
+/// earlier ones. Throws Error, for example if it is too large.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
 /// Returns the names of mesh files as the JSON of a solid or tissue states them.

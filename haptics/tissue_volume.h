@@ -34,8 +34,9 @@ struct RasterBlock {
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
 /// contract/tissue.h), both with a linear transform whose scale is the voxel size in mm, and the metadata
-/// "typodont_version". Further grids: "tissue_before_filling" (label before the filling, plus one) and "hardness"
-/// (int32, 1 to 255, background 255; dense_tissue.h), if needed. FilePlace of imported tissue: metadata
+/// "typodont_version". Further grids, if needed: "tissue_before_filling" (label before the filling, plus one),
+/// "hardness" (int32, 1 to 255, background 255; dense_tissue.h) and "color" (int32, sRGB 0xRRGGBB, background −1: the
+/// colour of the tissue; stored with 5, 6 and 5 bits). FilePlace of imported tissue: metadata
 /// "typodont_file_rotation_x", _y, _z (rows of a rotation matrix), "typodont_file_origin" (mm) and "typodont_file_axes"
 /// ("LPS" or "RAS") of the grid "distance".
 class TissueVolume {
@@ -65,6 +66,14 @@ class TissueVolume {
 
   /// Returns true if any voxel ever had another hardness than its tissue's own. Otherwise hardness uses no memory.
   bool graded() const;
+
+  /// Returns true if any voxel ever had another colour than its tissue's.
+  bool colored() const;
+  /// Copies the colours of a box of voxels; z runs fastest.
+  void copy_colors(const glm::ivec3& lo, const glm::ivec3& size, VoxelColor* color) const;
+  /// Interpolates the colours of the eight voxels around a point (voxels). Returns the mean sRGB of the coloured ones,
+  /// and as w their fraction, 0 to 1. `tissues`: bit t is set if the colours of tissue t count.
+  glm::vec4 color_at(const dvec3& p_V, std::uint32_t tissues = ~0u) const;
 
   /// Copies a box of samples from voxel `lo` on: distances in voxels (limited to the band), labels, and hardness
   /// (dense_tissue.h). z runs fastest. An array whose pointer is null is not copied.
@@ -154,9 +163,9 @@ class TissueVolume {
   /// per tissue, m³.
   PerTissue remove_piece(const TissuePiece& piece);
 
-  /// Gives all voxels whose centres are inside the solid, and the next voxel beyond its surface, a new label and
-  /// hardness. A filled voxel gets only the label. Returns false if the solid contains no tissue.
-  bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
+  /// Gives all voxels whose centres are inside the solid, and the next voxel beyond its surface, a new label, hardness
+  /// and colour. A filled voxel gets only the label. Returns false if the solid contains no tissue.
+  bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness, VoxelColor color = kTissueColor);
   /// Returns how many calls of paint() have changed tissue.
   std::uint64_t paints() const;
 
@@ -209,8 +218,8 @@ class TissueVolume {
   /// Returns for each tissue the sum of (volume of a voxel × its hardness 0..1), m³. The ratio to volumes() is the mean
   /// hardness.
   PerTissue hardness_volumes() const;
-  /// Returns the FNV-1a hash over all active samples in index order, including hardness. Equal fields have equal
-  /// hashes.
+  /// Returns the FNV-1a hash over all active samples in index order, including hardness and colours. Equal fields have
+  /// equal hashes.
   std::uint64_t hash() const;
 
  private:

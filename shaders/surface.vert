@@ -11,7 +11,7 @@ layout(location = 1) in vec4 in_normal;  // xyz: normal; w: difference, in units
 // Packed bytes. x, y: the two tissues in the low bits; in the high bits, x the fraction that a cut laid open, y the
 // thinness. z: 255 × fraction of the second tissue. w: the lower tissue and, in the high bits, its visible fraction.
 layout(location = 2) in uvec4 in_tissue;
-layout(location = 3) in vec4 in_lesion;  // x: nearness of caries
+layout(location = 3) in vec4 in_lesion;  // x: nearness of caries; y, z: bytes of the paint's VoxelColor; w: its fraction
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
@@ -41,6 +41,16 @@ vec3 over(vec4 upper, vec3 beneath, float shows) {
   return mix(upper.rgb, beneath * mix(sqrt(upper.rgb), vec3(1.0), min(1.18 * upper.w, 1.0)), shows);
 }
 
+/// Returns the colour of a tissue under the voxels' own colours.
+vec4 painted(vec4 tissue) {
+  if (in_lesion.w == 0.0) return tissue;
+  uvec2 bytes = uvec2(in_lesion.yz * 255.0 + 0.5);
+  uint bits = bytes.x | bytes.y << 8;
+  vec3 paint = vec3(bits >> 11, bits >> 5 & 63u, bits & 31u) / vec3(31.0, 63.0, 31.0);
+  vec3 linear = mix(paint / 12.92, pow((paint + 0.055) / 1.055, vec3(2.4)), greaterThan(paint, vec3(0.04045)));
+  return vec4(mix(tissue.rgb, linear, in_lesion.w), tissue.w);
+}
+
 void main() {
   vec4 p = vec4(in_position, 1.0);
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
@@ -58,7 +68,7 @@ void main() {
   float share = float(in_tissue.z) / 255.0, shows = float(in_tissue.w >> 4) / 15.0;
   uint lower = in_tissue.w & 15u;
   vec3 beneath = frame.tissue_color[lower].rgb;
-  vec4 first = frame.tissue_color[tissue_1];
+  vec4 first = painted(frame.tissue_color[tissue_1]);
   vec4 film = kFilm ? film_at(world) : vec4(0.0);
   float wet = kFilm ? wetness(film) : 0.0;
   vec3 layered = lower == tissue_1 ? first.rgb : over(first, beneath, shows);
@@ -67,7 +77,7 @@ void main() {
   out_second = vec4(out_first.rgb, cut);
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
-    vec4 second = frame.tissue_color[tissue_2];
+    vec4 second = painted(frame.tissue_color[tissue_2]);
     layered = lower == tissue_2 ? second.rgb : over(second, beneath, shows);
     out_second.rgb = surface_color(tissue_2, layered, cut, wet, thin, shows, in_lesion.x);
     out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);

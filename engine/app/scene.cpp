@@ -277,6 +277,8 @@ void describe_paint(Keys& keys, const haptics::SolidFiles& files) {
   if (const auto solid = keys(must("solid"), kSolid, "region of the new label")) haptics::read_solid(*solid, files);
   double hardness = 1;
   keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
+  dvec3 color;
+  keys("color", color, read_color, "[colour](#color); default: the tissue's");
 }
 
 void describe_any_tool(Keys& keys) {
@@ -506,7 +508,8 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
     const auto solid = haptics::read_solid(item["solid"], solid_files);
-    volume.paint(haptics::read_tissue_name(item["tissue"]), *solid, haptics::read_hardness(item));
+    volume.paint(haptics::read_tissue_name(item["tissue"]), *solid, haptics::read_hardness(item),
+                 haptics::read_voxel_color(item));
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   if (scene.needs("render")) volume.keep_natural_surface();

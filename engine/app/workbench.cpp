@@ -761,9 +761,6 @@ void Workbench::paint(const BrushMove& move) {
 std::vector<PaintStroke> Workbench::painted() const {
   return impl_->session->book.paint(impl_->session->carver.strokes());
 }
-void Workbench::color(Tissue tissue, const dvec3& color) {
-  if (impl_->picture) impl_->picture->color(tissue, color);
-}
 LiveViews* Workbench::views() {
   return impl_->picture ? impl_->picture->views() : nullptr;
 }

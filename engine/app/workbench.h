@@ -154,8 +154,6 @@ class Workbench {
   void paint(const BrushMove& move);
   /// The instructor's brush strokes in order, without undone ones. Call after stop().
   std::vector<PaintStroke> painted() const;
-  /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
-  void color(Tissue tissue, const dvec3& color);
 
   /// Sections, inner tissues and score, for pictures of the running session; null: no window and no operator.
   LiveViews* views();

@@ -27,6 +27,8 @@ struct FieldBrick {
   std::array<float, kCount> distance;
   // Tissue of each sample; kAir far from all tissue, and in a brick without a surface.
   std::array<Tissue, kCount> tissue;
+  bool colored = false;  // false: all samples have the colour of their tissue, and `color` is not set
+  std::array<VoxelColor, kCount> color;
 };
 
 /// Position of the voxels: p_W = origin + voxel · index. Used for distances and tissues.

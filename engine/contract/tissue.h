@@ -29,6 +29,13 @@ inline constexpr int kTissueCount = 10;
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
+/// Colour of a voxel, sRGB: 5 bits red, 6 bits green, 5 bits blue. kTissueColor: the colour of its tissue.
+using VoxelColor = std::uint16_t;
+inline constexpr VoxelColor kTissueColor = 0;
+/// `srgb`: 0 to 1. Black becomes the darkest blue.
+VoxelColor voxel_color(const dvec3& srgb) noexcept;
+dvec3 srgb_of(VoxelColor color) noexcept;
+
 /// Energy per removed volume that one kind of cutting edge needs for chips of thickness h: specific_energy ·
 /// energy_ratio · (h / chip)^−exponent.
 struct EdgeLaw {

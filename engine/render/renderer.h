@@ -39,6 +39,7 @@ struct Vertex {
   float cut = 0;                // 0..1, fraction of cut surface around the vertex
   float thin = 0;               // 0..1, thinness; 0: thicker than kTranslucentThickness
   float lesion = 0;             // 0..1, nearness of caries; 0: farther than kLesionReach
+  glm::vec4 paint{0};           // sRGB, colour over that of the tissue; w: 0..1, its fraction
   float difference = 0;         // m, tissue still to remove (> 0) or removed too much (< 0), for View::kDifference
 };
 

@@ -34,8 +34,13 @@ glm::vec3 millimetres(const glm::vec3& position, const VoxelFrame& frame) {
   return glm::vec3(frame.to_world(glm::dvec3(position)) / kMillimetre);
 }
 
-std::array<std::uint8_t, 3> rgb(const MaterialTable& materials, Tissue tissue) {
-  const glm::dvec3 color = materials[static_cast<std::size_t>(tissue)].color;
+glm::dvec3 color_of(const MaterialTable& materials, const WholeMesh::Vertex& v) {
+  const glm::dvec4 paint(v.paint);
+  return glm::mix(materials[static_cast<std::size_t>(v.tissue)].color, glm::dvec3(paint), paint.w);
+}
+
+std::array<std::uint8_t, 3> rgb(const MaterialTable& materials, const WholeMesh::Vertex& v) {
+  const glm::dvec3 color = color_of(materials, v);
   auto byte = [](double c) { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(c, 0.0, 1.0))); };
   return {byte(color.x), byte(color.y), byte(color.z)};
 }
@@ -55,7 +60,7 @@ std::string ply(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTa
   for (const auto& v : mesh.vertices) {
     append(out, millimetres(v.position, frame));
     append(out, v.normal);
-    append(out, rgb(materials, v.tissue));
+    append(out, rgb(materials, v));
     append(out, v.tissue);
   }
   for (const auto& triangle : mesh.triangles) {
@@ -88,7 +93,7 @@ std::string obj(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTa
   auto to = std::back_inserter(out);
   for (const auto& v : mesh.vertices) {
     const glm::vec3 p = millimetres(v.position, frame);
-    const glm::dvec3 c = materials[static_cast<std::size_t>(v.tissue)].color;
+    const glm::dvec3 c = color_of(materials, v);
     fmt::format_to(to, "v {} {} {} {:.4g} {:.4g} {:.4g}\n", p.x, p.y, p.z, c.x, c.y, c.z);
   }
   for (const auto& v : mesh.vertices) {
@@ -122,7 +127,7 @@ Gltf gltf(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& m
   for (const auto& v : mesh.vertices) append(buffer, v.normal);
   const std::size_t colours = buffer.size();
   for (const auto& v : mesh.vertices) {
-    const auto [r, g, b] = rgb(materials, v.tissue);
+    const auto [r, g, b] = rgb(materials, v);
     append(buffer, std::array<std::uint8_t, 4>{r, g, b, 255});
   }
   const std::size_t indices = buffer.size();
@@ -201,7 +206,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
       const SurfaceVertex& v = mesh.vertices[i];
       if (n == kNone) {
         n = static_cast<std::uint32_t>(whole.vertices.size());
-        whole.vertices.push_back({v.position, glm::vec3(0), v.tissue[v.second > 127]});
+        whole.vertices.push_back({v.position, glm::vec3(0), v.tissue[v.second > 127], {}});
       }
       whole.vertices[n].normal += v.normal;
       joined.push_back(n);

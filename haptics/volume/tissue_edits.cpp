@@ -455,7 +455,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   return volume;
 }
 
-bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
+bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness, VoxelColor color) {
   Impl& v = *impl_;
   bool any = false;
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
@@ -478,7 +478,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
         if (is_filled(label_in(was)))
           accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
         else
-          accessor.setValue(at, grid_value(label, hardness));
+          accessor.setValue(at, grid_value(label, hardness, color));
         any = true;
       }
     }
@@ -487,6 +487,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
     v.forget_writes();
     ++v.paints;
     v.graded = v.graded || hardness != kOwnHardness;
+    v.colored = v.colored || color != kTissueColor;
     insert_bricks(a, b, v.changed);
   }
   if (!v.mesh) return any;

@@ -49,13 +49,15 @@ struct BrickBox {
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// Value of the label grid: label (label.h), and 255 − hardness (dense_tissue.h) in the next byte. At kOwnHardness, the
-// value equals the label. Undo, tiles and hashes include the hardness.
-inline constexpr int kSoftnessShift = 8;
-inline constexpr std::int32_t kLabelByte = 0xff;
+// Value of the label grid: label (label.h), 255 − hardness (dense_tissue.h) in the next byte, and VoxelColor in the two
+// highest bytes. At kOwnHardness and kTissueColor, the value equals the label. Undo, tiles and hashes include all
+// parts.
+inline constexpr int kSoftnessShift = 8, kColorShift = 16;
+inline constexpr std::int32_t kLabelByte = 0xff, kSoftnessByte = 0xff << kSoftnessShift;
 
-inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
-  return static_cast<std::int32_t>(label) | (kOwnHardness - hardness) << kSoftnessShift;
+inline std::int32_t grid_value(Tissue label, std::uint8_t hardness, VoxelColor color) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(color) << kColorShift) |
+         (kOwnHardness - hardness) << kSoftnessShift | static_cast<std::int32_t>(label);
 }
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
@@ -68,7 +70,15 @@ inline std::uint8_t hardness_kept_in(std::int32_t value) {
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
-/// Changes the label and keeps the hardness.
+/// Colour of the voxel; of a filled voxel, the colour before the filling.
+inline VoxelColor color_kept_in(std::int32_t value) {
+  return static_cast<VoxelColor>(static_cast<std::uint32_t>(value) >> kColorShift);
+}
+/// Colour in which the voxel is drawn; filling has the colour of its tissue.
+inline VoxelColor color_in(std::int32_t value) {
+  return is_filled(label_in(value)) ? kTissueColor : color_kept_in(value);
+}
+/// Changes the label and keeps hardness and colour.
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
@@ -95,9 +105,10 @@ struct StrokeKept {
 
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
-  openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
+  openvdb::Int32Grid::Ptr tissue;    // labels, hardness and colours, see grid_value()
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
   bool graded = false;               // true: some voxels' hardness differs from their tissue's
+  bool colored = false;              // true: some voxels' colour differs from their tissue's
   VoxelFrame frame;
   double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;
@@ -169,12 +180,20 @@ struct TissueVolume::Impl {
   std::vector<LeafSource> leaves_in(const VoxelBox& part) const;
   void copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const;
 
-  // Files store label, hardness and the label before filling separately (StoredVolume): the label grid is split on
-  // saving and joined on loading.
+  // Files store label, hardness, colour and the label before filling separately (StoredVolume): the label grid is split
+  // on saving and joined on loading.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
-  openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
-  void put_hardness(const openvdb::Int32Grid& hardness);
+  /// Part of the label grid's values that a file stores as a grid of its own.
+  struct Part {
+    std::int32_t usual;                                     // background of the file's grid
+    std::int32_t (*get)(std::int32_t value);                // value in the file
+    std::int32_t (*set)(std::int32_t value, std::int32_t);  // label grid's value with this value from the file
+  };
+  static const Part kHardnessPart, kColorPart;
+  /// Moves a part of the labels to a grid of its own; null if all voxels have the usual value.
+  static openvdb::Int32Grid::Ptr take(const Part& part, openvdb::Int32Grid& labels);
+  void put(const Part& part, const openvdb::Int32Grid& values);
 
   /// Restores former labels where a filling was removed. Call it after distances have changed.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);

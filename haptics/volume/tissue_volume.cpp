@@ -54,7 +54,8 @@ namespace {
 
 /// Label grid's value for voxel `i` of the arrays.
 std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
-  return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
+  return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i],
+                    dense.color.empty() ? kTissueColor : dense.color[i]);
 }
 
 /// Label grid's value for n³ voxels if it is equal for all and all are deeper than the band; otherwise nullopt.
@@ -105,6 +106,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.exact_outside = dense.exact_outside;
   v.place = dense.place;
   v.graded = std::ranges::any_of(dense.hardness, [](std::uint8_t hardness) { return hardness != kOwnHardness; });
+  v.colored = std::ranges::any_of(dense.color, [](VoxelColor color) { return color != kTissueColor; });
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
@@ -163,43 +165,59 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   impl->exact_outside = stored.exact_outside;
   impl->place = stored.place;
   if (stored.before) impl->put_before(*stored.before);
-  if (stored.hardness) impl->put_hardness(*stored.hardness);
+  if (stored.hardness) impl->put(Impl::kHardnessPart, *stored.hardness), impl->graded = true;
+  if (stored.color) impl->put(Impl::kColorPart, *stored.color), impl->colored = true;
   store_in_huge_pages(impl->distance->tree(), impl->tissue->tree());
   return TissueVolume(std::move(impl));
 }
 
-openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& labels) const {
-  openvdb::Int32Grid::Ptr hardness;
-  if (!graded) return hardness;
+const TissueVolume::Impl::Part TissueVolume::Impl::kHardnessPart{
+    kOwnHardness, [](std::int32_t value) -> std::int32_t { return hardness_kept_in(value); },
+    [](std::int32_t value, std::int32_t hardness) {
+      return (value & ~kSoftnessByte) | (kOwnHardness - hardness) << kSoftnessShift;
+    }};
+
+const TissueVolume::Impl::Part TissueVolume::Impl::kColorPart{
+    kNoFileColor,
+    [](std::int32_t value) {
+      const VoxelColor color = color_kept_in(value);
+      if (color == kTissueColor) return kNoFileColor;
+      const glm::ivec3 bytes(glm::round(255.0 * srgb_of(color)));
+      return bytes.x << 16 | bytes.y << 8 | bytes.z;
+    },
+    [](std::int32_t value, std::int32_t color) {
+      const dvec3 srgb = dvec3(color >> 16, color >> 8 & 255, color & 255) / 255.0;
+      return grid_value(label_in(value), hardness_kept_in(value),
+                        color == kNoFileColor ? kTissueColor : voxel_color(srgb));
+    }};
+
+openvdb::Int32Grid::Ptr TissueVolume::Impl::take(const Part& part, openvdb::Int32Grid& labels) {
+  openvdb::Int32Grid::Ptr taken;
   for (auto it = labels.beginValueOn(); it; ++it) {
-    const std::int32_t value = *it, byte = hardness_kept_in(value);
-    if (byte == kOwnHardness) continue;
-    if (!hardness) hardness = openvdb::Int32Grid::create(kOwnHardness);
+    const std::int32_t value = *it, own = part.get(value);
+    if (own == part.usual) continue;
+    if (!taken) taken = openvdb::Int32Grid::create(part.usual);
     if (it.isVoxelValue()) {
-      hardness->tree().setValue(it.getCoord(), byte);
+      taken->tree().setValue(it.getCoord(), own);
     } else {
       openvdb::CoordBBox box;
       it.getBoundingBox(box);
-      hardness->sparseFill(box, byte, true);
+      taken->sparseFill(box, own, true);
     }
-    it.setValue(value & kLabelByte);
+    it.setValue(part.set(value, part.usual));
   }
-  return hardness;
+  return taken;
 }
 
-/// Adds the hardness of its own grid to the labels. Its tiles may have any size, so all voxels and tiles of the labels
-/// are visited.
-void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
+/// Adds a part from its own grid to the labels. Its tiles may have any size, so all voxels and tiles of the labels are
+/// visited.
+void TissueVolume::Impl::put(const Part& part, const openvdb::Int32Grid& values) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
-  auto of = hardness.getConstAccessor();
-  const auto harden = [&](std::int32_t value, std::int32_t byte) {
-    graded = graded || byte != kOwnHardness;
-    return grid_value(label_in(value), static_cast<std::uint8_t>(byte));
-  };
+  auto of = values.getConstAccessor();
   std::vector<std::pair<openvdb::CoordBBox, std::int32_t>> tiles;
   for (auto it = tissue->beginValueOn(); it; ++it) {
     if (it.isVoxelValue()) {
-      it.setValue(harden(*it, of.getValue(it.getCoord())));
+      it.setValue(part.set(*it, of.getValue(it.getCoord())));
       continue;
     }
     openvdb::CoordBBox box;
@@ -214,9 +232,9 @@ void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
           const openvdb::Coord origin(x, y, z);
           if (const auto* leaf = of.probeConstLeaf(origin)) {
             auto* to = labels.touchLeaf(origin);
-            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, harden(value, leaf->getValue(i)));
-          } else if (const std::int32_t byte = of.getValue(origin); byte != kOwnHardness) {
-            labels.addTile(1, origin, harden(value, byte), true);
+            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, part.set(value, leaf->getValue(i)));
+          } else if (const std::int32_t own = of.getValue(origin); own != part.usual) {
+            labels.addTile(1, origin, part.set(value, own), true);
           }
         }
       }
@@ -254,9 +272,10 @@ void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before) {
 void TissueVolume::save(const std::filesystem::path& file) const {
   const Impl& v = *impl_;
   auto tissue = v.tissue->deepCopy();
-  const auto hardness = v.take_hardness(*tissue);
+  const auto hardness = v.graded ? Impl::take(Impl::kHardnessPart, *tissue) : nullptr;
+  const auto color = v.colored ? Impl::take(Impl::kColorPart, *tissue) : nullptr;
   const auto before = v.take_before(*tissue);
-  write_volume(file, {v.distance->deepCopy(), tissue, before, hardness, v.frame, v.band,
+  write_volume(file, {v.distance->deepCopy(), tissue, before, hardness, color, v.frame, v.band,
                       v.exact_outside && v.carved.empty(), v.place});
 }
 
@@ -283,6 +302,9 @@ std::uint64_t TissueVolume::paints() const {
 
 bool TissueVolume::graded() const {
   return impl_->graded;
+}
+bool TissueVolume::colored() const {
+  return impl_->colored;
 }
 
 const std::shared_ptr<const TissueMesh>& TissueVolume::mesh() const {
@@ -375,6 +397,7 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
+constexpr auto kColor = [](std::int32_t value) { return color_in(value); };
 constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
 /// Copies a whole leaf, with the strides of the destination.
@@ -524,6 +547,33 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   if (hardness) copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
 }
 
+void TissueVolume::copy_colors(const glm::ivec3& lo, const glm::ivec3& size, VoxelColor* color) const {
+  copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, color, kColor);
+}
+
+glm::vec4 TissueVolume::color_at(const dvec3& p_V, std::uint32_t tissues) const {
+  if (!impl_->colored) return glm::vec4(0);
+  const glm::ivec3 low(glm::floor(p_V));
+  const dvec3 part = p_V - dvec3(low);
+  dvec3 sum(0);
+  double colored = 0, all = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 up(corner & 1, corner >> 1 & 1, corner >> 2);
+    const dvec3 w = glm::mix(1.0 - part, part, dvec3(up));
+    const std::int32_t value = impl_->tissue->tree().getValue(coord(low + up));
+    const double weight = w.x * w.y * w.z;
+    const Tissue shown = shown_in(value);
+    if (shown == Tissue::kAir) continue;
+    all += weight;
+    const VoxelColor color = color_in(value);
+    if (color == kTissueColor || !(tissues >> static_cast<int>(shown) & 1)) continue;
+    colored += weight;
+    sum += weight * srgb_of(color);
+  }
+  if (colored == 0) return glm::vec4(0);
+  return {glm::vec3(sum / colored), static_cast<float>(colored / all)};
+}
+
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
@@ -613,7 +663,7 @@ TissueVolume TissueVolume::clone() const {
   copy->place = v.place;
   copy->carved = v.carved;
   copy->filled = v.filled;
-  copy->graded = v.graded;
+  copy->graded = v.graded, copy->colored = v.colored;
   copy->mesh = v.mesh;
   copy->natural = v.natural;
   return TissueVolume(std::move(copy));
@@ -800,8 +850,11 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
   copy_brick(*impl_->distance, key, brick.distance.data(), kDistance);
   if (has_surface(brick)) {
     copy_brick(*impl_->tissue, key, brick.tissue.data(), [](std::int32_t value) { return shown_in(value); });
+    brick.colored = impl_->colored;
+    if (brick.colored) copy_brick(*impl_->tissue, key, brick.color.data(), kColor);
   } else {
     brick.tissue.fill(Tissue::kAir);
+    brick.colored = false;
   }
 }
 

@@ -22,6 +22,7 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
+constexpr const char* kColor = "color";
 constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin of a volume
 // Largest box around the tissue, in voxels, because memory and time depend on it: kSmallBox is always allowed,
 // otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 per stored distance.
@@ -50,6 +51,7 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue, true);
   typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before, false);
   typed.operator()<openvdb::Int32Grid>(kHardness, grids.hardness, false);
+  typed.operator()<openvdb::Int32Grid>(kColor, grids.color, false);
   return grids;
 }
 
@@ -58,6 +60,7 @@ void write_grids(const std::filesystem::path& file, const StoredVolume& volume) 
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);
   if (volume.hardness) grids.push_back(volume.hardness);
+  if (volume.color) grids.push_back(volume.color);
   openvdb::io::File vdb(file.string());
   vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
   vdb.write(grids);
@@ -75,16 +78,18 @@ void check_values(const StoredVolume& volume, const std::string& name) {
       throw Error(name, "tissue", fmt::format("label {}", *it), fmt::format("0 to {}", kTissueCount - 1));
     }
   }
-  if (volume.hardness) {
-    for (auto it = volume.hardness->cbeginValueAll(); it; ++it) {
-      if (*it < kMinHardness || *it > kOwnHardness) {
-        throw Error(name, kHardness, fmt::format("{}", *it), fmt::format("{} to {}", kMinHardness, kOwnHardness));
-      }
+  const auto check_range = [&](const openvdb::Int32Grid::Ptr& grid, const char* grid_name, int min, int max,
+                               int elsewhere) {
+    if (!grid) return;
+    for (auto it = grid->cbeginValueAll(); it; ++it) {
+      if (*it < min || *it > max)
+        throw Error(name, grid_name, fmt::format("{}", *it), fmt::format("{} to {}", min, max));
     }
-    const std::int32_t elsewhere = volume.hardness->background();
-    if (elsewhere != kOwnHardness)
-      throw Error(name, kHardness, fmt::format("background {}", elsewhere), fmt::format("{}", kOwnHardness));
-  }
+    if (grid->background() != elsewhere)
+      throw Error(name, grid_name, fmt::format("background {}", grid->background()), fmt::format("{}", elsewhere));
+  };
+  check_range(volume.hardness, kHardness, kMinHardness, kOwnHardness, kOwnHardness);
+  check_range(volume.color, kColor, kNoFileColor, 0xffffff, kNoFileColor);
   if (!volume.before) return;
   for (auto it = volume.before->cbeginValueOn(); it; ++it) {
     if (!it.isVoxelValue() || *it < 1 || *it > kTissueCount) {
@@ -131,7 +136,7 @@ void check_extent(const StoredVolume& volume, const std::string& name) {
 StoredVolume read_volume(const std::filesystem::path& file) {
   const std::string name = file.string();
   require_input(file, InputKind::kVolume);
-  static const std::array<std::string, 4> kGrids = {"distance", "tissue", kBeforeFilling, kHardness};
+  static const std::array<std::string, 5> kGrids = {"distance", "tissue", kBeforeFilling, kHardness, kColor};
   const FlatGrids flat = read_guarded(file, kGrids);
   StoredVolume volume = read_grids(flat, name);
   if (!(flat.voxel >= 1e-3 && flat.voxel <= 10)) {
@@ -181,6 +186,7 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());
   if (volume.hardness) volume.hardness->setName(kHardness), volume.hardness->setTransform(transform());
+  if (volume.color) volume.color->setName(kColor), volume.color->setTransform(transform());
 
   PartialFile partial(file, FileKind::kVolume);
   try {

@@ -10,6 +10,8 @@
 
 namespace typodont::haptics {
 
+inline constexpr std::int32_t kNoFileColor = -1;  // the colour of the tissue
+
 /// Content of a volume file in the units of haptics.
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
@@ -17,6 +19,8 @@ struct StoredVolume {
   openvdb::Int32Grid::Ptr before;    // at filled voxels: label before the filling plus one; null: no fillings
   // Hardness (dense_tissue.h); at filled voxels, the value before filling. Null: every voxel has kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
+  // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. Null: kNoFileColor everywhere.
+  openvdb::Int32Grid::Ptr color;
   VoxelFrame frame;
   double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;

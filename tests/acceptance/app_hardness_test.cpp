@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "engine/app/recording/recorded_tissue.h"
@@ -12,6 +13,7 @@
 #include "engine/app/scene.h"
 #include "engine/app/workbench.h"
 #include "engine/base/units.h"
+#include "engine/render/picture.h"
 #include "engine/session/session_file.h"
 #include "haptics/dense_tissue.h"
 #include "tests/support/program.h"
@@ -138,6 +140,56 @@ std::string fault_of(const std::string& text) {
   return test::refusal([&] { (void)load_tissue(parse_scene(Json::parse(text, "scene.json"), "scene.json")); });
 }
 
+TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes) {
+  const std::string red = R"("color": [0.9, 0.1, 0.1])";
+  const std::string block = R"({"tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [8, 6, 4]}}}]}, "tool": "round_012", "parts": ["render"])";
+  folder.write("strokes.json", R"({"strokes": [{"tissue": "dentin", "a_mm": [-2, 0, 2], "b_mm": [2, 0, 2],
+    "radius_mm": 1, )" + red + "}]}");
+  folder.write("stroke.json", block + R"(, "paint_file": "strokes.json"})");
+  folder.write("solid.json", block + R"(, "paint": [{"tissue": "dentin", )" + red + R"(, "solid":
+    {"capsule": {"a_mm": [-2, 0, 2], "b_mm": [2, 0, 2], "radius_mm": 1}}}]})");
+  const haptics::TissueVolume painted = load_tissue(read_scene(folder / "stroke.json"));
+  EXPECT_EQ(painted.hash(), load_tissue(read_scene(folder / "solid.json")).hash());
+  ASSERT_EQ(folder.run("volume " + (folder / "stroke.json") + " --out " + (folder / "kept.vdb")).status, 0);
+  folder.write("kept.json", R"({"tissue": {"volume": "kept.vdb"}, "tool": "round_012", "parts": ["render"]})");
+
+  // The mesh has the stroke's colour in its middle and the tissue's beside it.
+  ASSERT_EQ(folder.run("mesh " + (folder / "kept.json") + " --out " + (folder / "m.obj")).status, 0);
+  std::istringstream lines(test::read_text(folder / "m.obj"));
+  int middle = 0, beside = 0;
+  for (std::string line; std::getline(lines, line);) {
+    dvec3 p, c;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf %lf %lf %lf", &p.x, &p.y, &p.z, &c.x, &c.y, &c.z) != 6) continue;
+    const bool is_red = glm::length(c - srgb_of(voxel_color({0.9, 0.1, 0.1}))) < 1e-3;
+    const bool in_middle = p.z > 1.99 && std::abs(p.y) < 0.9 && std::abs(p.x)<2, is_beside = std::abs(p.y)> 1.2;
+    EXPECT_TRUE(in_middle ? is_red : !(is_beside && is_red)) << line;
+    middle += in_middle, beside += is_beside;
+  }
+  EXPECT_GT(middle, 3);
+  EXPECT_GT(beside, 3);
+
+  // So does the picture, seen from above.
+  folder.write("rig.json", R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4,-3,2],
+    "lower_right": [4,-3,2], "upper_left": [-4,3,2]}, "pixels": [160, 120], "layout": "mono"},
+    "head": {"eye_center_mm": [0, 0, 400], "ipd_mm": 64}})");
+  ASSERT_EQ(
+      folder.run("render " + (folder / "kept.json") + " --rig " + (folder / "rig.json") + " --out " + (folder / "out"))
+          .status,
+      0);
+  const render::Picture picture = render::read_png(folder / "out/screen.png");
+  const auto redness = [&](int y) {  // red divided by green along the middle third of a row
+    double r = 0, g = 0;
+    for (int x = 60; x < 100; ++x) {
+      const std::uint8_t* const pixel = picture.at(x, y);
+      r += pixel[0], g += pixel[1];
+    }
+    return r / g;
+  };
+  EXPECT_GT(redness(60), 2.0);
+  EXPECT_LT(redness(20), 1.4);
+}
+
 TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   using testing::AllOf;
   using testing::HasSubstr;
@@ -151,6 +203,7 @@ TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   };
   EXPECT_EQ(with("", ""), "");
   EXPECT_EQ(with(R"(, "hardness": 0)", R"(, "force_limit_N": 300, "torque_limit_Nmm": 20000)"), "");
+  EXPECT_THAT(with(R"(, "color": [0, 0, 1.5])", ""), AllOf(HasSubstr("color"), HasSubstr("three numbers from 0 to 1")));
   EXPECT_THAT(with(R"(, "hardness": 1.5)", ""), AllOf(HasSubstr("hardness"), HasSubstr("1.5"), HasSubstr("0 to 1")));
   EXPECT_THAT(with("", R"(, "paint": [{"tissue": "caries", "hardness": -1, "solid": {"sphere": {"radius_mm": 1}}}])"),
               AllOf(HasSubstr("paint"), HasSubstr("hardness"), HasSubstr("0 to 1")));

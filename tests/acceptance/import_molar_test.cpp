@@ -123,6 +123,32 @@ TEST(ImportCommand, StoresTheHardnessFromGreyValuesInTheVolume) {
   EXPECT_EQ(mean["enamel"].number(), 1);
 }
 
+TEST(ImportCommand, ColoursEveryVoxelByItsGreyValue) {
+  const auto out = scratch("coloured.vdb");
+  const Ran ran = run("assets/teeth/molar.nhdr --color-greys 500,1300 --voxel-mm 0.3 --out " + out.string());
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const TissueVolume volume = TissueVolume::load(out);
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const glm::ivec3 size = hi - lo + 1;
+  const auto count = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y * size.z);
+  std::vector<float> distance(count);
+  std::vector<Tissue> tissue(count);
+  std::vector<VoxelColor> color(count);
+  volume.copy(lo, size, distance.data(), tissue.data());
+  volume.copy_colors(lo, size, color.data());
+  std::array<double, kTissueCount> green{}, voxels{};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (distance[i] > -1) continue;
+    ASSERT_NE(color[i], kTissueColor);
+    green[static_cast<std::size_t>(tissue[i])] += srgb_of(color[i]).y;
+    voxels[static_cast<std::size_t>(tissue[i])] += 1;
+  }
+  const auto mean = [&](Tissue t) { return green[static_cast<std::size_t>(t)] / voxels[static_cast<std::size_t>(t)]; };
+  EXPECT_GT(mean(Tissue::kEnamel), mean(Tissue::kDentin) + 0.15) << "the denser, the lighter";
+  EXPECT_GT(mean(Tissue::kDentin), mean(Tissue::kPulp) + 0.05);
+}
+
 TEST(ImportCommand, OneOfSeveralSeriesIsImportedWithItsLabelsAndWithoutThePatientsName) {
   test::Phantom tooth;
   tooth.size = {30, 26, 28};
@@ -234,6 +260,7 @@ TEST(ImportCommand, BadInputExitsWithTwoAndWritesNothing) {
   expect_refused("assets/teeth/molar.nhdr --thresholds 1000,600 --out " + out, "--thresholds");
   expect_refused("assets/teeth/molar.nhdr --hardness-greys 800 --out " + out, "--hardness-greys");
   expect_refused("assets/teeth/molar.nhdr --hardness-greys 800,400 --out " + out, "--hardness-greys");
+  expect_refused("assets/teeth/molar.nhdr --color-greys 800,400 --out " + out, "--color-greys");
   expect_refused("assets/teeth/molar.nhdr --voxel-mm 0.01 --out " + out, "--voxel-mm");
   expect_refused("assets/teeth/molar.nhdr --out /no/such/folder/x.vdb", "--out");
   expect_refused("assets/teeth/molar.nhdr --preset hair --out " + out, "preset");

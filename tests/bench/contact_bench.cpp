@@ -147,6 +147,10 @@ void add_presses(double voxel_mm) {
     test::Random places(1);
     return test::press_drilled_rim(places, voxel);
   });
+  add_press("rim of a filling", [](double voxel) {
+    test::Random places(1);
+    return test::press_filled_rim(places, voxel);
+  });
 }
 
 /// A tool slides on a scanned tooth, 0.1 mm below where it rests. The force changes at most by twice the stiffness

@@ -88,12 +88,14 @@ TEST(Creases, HalvingTheVoxelAtLeastHalvesTheErrorAtARim) {
   }
 }
 
-TEST(Creases, ARimThatABurHasDrilledIsFeltAsTheGivenOne) {
+TEST(Creases, ARimThatABurHasDrilledOrAFillingHasIsFeltAsAGivenOne) {
   for (const double voxel : {0.1_mm, 0.05_mm}) {
     Random random(4);
-    const PressErrors errors = test::press_drilled_rim(random, voxel);
-    errors.print(fmt::format("drilled rim, {} mm", voxel / 1.0_mm));
-    expect_exact(errors, "drilled rim");
+    const PressErrors drilled = test::press_drilled_rim(random, voxel), filled = test::press_filled_rim(random, voxel);
+    drilled.print(fmt::format("drilled rim, {} mm", voxel / 1.0_mm));
+    filled.print(fmt::format("filled rim, {} mm", voxel / 1.0_mm));
+    expect_exact(drilled, "drilled rim");
+    expect_exact(filled, "filled rim");
   }
 }
 

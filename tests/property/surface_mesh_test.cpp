@@ -109,6 +109,35 @@ TEST(Box, TurnedAnyWayKeepsItsEdgesAndFourInFiveCorners) {
   EXPECT_GE(kept, 12 * 8 * 4 / 5);
 }
 
+TEST(Colors, RefineAFlatFaceOnlyWhereTheyChangeAndMoveNoVertexOffIt) {
+  const glm::dvec3 half(40, 40, 8);
+  const Field box = [=](const glm::dvec3& p) {
+    const glm::dvec3 d = glm::abs(p - 40.0) - half;
+    return std::max({d.x, d.y, d.z});
+  };
+  auto bricks = sample_bricks(glm::dvec3(-2), glm::dvec3(82), box);
+  const std::size_t plain = weld(mesh_of(bricks, 0.1f)).triangles.size();
+  // Colours that a function of x gives to every sample.
+  const auto triangles = [&](const auto& color_at) {
+    for (FieldBrick& brick : bricks) {
+      brick.colored = true;
+      for (int x = 0; x < FieldBrick::kSamples; ++x)
+        for (int y = 0; y < FieldBrick::kSamples; ++y)
+          for (int z = 0; z < FieldBrick::kSamples; ++z)
+            brick.color[FieldBrick::at(x, y, z)] = color_at(FieldBrick::kCells * brick.key.x - 1 + x);
+    }
+    const WholeMesh mesh = weld(mesh_of(bricks, 0.1f));
+    expect_surface(topology_of(mesh), 2);
+    EXPECT_LT(max_error(mesh, box, 2), 2e-4);
+    return mesh.triangles.size();
+  };
+  EXPECT_EQ(triangles([](int) { return VoxelColor{0x8410}; }), plain);
+  const auto step = triangles([](int x) { return x < 37 ? VoxelColor{0x8410} : kTissueColor; });
+  const auto all = triangles([](int x) { return voxel_color(glm::dvec3(x % 2)); });
+  EXPECT_GT(step, plain + 2 * 80) << "two cells beside each other along the border";
+  EXPECT_LT(step, all / 8) << "and not elsewhere";
+}
+
 TEST(Torus, HasOneHandleAndStaysWithinTheTolerance) {
   Random random(3);
   for (const float tolerance : {-1.f, 0.05f, 0.15f}) {

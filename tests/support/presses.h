@@ -209,4 +209,23 @@ inline PressErrors press_drilled_rim(Random& random, double voxel) {
   return press_all(bench, voxel, 0.5_mm, on_rim(random, {0, 0, kBoreTop}, 1.0_mm, -1.2, kBoreInBall), 1);
 }
 
+/// Fills around a ball of 0.8 mm up to a radius of 2 mm, below the plane z = 1 mm, and presses a ball of 1 mm on the
+/// rim where the filling's sphere meets this plane.
+inline PressErrors press_filled_rim(Random& random, double voxel) {
+  haptics::TissueVolume volume(
+      haptics::read_solids(Json::parse(press_tissue(R"({"sphere": {"radius_mm": 0.8}})", voxel), "tissue")));
+  haptics::Tool plugger;
+  plugger.shape = haptics::HeadShape::kRoundEndCylinder;
+  plugger.diameter = 0.5_mm, plugger.length = 1.0_mm;
+  plugger.cuts = false;
+  plugger.fill = Tissue::kComposite;
+  plugger.fill_within =
+      haptics::read_solid(Json::parse(R"({"halfspace": {"normal": [0, 0, 1], "offset_mm": 1}})", "limit"));
+  const Pose away{{0, 0, 9.0_mm}};
+  volume.fill(haptics::Fill(plugger, dvec3(0), 2.0_mm, away, volume.frame()));
+  HapticBench bench(std::move(volume), press_probe(1.0_mm));
+  const double steepest = std::acos(0.5) - 0.05;  // the sphere's normal at the rim, less a margin
+  return press_all(bench, voxel, 0.5_mm, on_rim(random, {0, 0, 1.0_mm}, std::sqrt(3.0) * 1.0_mm, 0.05, steepest), 0);
+}
+
 }  // namespace typodont::test

@@ -85,28 +85,27 @@ TEST_F(Exercise, EveryShippedOneStandsUnderAHeadingAndTheTutorialIsFirst) {
   EXPECT_GT(ended.size(), 5u);
 }
 
-TEST_F(Exercise, EveryStrokeKeepsTheHardnessItWasPaintedWith) {
+TEST_F(Exercise, EveryStrokeKeepsTheHardnessAndTheColourItWasPaintedWith) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
-  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3, 1, 0.8},
-                                            {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 0.5e-3, 1, 0.2}};
+  const std::vector<PaintStroke> strokes = {
+      {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3, 1, 0.8},
+      {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 0.5e-3, 1, 0.2, voxel_color({0.2, 0.1, 0.05})}};
   const Scene scene = read_scene(saved({.name = "Graded", .goal = "Take it out.", .base = &base, .strokes = strokes}));
   const haptics::TissueVolume tissue = load_tissue(scene);
   haptics::TissueVolume expected = load_tissue(base);
   paint(expected, strokes);
   EXPECT_EQ(tissue.hash(), expected.hash());
-  EXPECT_TRUE(tissue.graded());
+  EXPECT_TRUE(tissue.graded() && tissue.colored());
   // There are two balls, the smaller one inside the larger one, with different hardness.
   const auto caries = static_cast<std::size_t>(Tissue::kCaries);
   const double mean = tissue.hardness_volumes()[caries] / tissue.volumes()[caries];
   EXPECT_NEAR(mean, (0.8 * 7 + 0.2) / 8, 0.02);
 }
 
-TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessColourStepsAndRules) {
+TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessStepsAndRules) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   NewExercise made{.name = "Soft", .goal = "Take it out.", .steps = {"Feel it.", "Drill it."}, .base = &base};
-  auto& caries = made.tissues[static_cast<std::size_t>(Tissue::kCaries)];
-  caries.stiffness = 0.5;
-  caries.color = dvec3(0.1, 0.2, 0.3);
+  made.stiffness[static_cast<std::size_t>(Tissue::kCaries)] = 0.5;
   made.rules = rule_choices(base);
   ASSERT_EQ(made.rules->size(), session::known_score_names().size());
   for (RuleChoice& rule : *made.rules) {
@@ -122,7 +121,6 @@ TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessColourStepsAndRules) {
   const Material& was = base.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
   const Material& is = scene.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
   EXPECT_NEAR(is.stiffness, 0.5 * was.stiffness, 1e-9 * was.stiffness);
-  EXPECT_EQ(is.color, dvec3(0.1, 0.2, 0.3));
   EXPECT_EQ(scene.servo.materials[static_cast<std::size_t>(Tissue::kEnamel)].stiffness,
             base.servo.materials[static_cast<std::size_t>(Tissue::kEnamel)].stiffness);
   ASSERT_TRUE(scene.task);

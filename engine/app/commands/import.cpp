@@ -28,7 +28,7 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string out, bite, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels, region;
+  std::string out, bite, preset = "tooth", spacing, thresholds, hardness, colors, preview, turn, labels, region;
   std::vector<std::string> inputs, parts, label;
   std::optional<int> series;
   std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
@@ -86,7 +86,7 @@ haptics::ImportOptions options_of(const Arguments& a) {
   }
   o.hounsfield = a.hounsfield;
   o.series = a.series;
-  o.greys = !a.preview.empty();
+  o.greys = !a.preview.empty() || !a.colors.empty();
   if (a.memory_mb) o.memory = *a.memory_mb * 1e6;
   o.estimated = [](double bytes) { log::info("about {:.0f} MB of memory are needed", bytes * 1e-6); };
   o.nan_grey = a.nan_grey;
@@ -277,6 +277,38 @@ nlohmann::ordered_json as_json(const MouthScan& scan) {
   return j;
 }
 
+/// Grey value of a voxel. Blur darkens the outermost ones; they take the largest grey value of their tissue around
+/// them.
+double grey_of(const haptics::Imported& imported, const glm::ivec3& at) {
+  constexpr int kBlur = 2;  // voxels
+  const haptics::DenseTissue& t = imported.tissue;
+  const std::size_t i = t.at(at.x, at.y, at.z);
+  double grey = static_cast<double>(imported.grey[i]);
+  if (static_cast<double>(t.distance[i]) < -kBlur * t.frame.voxel) return grey;
+  const glm::ivec3 lo = glm::max(at - kBlur, glm::ivec3(0)), hi = glm::min(at + kBlur, t.size - 1);
+  for (int x = lo.x; x <= hi.x; ++x)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int z = lo.z; z <= hi.z; ++z)
+        if (const std::size_t near = t.at(x, y, z); t.tissue[near] == t.tissue[i])
+          grey = std::max(grey, static_cast<double>(imported.grey[near]));
+  return grey;
+}
+
+/// Colours each voxel by its grey value, from brown at greys[0] to ivory at greys[1].
+void color_by_greys(haptics::Imported& imported, const std::vector<double>& greys) {
+  constexpr dvec3 kBrown(0.33, 0.20, 0.10), kIvory(0.96, 0.92, 0.83);  // sRGB
+  haptics::DenseTissue& t = imported.tissue;
+  t.color.resize(t.tissue.size());
+  for (int x = 0; x < t.size.x; ++x)
+    for (int y = 0; y < t.size.y; ++y)
+      for (int z = 0; z < t.size.z; ++z) {
+        const std::size_t i = t.at(x, y, z);
+        if (t.tissue[i] == Tissue::kAir) continue;
+        const double part = (grey_of(imported, {x, y, z}) - greys[0]) / (greys[1] - greys[0]);
+        t.color[i] = voxel_color(glm::mix(kBrown, kIvory, std::clamp(part, 0.0, 1.0)));
+      }
+}
+
 bool several(const Arguments& a) {
   return a.inputs.size() > 1 || !a.bite.empty() || a.open_mm != 0;
 }
@@ -295,6 +327,9 @@ void run(const Arguments& a) {
                   fmt::format("several files only if all are meshes ({})", fmt::join(haptics::mesh_endings(), " ")));
   }
   if (!a.bite.empty()) require_input(a.bite, InputKind::kScan);
+  const char* const rising = "DARK,LIGHT: two rising greys, e.g. 600,1600";
+  const auto colors = a.colors.empty() ? std::vector<double>() : numbers(a.colors, "--color-greys", 2, 2, rising);
+  if (!colors.empty() && colors[1] <= colors[0]) throw Error("--color-greys", "", '"' + a.colors + '"', rising);
   const bool exercise = kind_of_name(a.out) == FileKind::kJson;
   require_output(a.out, exercise ? FileKind::kJson : FileKind::kVolume);
   if (exercise) require_volume_beside(a.out, Over::kNoInput);
@@ -308,6 +343,9 @@ void run(const Arguments& a) {
     mouth.imported = haptics::import_tissue(a.inputs.empty() ? "" : a.inputs[0], options);
   }
   haptics::Imported& imported = mouth.imported;
+  if (!colors.empty() && !has_greys(imported.report))
+    throw Error("--color-greys", "", imported.report.format, "a scan with greys");
+  if (!colors.empty()) color_by_greys(imported, colors);
   if (!a.labels.empty()) haptics::write_labels(imported.tissue, a.labels);
   if (exercise) {
     // Without a requested rotation, the first scan is turned upright.
@@ -368,6 +406,9 @@ void add_import_command(cli::Command& app) {
   command->add_option("--hardness-greys", a->hardness,
                       "ZERO,OWN[,DENSE]: hardness from a scan's greys, linear from 0 at ZERO to 1 at OWN in the softer "
                       "tissue and at DENSE in the denser; default: every tissue has its own");
+  command->add_option("--color-greys", a->colors,
+                      "DARK,LIGHT: colour of each voxel from a scan's greys, from brown at DARK to ivory at LIGHT; "
+                      "default: the colour of its tissue");
   command->add_option(
       "--hounsfield", a->hounsfield,
       "the greys are Hounsfield units plus this (0, 1024 …); default: from the histogram, with --preset "
@@ -411,9 +452,9 @@ void add_import_command(cli::Command& app) {
     command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
                             "another --preset than jaw, whose greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
-    command->refuse_without(
-        {"--spacing-mm", "--region-mm", "--thresholds", "--hounsfield", "--nan-as", "--series", "--label"},
-        !mesh && a->parts.empty(), "a scan");
+    command->refuse_without({"--spacing-mm", "--region-mm", "--thresholds", "--color-greys", "--hounsfield", "--nan-as",
+                             "--series", "--label"},
+                            !mesh && a->parts.empty(), "a scan");
     run(*a);
   });
 }

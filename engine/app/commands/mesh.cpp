@@ -47,6 +47,7 @@ void run(const Options& options) {
                                 : whole_surface(volume, static_cast<float>(tolerance),
                                                 [&](double fraction) { progress.at(0.3 + 0.5 * fraction); });
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
+  if (stored.draws_own) add_paint(volume, mesh);
   if (options.file_space) place(mesh, frame, volume.place());
   surface::write_mesh(options.out, mesh, frame, stored.materials);
   progress.at(1);

@@ -122,16 +122,6 @@ bool LivePicture::recreate_lost_device() {
   return true;
 }
 
-void LivePicture::color(Tissue tissue, const dvec3& color) {
-  shown_.materials[static_cast<std::size_t>(tissue)].color = color;
-  views_->attach(Eyes::kOwn, nullptr);
-  own_stage_.reset();
-  if (!stage_) return;
-  views_->attach(Eyes::kTrainee, nullptr);
-  stage_.reset();
-  make(options_.device);
-}
-
 void LivePicture::switch_spray() {
   WaterSwitch water = world_.water();
   water.spray = !water.spray;

@@ -83,8 +83,6 @@ class LivePicture {
   /// Switches the handpiece's water on or off. Has an effect only if the scene has spray.
   void switch_spray();
   const World& world() const { return world_; }
-  /// Changes the colour of a tissue, sRGB, in both pictures.
-  void color(Tissue tissue, const dvec3& color);
 
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }

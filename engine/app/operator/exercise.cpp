@@ -33,7 +33,10 @@ Text paint_entry(const PaintStroke& s) {
     solid["capsule"] = {{"a_mm", millimetres_text(s.a_W)}, {"b_mm", millimetres_text(s.b_W)}, {"radius_mm", radius}};
   }
   Text entry = {{"tissue", std::string(name_of(s.tissue))}, {"solid", solid}};
-  if (s.hardness != 1) entry["hardness"] = std::round(s.hardness * 1000) / 1000;
+  const auto rounded = [](double v) { return std::round(v * 1000) / 1000; };
+  if (s.hardness != 1) entry["hardness"] = rounded(s.hardness);
+  if (const dvec3 c = srgb_of(s.color); s.color != kTissueColor)
+    entry["color"] = {rounded(c.x), rounded(c.y), rounded(c.z)};
   return entry;
 }
 
@@ -88,17 +91,15 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   scene["name"] = e.name;
   scene["description"] = e.goal;
   for (const PaintStroke& stroke : e.strokes) scene["paint"].push_back(paint_entry(stroke));
-  for (std::size_t i = 1; i < e.tissues.size(); ++i) {
-    const TissueMade& made = e.tissues[i];
+  for (std::size_t i = 1; i < e.stiffness.size(); ++i) {
+    if (e.stiffness[i] == 1) continue;
     const std::string tissue(name_of(static_cast<Tissue>(i)));
-    if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
-    if (made.stiffness == 1) continue;
     // The stiffness in `servo.materials` already includes the factor of the paint file's strokes. Reading the scene
     // applies this factor again, so the stiffness is divided by it here.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
-        made.stiffness * e.base->servo.materials[i].stiffness / painted / kNewtonPerMillimetre;
+        e.stiffness[i] * e.base->servo.materials[i].stiffness / painted / kNewtonPerMillimetre;
   }
 
   const bool ideal = !ideal_file.empty();

@@ -17,12 +17,6 @@
 
 namespace typodont {
 
-/// Differences of a tissue from the base scene.
-struct TissueMade {
-  double stiffness = 1;        // factor on the stiffness in the base scene
-  std::optional<dvec3> color;  // sRGB; empty: the colour in the base scene
-};
-
 struct NewExercise {
   std::string name, goal;
   std::vector<std::string> steps;
@@ -32,7 +26,12 @@ struct NewExercise {
   // File with a closed mesh of the ideal shape. Without mesh and tissue, the ideal shape of the base scene is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm per unit of the mesh file
-  std::array<TissueMade, kTissueCount> tissues{};
+  // Factor on each tissue's stiffness in the base scene.
+  PerTissue stiffness = [] {
+    PerTissue unchanged;
+    unchanged.fill(1);
+    return unchanged;
+  }();
   std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
 };
 

@@ -35,11 +35,7 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   std::istringstream lines(form.steps.data());
   for (std::string line; std::getline(lines, line);)
     if (line.find_first_not_of(" \t") != std::string::npos) made.steps.push_back(line);
-  for (std::size_t i = 1; i < kTissueCount; ++i) {
-    made.tissues[i].stiffness = static_cast<double>(s.stiffness[i]);
-    const dvec3 is(s.colors[i][0], s.colors[i][1], s.colors[i][2]);
-    if (glm::length(is - authored.scene.servo.materials[i].color) > 2e-3) made.tissues[i].color = is;
-  }
+  for (std::size_t i = 1; i < kTissueCount; ++i) made.stiffness[i] = static_cast<double>(s.stiffness[i]);
   if (std::any_of(form.rules.begin(), form.rules.end(), [](const RuleChoice& r) { return r.counts; }))
     made.rules = form.rules;
   if (made.rules)

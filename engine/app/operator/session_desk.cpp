@@ -64,10 +64,8 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
     bench_.emplace(scene, options);
     s_.settings = {};
     s_.stiffness.fill(1);
-    for (std::size_t i = 0; i < s_.colors.size(); ++i) {
-      const dvec3 c = scene.servo.materials[i].color;
-      s_.colors[i] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
-    }
+    for (std::size_t i = 0; i < s_.brush_colors.size(); ++i)
+      s_.brush_colors[i] = glm::vec3(scene.servo.materials[i].color);
     s_.tools.clear();
     for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
     s_.device = bench_->hand();
@@ -206,14 +204,6 @@ bool SessionDesk::carry_out(const Request& r) {
     case Ask::kOwnView:
       show_own_view(r.number != 0);
       return true;
-    case Ask::kColor: {
-      if (!bench_) return true;
-      const auto& c = s_.colors[static_cast<std::size_t>(r.number)];
-      s_.live = nullptr;
-      window_.wait_idle();
-      bench_->color(static_cast<Tissue>(r.number), {c[0], c[1], c[2]});
-      return true;
-    }
     case Ask::kHold:
       if (bench_) bench_->hold(r.number != 0);
       return true;
@@ -253,6 +243,9 @@ void SessionDesk::paint() {
   stroke.tissue = s_.paint_tissue;
   stroke.radius = static_cast<double>(s_.paint_radius_mm) * kMillimetre;
   stroke.hardness = static_cast<double>(s_.paint_hardness);
+  const auto tissue = static_cast<std::size_t>(stroke.tissue);
+  if (s_.brush_colors[tissue] != glm::vec3(scene_->servo.materials[tissue].color))
+    stroke.color = voxel_color(dvec3(s_.brush_colors[tissue]));
   stroke.b_W = s_.status.tick.X_WT.p;
   stroke.a_W = brush_down_ ? brush_at_ : stroke.b_W;
   if (brush_down_ && glm::length(stroke.b_W - stroke.a_W) < 0.25 * stroke.radius) return;

@@ -281,7 +281,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 }
 
 /// Draws the controls of the instructor's brush, which paints at the tool's head while its button or P is pressed. The
-/// hardness applies to the next strokes only; stiffness and colour apply to all tissue of the painted kind.
+/// hardness and the colour apply to the next strokes only; the stiffness applies to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp,
@@ -308,8 +308,7 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     s.ask(Ask::kSettings);
   }
   ImGui::SetNextItemWidth(-1);
-  ImGui::ColorEdit3("##color", s.colors[tissue].data(), ImGuiColorEditFlags_NoOptions);
-  if (ImGui::IsItemDeactivatedAfterEdit()) s.ask(Ask::kColor, static_cast<int>(tissue));
+  ImGui::ColorEdit3("##color", &s.brush_colors[tissue].x, ImGuiColorEditFlags_NoOptions);
   toggle_button(fmt::format("{}   P", s.text("op.paint_hold")).c_str(), s.painting, {-1, 0});
   s.painting = ImGui::IsItemActive() || (!ImGui::GetIO().WantTextInput && ImGui::IsKeyDown('P'));
   row(s.text("op.strokes"), fmt::format("{}", s.status.tissue.painted));

@@ -50,7 +50,6 @@ enum class Ask {
   kKeep,             // number: 1 keeps the recording, 0 deletes it
   kLook,             // apply the changed OperatorState::look
   kOwnView,          // number: 1 free viewpoint, 0 the trainee's picture
-  kColor,            // apply OperatorState::colors; number: the tissue
   kLoseDevice,       // for tests: lose the GPU device
   kSaveExercise,     // save painted and drilled tissue as an exercise
   kHold,             // number: 1 stops drill and force, 0 continues
@@ -298,7 +297,8 @@ struct OperatorState {
   int look_changes = 0;       // number of changes of `look` since the start
   /// Authoring mode: factor on the stiffness of each tissue.
   std::array<float, kTissueCount> stiffness{};
-  std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring mode: sRGB colour of each tissue
+  // Authoring mode: sRGB colour of the brush for each tissue; at first the tissue's own colour, which marks no voxels.
+  std::array<glm::vec3, kTissueCount> brush_colors{};
   bool held = false;
   /// Curves of the last seconds: force, N; tick duration, µs.
   std::array<float, 240> forces{}, ticks_us{};

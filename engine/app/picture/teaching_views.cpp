@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/tissue/field_mesh.h"
 #include "engine/app/tissue/plane_face.h"
 #include "engine/app/tissue/tooth_field.h"
@@ -114,6 +115,7 @@ std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, st
   } else if (hidden != 0) {
     bodies.push_back({render::kWorkingTooth, tissues_left(volume, hidden)});
   }
+  for (ViewBody& body : bodies) add_paint(volume, body.bricks);
   return bodies;
 }
 

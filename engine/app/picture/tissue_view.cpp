@@ -28,6 +28,7 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
   mesher.remesh();
   at(0.9);
   surface::WholeMesh mesh = surface::weld(mesher);
+  add_paint(volume, mesh);
   at(1);
   return mesh;
 }
@@ -51,6 +52,25 @@ surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFra
   for (surface::WholeMesh::Vertex& vertex : whole.vertices)
     vertex.normal = glm::length(vertex.normal) > 0 ? glm::normalize(vertex.normal) : glm::vec3(0, 0, 1);
   return whole;
+}
+
+void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates, const DrawnAs& drawn_as) {
+  if (!volume.colored()) return;
+  std::uint32_t as_themselves = 0;
+  for (int t = 0; t < kTissueCount; ++t)
+    as_themselves |= (drawn_as(static_cast<Tissue>(t)) == static_cast<Tissue>(t) ? 1u : 0u) << t;
+  for (render::MeshUpdate& update : updates) {
+    for (render::Vertex& v : update.vertices) {
+      v.paint = volume.color_at(dvec3(v.p) / volume.frame().voxel, as_themselves);
+      v.shows *= 1 - v.paint.w;
+      v.lesion *= 1 - v.paint.w;
+    }
+  }
+}
+
+void add_paint(const haptics::TissueVolume& volume, surface::WholeMesh& mesh) {
+  if (!volume.colored()) return;
+  for (surface::WholeMesh::Vertex& v : mesh.vertices) v.paint = volume.color_at(dvec3(v.position));
 }
 
 TissueCopy copy_of(haptics::Carver& carver) {
@@ -316,6 +336,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     if (std::ranges::any_of(updates.back().vertices, [](const render::Vertex& v) { return v.lesion > 0; }))
       stained_.push_back(mesh.key);
   });
+  add_paint(volume, updates, drawn_as_);
   return updates;
 }
 
@@ -336,6 +357,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueSurface& surfa
     }
     find_tissue_below(labels, update);
   }
+  add_paint(labels, updates, drawn_as_);
   return updates;
 }
 

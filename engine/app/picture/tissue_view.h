@@ -26,6 +26,13 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
 /// Makes one mesh from TissueSurface::mesh, in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
+/// Sets Vertex::paint to the colours of the voxels, which hide the tissue below and the stain of caries. Positions are
+/// relative to the volume's origin. `drawn_as`: tissues that are drawn as others keep the others' colour.
+void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates,
+               const DrawnAs& drawn_as = {});
+/// Sets the colours of a whole mesh, whose positions are in voxels.
+void add_paint(const haptics::TissueVolume& volume, surface::WholeMesh& mesh);
+
 /// A copy of tissue to save while the carver continues.
 struct TissueCopy {
   haptics::TissueVolume volume;

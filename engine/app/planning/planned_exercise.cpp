@@ -39,7 +39,7 @@ Text load_text(const fs::path& file) {
 }
 
 /// Copies the tissue around the planned implant and moves it by `move` (m). Voxels are at most kMaxVoxel; with larger
-/// ones, a widening drill would get stuck at the wall. Labels and hardness come from the nearest voxel.
+/// ones, a widening drill would get stuck at the wall. Labels, hardness and colours come from the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
   glm::ivec3 lo, hi;
@@ -61,6 +61,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   site.distance.resize(site.at(site.size.x - 1, site.size.y - 1, site.size.z - 1) + 1);
   site.tissue.resize(site.distance.size());
   if (!copy.hardness.empty()) site.hardness.resize(site.distance.size());
+  if (!copy.color.empty()) site.color.resize(site.distance.size());
   glm::ivec3 p;
   for (p.x = 0; p.x < site.size.x; ++p.x) {
     for (p.y = 0; p.y < site.size.y; ++p.y) {
@@ -75,6 +76,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
         site.distance[i] = static_cast<float>(std::max(copy.field.sample(place) * frame.voxel, closed));
         site.tissue[i] = copy.tissue[nearest];
         if (!copy.hardness.empty()) site.hardness[i] = copy.hardness[nearest];
+        if (!copy.color.empty()) site.color[i] = copy.color[nearest];
       }
     }
   }

@@ -17,6 +17,9 @@ void describe_stroke(Keys& keys, PaintStroke& stroke) {
   keys(must("radius_mm"), stroke.radius, {1e-3, 100, kMillimetre}, "radius of the stroke");
   keys("stiffness_factor", stroke.stiffness_factor, {0.01, 10}, "factor of the tissue's stiffness everywhere");
   keys("hardness", stroke.hardness, {0, 1}, "[hardness](#hardness) in the stroke");
+  dvec3 color(kNoDefault);
+  keys("color", color, read_color, "[colour](#color) of the stroke; default: the tissue's");
+  if (is_finite(color)) stroke.color = voxel_color(color);
 }
 
 }  // namespace
@@ -32,7 +35,8 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
   bool any = false;
   for (const PaintStroke& s : strokes)
-    any |= volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius), haptics::hardness_byte(s.hardness));
+    any |=
+        volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius), haptics::hardness_byte(s.hardness), s.color);
   return any;
 }
 

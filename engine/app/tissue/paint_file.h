@@ -1,10 +1,10 @@
 // Tissue painted by hand: strokes of a round brush, stored in a file to which scenes refer.
 //
 //   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4,
-//   "hardness": 0.4 } ] }
+//   "hardness": 0.4, "color": [0.3, 0.2, 0.1] } ] }
 //
-// "hardness" applies only to the tissue that this stroke paints; "stiffness_factor" changes the stiffness of the tissue
-// everywhere.
+// "hardness" and "color" apply only to the tissue that this stroke paints; "stiffness_factor" changes the stiffness of
+// the tissue everywhere.
 #pragma once
 
 #include <filesystem>
@@ -26,6 +26,7 @@ struct PaintStroke {
   double radius = 0.5e-3;
   double stiffness_factor = 1;  // factor on the stiffness of this tissue; below 1: softer
   double hardness = 1;          // 0 to 1; 1: the full hardness of the tissue
+  VoxelColor color = kTissueColor;
 };
 
 /// Declares the keys of a file with strokes. Throws Error.

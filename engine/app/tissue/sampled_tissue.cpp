@@ -34,7 +34,8 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // true: each voxel's hardness follows the labels in the file
+  // true: each voxel's hardness, and then each voxel's colour, follows the labels in the file
+  bool graded = false, colored = false;
 };
 
 /// Processes the data in pieces, because zlib states sizes as int. False: a step failed.
@@ -64,13 +65,15 @@ bool get(gzFile file, T* data, std::size_t count) {
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
   // Compression level 1: most values are equal, so higher levels take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
-  const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
-  const bool written =
-      file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
-      put(file.get(), &head.exact_outside, 1) && put(file.get(), &head.graded, 1) &&
-      put(file.get(), dense.distance.data(), dense.distance.size()) &&
-      put(file.get(), dense.tissue.data(), dense.tissue.size()) &&
-      put(file.get(), dense.hardness.data(), dense.hardness.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
+  const Head head{dense.frame,         dense.size, dense.band, dense.exact_outside, !dense.hardness.empty(),
+                  !dense.color.empty()};
+  const bool written = file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) &&
+                       put(file.get(), &head.band, 1) && put(file.get(), &head.exact_outside, 1) &&
+                       put(file.get(), &head.graded, 1) && put(file.get(), &head.colored, 1) &&
+                       put(file.get(), dense.distance.data(), dense.distance.size()) &&
+                       put(file.get(), dense.tissue.data(), dense.tissue.size()) &&
+                       put(file.get(), dense.hardness.data(), dense.hardness.size()) &&
+                       put(file.get(), dense.color.data(), dense.color.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
@@ -79,7 +82,8 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
   if (!file || !get(file.get(), &head.frame, 1) || !get(file.get(), &head.size, 1) || !get(file.get(), &head.band, 1) ||
-      !get(file.get(), &head.exact_outside, 1) || !get(file.get(), &head.graded, 1))
+      !get(file.get(), &head.exact_outside, 1) || !get(file.get(), &head.graded, 1) ||
+      !get(file.get(), &head.colored, 1))
     return false;
   const auto count = static_cast<std::size_t>(head.size.x) * static_cast<std::size_t>(head.size.y) *
                      static_cast<std::size_t>(head.size.z);
@@ -88,11 +92,13 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
            .distance = std::vector<float>(count),
            .tissue = std::vector<Tissue>(count),
            .hardness = std::vector<std::uint8_t>(head.graded ? count : 0),
+           .color = std::vector<VoxelColor>(head.colored ? count : 0),
            .band = head.band,
            .exact_outside = head.exact_outside,
            .place = {}};
   return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count) &&
-         get(file.get(), dense.hardness.data(), dense.hardness.size());
+         get(file.get(), dense.hardness.data(), dense.hardness.size()) &&
+         get(file.get(), dense.color.data(), dense.color.size());
 }
 
 std::vector<Json> mesh_files_of(const Json& tissue) {

@@ -21,6 +21,7 @@ inline render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b
   m.second = 0.5f * (a.second + b.second);
   m.shows = 0.5f * (a.shows + b.shows);
   m.lesion = 0.5f * (a.lesion + b.lesion);
+  m.paint = 0.5f * (a.paint + b.paint);
   m.difference = 0.5f * (a.difference + b.difference);
   return m;
 }

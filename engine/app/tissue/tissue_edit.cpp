@@ -25,6 +25,9 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
   if (volume.graded()) copy.hardness.resize(count);
   volume.copy(lo, size, copy.field.distance.data(), copy.tissue.data(),
               copy.hardness.empty() ? nullptr : copy.hardness.data());
+  if (!volume.colored()) return copy;
+  copy.color.resize(count);
+  volume.copy_colors(lo, size, copy.color.data());
   return copy;
 }
 
@@ -42,6 +45,7 @@ haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std
   dense.distance = std::move(copy.field.distance);
   dense.tissue = std::move(copy.tissue);
   dense.hardness = std::move(copy.hardness);
+  dense.color = std::move(copy.color);
   for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);
   return dense;
 }
@@ -55,6 +59,7 @@ haptics::TissueVolume from_dense(const DenseCopy& copy, double band) {
   dense.place = copy.place;
   dense.tissue = copy.tissue;
   dense.hardness = copy.hardness;
+  dense.color = copy.color;
   dense.distance.reserve(copy.field.distance.size());
   for (const float d : copy.field.distance) {
     dense.distance.push_back(static_cast<float>(std::clamp(static_cast<double>(d) * copy.frame.voxel, -band, band)));

@@ -16,6 +16,7 @@ struct DenseCopy {
   std::vector<Tissue> tissue;
   /// Hardness of each sample; 255: full. Empty: full everywhere.
   std::vector<std::uint8_t> hardness;
+  std::vector<VoxelColor> color;  // empty: kTissueColor everywhere
   haptics::FilePlace place;
 };
 

@@ -24,11 +24,15 @@ GpuVertex pack(const Vertex& v) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
   };
-  return {{v.p.x, v.p.y, v.p.z},
-          {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
-          {with(v.tissue[0], v.cut), with(v.tissue[1], v.thin),
-           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), with(v.under, v.shows)},
-          {static_cast<std::uint8_t>(std::lround(std::clamp(v.lesion, 0.0f, 1.0f) * 255.0f))}};
+  const auto byte = [](float fraction) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(fraction, 0.0f, 1.0f) * 255.0f));
+  };
+  const VoxelColor paint = voxel_color(dvec3(v.paint));
+  return {
+      {v.p.x, v.p.y, v.p.z},
+      {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
+      {with(v.tissue[0], v.cut), with(v.tissue[1], v.thin), byte(v.second), with(v.under, v.shows)},
+      {byte(v.lesion), static_cast<std::uint8_t>(paint & 255), static_cast<std::uint8_t>(paint >> 8), byte(v.paint.w)}};
 }
 
 /// Computes box and normal cone of a brick, for culling.

@@ -18,7 +18,7 @@ struct GpuVertex {
   // Four bytes: first tissue and Vertex::cut · 15 (low and high four bits); second tissue and Vertex::thin · 15;
   // fraction of the second tissue · 255; tissue below and its visible fraction · 15.
   std::uint8_t tissue[4];
-  std::uint8_t lesion[4];  // Vertex::lesion · 255; three spare bytes
+  std::uint8_t lesion[4];  // Vertex::lesion · 255; Vertex::paint as VoxelColor, low byte first, and its fraction · 255
 };
 static_assert(sizeof(GpuVertex) == 28);
 inline constexpr float kDifferenceRange = 2e-3f;  // m, largest |Vertex::difference| that is stored

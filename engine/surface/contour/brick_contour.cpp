@@ -66,7 +66,17 @@ struct Node {
   Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
+  glm::u8vec3 color_min{255}, color_max{0};  // range of colours in its tissue; red and blue to 31, green to 63
 };
+// Largest range of colours in a merged block: a sixteenth of red, green and blue. kTissueColor differs from all others.
+constexpr int kColorRange = 2;
+glm::u8vec3 levels_of(VoxelColor color) {
+  return color == kTissueColor ? glm::u8vec3(255) : glm::u8vec3(color >> 11, color >> 5 & 63, color & 31);
+}
+bool one_color(const Node& node) {
+  const glm::ivec3 range = glm::ivec3(node.color_max) - glm::ivec3(node.color_min);
+  return glm::all(glm::lessThanEqual(range, kColorRange * glm::ivec3(1, 2, 1)));
+}
 
 // Number of the bit of point (x, y, z) in a grid of 3³ points.
 constexpr int mid_bit(int x, int y, int z) {
@@ -262,6 +272,7 @@ struct Contourer::Scratch {
   bool read_signs();
   void find_crossings();
   int shape_at(const glm::ivec3& cell, int config) const;
+  void find_colors(const glm::ivec3& cell, Node& patch) const;
   void find_patches(bool merging);
   bool merge(int level, float tolerance);
   void find_creases();
@@ -376,6 +387,21 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
+// Finds the range of the colours among the 4³ samples around the cell, so that every cell beside a border is small.
+void Contourer::Scratch::find_colors(const glm::ivec3& cell, Node& patch) const {
+  for (int i = -1; i <= 2; ++i) {
+    for (int j = -1; j <= 2; ++j) {
+      const auto row = static_cast<std::size_t>(sample(cell.x + i, cell.y + j, cell.z - 1));
+      for (std::size_t at = row; at < row + 4; ++at) {
+        if (brick->tissue[at] == Tissue::kAir) continue;
+        const glm::u8vec3 levels = levels_of(brick->color[at]);
+        patch.color_min = glm::min(patch.color_min, levels);
+        patch.color_max = glm::max(patch.color_max, levels);
+      }
+    }
+  }
+}
+
 // Finds the patches of surface in each cell. `merging`: also computes their moments.
 void Contourer::Scratch::find_patches(bool merging) {
   const Tissue only = only_tissue(*brick);
@@ -408,8 +434,10 @@ void Contourer::Scratch::find_patches(bool merging) {
             }
             return sums;
           };
-          patches[first + static_cast<std::size_t>(p)].tissue = tissue;
-          CrossingSums& sums = patches[first + static_cast<std::size_t>(p)].sums;
+          Node& patch = patches[first + static_cast<std::size_t>(p)];
+          patch.tissue = tissue;
+          if (brick->colored) find_colors(at, patch);
+          CrossingSums& sums = patch.sums;
           if (merging) {
             sums = moments[0].emplace_back(sum_up(Moments())).sums();
           } else {
@@ -535,9 +563,11 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
       node.crease |= from.crease;
       if (first) node.tissue = from.tissue;
       if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
+      node.color_min = glm::min(node.color_min, from.color_min);
+      node.color_max = glm::max(node.color_max, from.color_max);
       first = false;
     }
-    if (node.tissue == Tissue::kAir) continue;
+    if (node.tissue == Tissue::kAir || (brick->colored && !one_color(node))) continue;
     node.sums = sums.sums();
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
