@@ -66,7 +66,7 @@ struct Cylinder : Solid {
 /// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
   dvec3 center, axis;
-  // Half of the height, and radius at the height -half and +half, m.
+  // Radii at the heights -half and +half, and half of the height, m.
   double radius, top_radius, half;
 
   double distance(const dvec3& p) const override {
@@ -387,8 +387,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.color != kTissueColor; }))
     dense.color.assign(count, kTissueColor);
 
-  // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near: between two
-  // points, the distance from a solid changes by at most their distance.
+  // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near: inside a
+  // block, a solid's distance differs from its value at the centre by at most half the block's diagonal (`reach`).
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {

@@ -31,7 +31,7 @@ class Solid {
 /// Lists the voxels from `first` to `end` (exclusive) so that consecutive ones are neighbours, for Solid::distances().
 void voxels_of_block(const glm::ivec3& first, const glm::ivec3& end, std::vector<glm::ivec3>& voxels);
 
-/// Finds and reads the mesh files of a JSON solid. This module reads none; `read_mesh_solid` of Typodont::import does.
+/// Finds and reads mesh files of a JSON solid. This module can't read them; `read_mesh_solid` of Typodont::import can.
 struct SolidFiles {
   /// Finds a file by its name. If there is no such function, files are in the folder of the JSON file.
   std::function<std::filesystem::path(const Json& name)> find;

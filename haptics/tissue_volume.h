@@ -163,8 +163,8 @@ class TissueVolume {
   /// per tissue, m³.
   PerTissue remove_piece(const TissuePiece& piece);
 
-  /// Gives all voxels whose centres are inside the solid, and the next voxel beyond its surface, a new label, hardness
-  /// and colour. A filled voxel gets only the label. Returns false if the solid contains no tissue.
+  /// Gives all voxels with a label other than air whose centres are inside the solid a new label, hardness and colour.
+  /// A filled voxel gets only the label. Returns false if the solid contains no tissue.
   bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness, VoxelColor color = kTissueColor);
   /// Returns how many calls of paint() have changed tissue.
   std::uint64_t paints() const;

@@ -31,7 +31,7 @@ struct FieldBrick {
   std::array<VoxelColor, kCount> color;
 };
 
-/// Position of the voxels: p_W = origin + voxel · index. Used for distances and tissues.
+/// Position of the voxels: p_W = origin + voxel · index. Distances and tissue labels share this grid.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in frame W
   double voxel = 1e-4;         // m, edge of a voxel

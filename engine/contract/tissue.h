@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// Numbers of the tissues. Files store them (grid "tissue" of a .vdb, ticks), so append new ones at the end only.
+/// Numbers of the tissues. Files store them (grid "tissue" of a .vdb, recorded ticks), so append new ones at the end only.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,

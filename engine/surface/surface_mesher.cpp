@@ -181,7 +181,7 @@ inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, cons
   triangle(a, c, d);
 }
 
-// Splits the quad along the shorter diagonal that does not fold it.
+// Splits the quad along the shorter diagonal, or along the longer one if only the shorter one would fold the quad.
 inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
   const glm::vec3 &pa = a.data->position, &pb = b.data->position, &pc = c.data->position, &pd = d.data->position;
   const glm::vec3 ac = pc - pa, bd = pd - pb;
@@ -311,7 +311,7 @@ struct SurfaceMesher::State {
   MesherOptions options;
   Contourer contourer;
   PolygonBuilder weaver;
-  // The map stores only pointers, which keeps it small for the cache: it is searched often.
+  // The map is searched often. It stores only pointers, so that it is small and stays in the processor's cache.
   std::unordered_map<glm::ivec3, std::unique_ptr<Brick>, KeyHash> bricks;
   std::unique_ptr<Brick> spare = std::make_unique<Brick>();  // unused; becomes the next new brick (16³ cells)
   std::vector<Brick*> queue;                                 // bricks (blocks of 16³ cells) that must be meshed again

@@ -42,7 +42,7 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels: largest new distance; air changes if it is at most kClose farther from the piece than from other tissue
+  // Voxels. kEmpty: largest new distance. kClose: air changes if to_piece is at most this much larger than to_body.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -47,7 +47,7 @@ class LeafFront {
 
   /// Updates path length and head position after `sweep`, and moves the stored box so that it contains leaves lo to hi.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Path length of the head's farthest point since the last restart at 0, voxels.
+  /// Upper bound of the path length of every point of the head since the last restart at 0, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
   /// Returns the leaves from lo to hi (inclusive, within the last advance_to()) that must be examined now, sorted by
   /// key. Valid until the next call.

@@ -94,7 +94,7 @@ struct Shape {
 };
 
 std::array<std::uint64_t, 6> faces_of(const SolidBits& b) {
-  // Collects the lowest bits of eight bytes in the highest byte.
+  // Returns one byte that consists of the lowest bits of the eight bytes of `word`.
   const auto lowest = [](std::uint64_t word) { return (word & kFirstZ) * 0x0102040810204080 >> 56; };
   std::array<std::uint64_t, 6> faces{b[0], b[7]};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -228,8 +228,8 @@ class LoosePieces::KnownBlocks {
   std::int64_t examined() const { return examined_; }
 
  private:
-  /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. Two cache
-  /// lines.
+  /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. At most
+  /// two cache lines.
   struct alignas(32) Block {
     // number of the last search that visited the block; its results follow
     std::uint32_t search = 0;
@@ -393,7 +393,7 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
     const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    // a copy, because with_parts() moves shapes
+    // a copy, because with_parts() may move the shapes in memory
     const std::array<std::uint64_t, 6> faces = shape_of(part).faces;
     // Prefetches all neighbours, because a search mostly waits for memory.
     for (const int beside : blocks_[static_cast<std::size_t>(part.block)].beside) {
@@ -478,7 +478,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // To find a block by its key takes long, so blocks that are known already are skipped.
+        // Finding a block by its key is slow. Skips the box all_seen_lo_ to all_seen_hi_, read before.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {

@@ -54,7 +54,7 @@ double NaturalSurface::inside(const glm::dvec3& p_W) const {
   for (int a = 0; a < 3; ++a) voxel[a] -= at[a] < voxel[a];
   const glm::ivec3 in = voxel & 7;
   if (in.x < 7 && in.y < 7 && in.z < 7) {
-    // Usually a single block, which is completely solid or empty.
+    // All eight voxels around the point lie in one block, which usually is completely solid or empty.
     const glm::ivec3 block = leaf_key(voxel) - first_;
     if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return 0;
     const std::int32_t found = block_[index_of(block, count_)];

@@ -119,7 +119,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // number of different marks per volume; one mark per microsecond lasts twelve days
+  // number of different marks per volume; at one mark per microsecond, they last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -583,7 +583,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // Nothing was undone to redo; an unfinished stroke continues.
+  // There is no undone stroke. An unfinished stroke is not ended.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

@@ -82,7 +82,7 @@ inline VoxelColor color_in(std::int32_t value) {
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
-/// Tissue that a voxel with this label grid value shows.
+/// Visible tissue of a voxel with this value in the label grid; the filling if the voxel is filled.
 inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
@@ -125,7 +125,7 @@ struct TissueVolume::Impl {
   // Leaves of the current cut; due_places: the data that `front` stores for each.
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
-  KeySet filled;  // blocks that may contain labels below a filling (label.h)
+  KeySet filled;  // leaves that may contain filled voxels (label.h)
   // Writes after each of the last marks, oldest first; the last one belongs to `marked`. Empty: earlier writes are not
   // known.
   std::deque<Written> writes;
@@ -188,7 +188,7 @@ struct TissueVolume::Impl {
   struct Part {
     std::int32_t usual;                                     // background of the file's grid
     std::int32_t (*get)(std::int32_t value);                // value in the file
-    std::int32_t (*set)(std::int32_t value, std::int32_t);  // label grid's value with this value from the file
+    std::int32_t (*set)(std::int32_t value, std::int32_t);  // `value` with this part set to the second argument
   };
   static const Part kHardnessPart, kColorPart;
   /// Moves a part of the labels to a grid of its own; null if all voxels have the usual value.

@@ -86,8 +86,8 @@ void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size
   }
 }
 
-/// Requests huge pages. With pages of 4 kB, finding them takes up to a fifth of the time for copying. Results do not
-/// depend on it.
+/// Requests huge memory pages. With pages of 4 kB, address translation takes up to a fifth of the time for copying.
+/// Results do not depend on the page size.
 void store_in_huge_pages(const openvdb::FloatTree& distances, const openvdb::Int32Tree& labels) {
   std::unordered_map<std::uintptr_t, std::size_t> bytes;
   count_leaves(distances, bytes);
@@ -420,7 +420,7 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
   }
 }
 
-/// Prefetches a leaf (may be null) into the second-level cache, which can wait for more lines at once.
+/// Prefetches a leaf (may be null) into the second-level cache, which can load more lines at once.
 template <class Leaf>
 void prefetch_leaf(const Leaf* leaf) {
   if (!leaf) return;
@@ -487,7 +487,7 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
   return sources;
 }
 
-/// Copies whole leaves (has_whole_leaves()). They were found before, so that several memory accesses overlap.
+/// Copies whole leaves (has_whole_leaves()). The caller has already found them, so that memory accesses overlap.
 void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const auto place = [&](const LeafSource& source) {
@@ -744,7 +744,7 @@ SolidBits solid_bits(const float* samples) {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A brick of the surface has both signs, or a neighbour of opposite sign: somewhere |distance| <= 2.
+  // The surface passes between neighbouring samples of opposite sign; at least one has |distance| <= 2.
   const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {

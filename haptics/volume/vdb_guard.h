@@ -14,8 +14,8 @@ namespace typodont::haptics {
 /// not deliberate changes. Throws Error.
 void seal_vdb(const std::filesystem::path& file);
 
-/// Reads those of `grids` that the file contains in the guarded process (volume_reader.cpp), cached by content. Throws
-/// Error for a wrong seal, a length beyond the file, or a process that fails.
+/// Reads, in the guarded process (volume_reader.cpp), those of `grids` that the file contains. The result is cached by
+/// content. Throws Error for a wrong seal, a length beyond the file, or a process that fails.
 FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
 
 }  // namespace typodont::haptics

@@ -24,8 +24,8 @@ constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
 constexpr const char* kColor = "color";
 constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin of a volume
-// Largest box around the tissue, in voxels, because memory and time depend on it: kSmallBox is always allowed,
-// otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 per stored distance.
+// Largest number of voxels in the box around the tissue; memory and time depend on it. kSmallBox is always allowed,
+// otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 voxels per stored distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kMaxBox = 1e9;
 
 /// Limits all distances to ± band and multiplies them by `factor`, which converts between voxels and mm.

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-inline constexpr std::int32_t kNoFileColor = -1;  // the colour of the tissue
+inline constexpr std::int32_t kNoFileColor = -1;  // in files: the voxel has the colour of its tissue
 
 /// Content of a volume file in the units of haptics.
 struct StoredVolume {

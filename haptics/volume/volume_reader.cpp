@@ -1,5 +1,5 @@
-// typodont-volume-reader FROM.vdb TO GRID…: here, wrong lengths and trees in a file can cause nothing but an exit
-// status. Memory, time and files are limited; other processes, the network and other files cannot be reached.
+// typodont-volume-reader FROM.vdb TO GRID…: copies grids in an isolated process; a damaged file can only end it.
+// Memory, time and files are limited; other processes, the network and other files cannot be reached.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -44,7 +44,7 @@ int run(int argc, char** argv) {
   const std::uint64_t longest = std::max(kMinOutput, kOutputPerByte * bytes);
   const std::uint64_t memory = std::min(kMaxMemory, kMemory + kMemoryPerByte * bytes);
   limit_process({.memory = memory, .longest_file = longest});
-  // Writing beyond the limit then fails with an exit status.
+  // Without this signal, writing beyond the limit returns an error and does not end the process.
   std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
   const auto too_large = [&from] {

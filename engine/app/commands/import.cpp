@@ -277,8 +277,8 @@ nlohmann::ordered_json as_json(const MouthScan& scan) {
   return j;
 }
 
-/// Grey value of a voxel. Blur darkens the outermost ones; they take the largest grey value of their tissue around
-/// them.
+/// Grey value of a voxel. Blur darkens the outermost voxels of the tissue, so such a voxel gets the largest grey value
+/// that its tissue has near it.
 double grey_of(const haptics::Imported& imported, const glm::ivec3& at) {
   constexpr int kBlur = 2;  // voxels
   const haptics::DenseTissue& t = imported.tissue;

@@ -36,7 +36,7 @@ void make_expert(const std::filesystem::path& session);
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if `as_scanned`, any mesh
-  /// More meshes of the same mouth; one of them may be a bite scan. `crown` is then computed from `input`.
+  /// More meshes of the same mouth, for example a bite scan. The direction `crown` is then computed from `input`.
   std::vector<std::filesystem::path> more;
   double open = 0;  // m, distance by which the opposing jaw is moved away to make room for an instrument
   std::string name;

@@ -156,7 +156,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {body.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  // The rest of the page is the import form, whose button must be visible without scrolling.
+  // Height of the panel with the session's buttons; leaves enough for the import form below without scrolling.
   const float actions = 15.1f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});

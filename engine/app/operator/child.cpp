@@ -104,7 +104,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // waits only shortly, because the process has closed its output
+  waitpid(child, &status, 0);  // returns soon, because the process has closed its output
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));

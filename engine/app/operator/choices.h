@@ -18,7 +18,7 @@ class Choices {
 
   /// Changes the language, unless there is no font for it.
   void set_language(session::Language language);
-  /// Searches again for scenes, hands and rigs. The user's selection is kept.
+  /// Searches again for scenes, hands and display rigs. The user's selection is kept.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();

@@ -29,7 +29,7 @@ class DrawListPainter {
 
   /// Forgets the textures of the last frame.
   void new_frame();
-  /// Makes the first layer of an image a texture for ImGui::Image in this frame; at most 60 textures. Format: sRGB
+  /// Makes the first layer of an image a texture for ImGui::Image in this frame; at most 63 textures. Format: sRGB
   /// bytes in a UNORM view, image layout for reading in shaders. `shows`: a number that changes with the content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// For this time after an input, every frame is drawn, because of hover effects and the text cursor, s.
+// Time after an input during which every frame is drawn, for hover effects and the text cursor, s.
 constexpr double kSettle = 0.25;
 
 /// Returns the first file that exists, because Debian, Fedora and Arch keep fonts in different folders.

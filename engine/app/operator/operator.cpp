@@ -536,7 +536,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-    // Once the window is open, an error is a failure of the run.
+    // Once the window is open, an error is no longer a usage error: RunFailure gives exit status 1.
   } catch (const Error& e) {
     throw RunFailure(e.what());
   }

@@ -314,7 +314,7 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
                                      std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
-    // Lists all keys of pages, lists and sessions.
+    // Lists all keyboard shortcuts of pages, lists and sessions, in two columns.
     std::vector<std::pair<std::string, const char*>> left, right;
     for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
     for (const auto& [name, help] : kWorking) right.emplace_back(name, help);

@@ -55,7 +55,7 @@ class SessionDesk {
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Removes the picture before the GPU device is destroyed. Until make_picture(), the session has none.
+  /// Removes the picture before the GPU device is destroyed. The session has no picture until make_picture() is called.
   void drop_picture();
   void make_picture();
 

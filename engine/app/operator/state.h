@@ -97,7 +97,7 @@ struct SceneChoice {
   int picture = -1;   // index in OperatorState::pictures; -1: none
   std::string model;  // contact model of the scene, or the default
   bool own = false;   // true: made by the user; false: shipped
-  // True: an implant exercise or an imported volume, so that its jaw can be used for planning.
+  // True: implants can be planned in this scene, an implant exercise or an imported volume.
   bool jaw = false;
 };
 struct HandEntry {
@@ -297,7 +297,7 @@ struct OperatorState {
   int look_changes = 0;       // number of changes of `look` since the start
   /// Authoring mode: factor on the stiffness of each tissue.
   std::array<float, kTissueCount> stiffness{};
-  // Authoring mode: sRGB colour of the brush for each tissue; at first the tissue's own colour, which marks no voxels.
+  // Authoring mode: sRGB colour of the brush for each tissue. The tissue's own colour (default) is not stored.
   std::array<glm::vec3, kTissueCount> brush_colors{};
   bool held = false;
   /// Curves of the last seconds: force, N; tick duration, µs.

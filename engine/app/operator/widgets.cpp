@@ -189,7 +189,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These keys open pages that would end a running task.
+  // The next three shortcuts do nothing while a task runs, because their pages would end the task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);

@@ -82,8 +82,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
-/// A right of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report. Before
-/// the first tick there are no such lines.
+/// A permission of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report.
+/// granted_lines() returns none before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

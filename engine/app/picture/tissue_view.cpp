@@ -92,8 +92,8 @@ namespace {
 
 // Search depth for another tissue below a vertex, voxels.
 constexpr int kSearchDepth = 14;
-// A vertex counts as cut if the uncut tissue reached this far above it, voxels. A larger value would include fissures,
-// whose opposite wall is near.
+// A vertex counts as cut if the tissue before the first cut reached this far above it, voxels. A larger value would
+// include vertices in fissures, because the opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     // Bricks that are meshed again per update after a change of tolerance. This
@@ -135,11 +135,11 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // Distance between test points, voxels; usual gaps are wider.
+  // Distance between test points on the line from a vertex into the tissue, voxels; usual gaps in tissue are wider.
   constexpr float kProbe = 3.5f;
   constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // voxels, depths of the test points
   static_assert(4 * kProbe >= kSearchDepth);
-  constexpr float kBeside = 2;  // voxels, distance of four more test points beside the line
+  constexpr float kBeside = 2;  // voxels, distance of four more test points from the line
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   const int probes = static_cast<int>(most / kProbe);
   for (render::Vertex& v : update.vertices) {
@@ -154,8 +154,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
       return solid_.solid(volume, voxels_with(start.x - ways * v.n.x, start.y - ways * v.n.y, start.z - ways * v.n.z),
                           count);
     };
-    // The test line can leave a thick body through the body's side. So where
-    // the line meets a gap, the four points around it must be empty too.
+    // The line of test points can leave a thick body through the body's side. So
+    // tissue counts as thin only if four points around the first gap are empty too.
     const auto all_empty_at = [&](float distance) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // Four test points: corners of a square around `place` in the plane perpendicular to v.n, turned by 27°.
@@ -316,7 +316,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     put(volume, outdated_.back());
     outdated_.pop_back();
   }
-  // The stain of a brick depends on the caries of its neighbours; one such brick is meshed again per update.
+  // Caries also stains neighbouring bricks. Stained bricks beside a changed brick are meshed again, one per update.
   for (const glm::ivec3& key : changed)
     for (const glm::ivec3& stained : stained_)
       if (glm::all(glm::lessThanEqual(glm::abs(stained - key), glm::ivec3(1))) &&

@@ -27,7 +27,7 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
 /// Sets Vertex::paint to the colours of the voxels, which hide the tissue below and the stain of caries. Positions are
-/// relative to the volume's origin. `drawn_as`: tissues that are drawn as others keep the others' colour.
+/// relative to the volume's origin. If `drawn_as` replaces a tissue, the colours of its voxels are ignored.
 void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates,
                const DrawnAs& drawn_as = {});
 /// Sets the colours of a whole mesh, whose positions are in voxels.

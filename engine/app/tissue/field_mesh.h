@@ -1,4 +1,4 @@
-// Meshes bodies that are only drawn, given by functions of a position in W, with the tissue's mesher.
+// Meshes bodies that have no contact and are only drawn. Functions of a position in frame W describe the bodies.
 #pragma once
 
 #include <algorithm>

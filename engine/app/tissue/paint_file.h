@@ -19,7 +19,7 @@ namespace typodont {
 
 class Keys;
 
-/// A brush stroke: all tissue closer than `radius` to the line from a to b. m, frame W.
+/// A brush stroke: all tissue closer than `radius` to the segment from a to b. m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};

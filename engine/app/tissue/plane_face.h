@@ -1,4 +1,4 @@
-// Makes the flat face where a plane cuts a solid, coloured by its tissues. Arguments are functions of a position in W.
+// Makes the flat face where a plane cuts a solid, coloured by its tissues. Functions describe the solid.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
 template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Fractions&& fractions) {
-  /// Number of cells along each side of a mesh. Small, so that its indices suffice and hidden meshes can be skipped.
+  /// Number of cells along each side of a mesh. The face is split into meshes, so that hidden ones can be skipped.
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ns; if the sampling took less than this, its result is not stored in a file.
+// ns; if no mesh was read and the sampling took less than this, the result is not stored in a file.
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMaxKept = 1u << 30;  // bytes, largest total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
@@ -34,7 +34,7 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  // true: each voxel's hardness, and then each voxel's colour, follows the labels in the file
+  // true: after the labels, the file stores a hardness per voxel (graded), then a colour per voxel (colored)
   bool graded = false, colored = false;
 };
 
@@ -106,7 +106,7 @@ std::vector<Json> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Key of the cached file. Empty if a file cannot be read; sampling reports that.
+/// Key of the cached file. Empty if a file cannot be read; the sampling then reports the error.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Sha256 key;
   cache::add_build(key);

@@ -1,5 +1,5 @@
-// Samples a scene's solids or mesh on a voxel grid, and caches the result between runs if it was slow. The cache key
-// contains the JSON, the bytes of the meshes, and the program's sources.
+// Samples a scene's solids or mesh on a voxel grid, and caches the result between runs if it read a mesh or was slow.
+// The cache key contains the JSON, the bytes of the meshes, and the program's sources.
 #pragma once
 
 #include "engine/base/json.h"

@@ -27,7 +27,7 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
 /// Copies all tissue, with distances in m. `file`: name for messages. Throws Error if the volume contains no tissue.
 haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file);
 
-/// Makes a volume. `band`: largest stored distance, m. Distances outside of the tissue count as inexact.
+/// Makes a volume. `band`: largest stored distance, m. Its exact_outside() is false.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes a solid's inside. Labels do not change.

@@ -34,8 +34,8 @@ constexpr float kSag = 0.18f;
 constexpr float kMinSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex from its cell
-// Voxels by which a block's vertex may lie farther from the field's surface
-// than the tolerance. Blocks with a larger distance are not merged.
+// A block is merged only if |distance| at its vertex is at most the tolerance plus
+// kCreaseValue (block with a crease) or kSmoothValue (block without), voxels.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
@@ -68,7 +68,7 @@ struct Node {
   std::uint16_t vertex = kNone;
   glm::u8vec3 color_min{255}, color_max{0};  // range of colours in its tissue; red and blue to 31, green to 63
 };
-// Largest range of colours in a merged block: a sixteenth of red, green and blue. kTissueColor differs from all others.
+// Largest range of colours in a merged block: a sixteenth of red, green and blue. kTissueColor matches only itself.
 constexpr int kColorRange = 2;
 glm::u8vec3 levels_of(VoxelColor color) {
   return color == kTissueColor ? glm::u8vec3(255) : glm::u8vec3(color >> 11, color >> 5 & 63, color & 31);
@@ -387,7 +387,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Finds the range of the colours among the 4³ samples around the cell, so that every cell beside a border is small.
+// Finds the range of the colours among the 4³ samples around the cell. Cells beside a colour border are not merged.
 void Contourer::Scratch::find_colors(const glm::ivec3& cell, Node& patch) const {
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
@@ -571,7 +571,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     node.sums = sums.sums();
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // Both sides of the crease meet in the block.
+      // The vertex is the point nearest to the tangent planes of all crossings; it must lie in or near the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;

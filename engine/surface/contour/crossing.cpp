@@ -11,8 +11,8 @@
 namespace typodont::surface {
 namespace {
 
-// Limits for two ends of an edge to lie on the same plane: |gradient|² differs from 1 by less than kUnit, the
-// components by less than kSame.
+// Both ends of an edge count as on one plane if |gradient|² differs from 1 by less than kUnit at each end, and the
+// gradients' two components across the edge differ by less than kSame (root mean square).
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
 // voxels, limit of the second difference at an end; above it there is a crease nearby, or a radius below four voxels

@@ -19,7 +19,7 @@ TYPODONT_INLINE float root(float v) {
   return std::sqrt(v);
 }
 TYPODONT_INLINE Eight root(Eight v) {
-  asm("" : "+m"(v));  // otherwise the compiler computes some roots one by one
+  asm("" : "+m"(v));  // otherwise the compiler computes some square roots one at a time
   Eight out;
   for (int i = 0; i < 8; ++i) out[i] = std::sqrt(v[i]);
   return out;

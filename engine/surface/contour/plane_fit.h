@@ -40,8 +40,8 @@ struct PlaneFit {
   int rank = 0;
 };
 
-/// Returns the best point nearest to the crossings' mean. Only directions whose eigenvalue exceeds `cutoff` × the
-/// largest one count, at most `most` of them.
+/// Returns the point nearest to all planes; of several such points, the one nearest to the crossings' mean. Uses only
+/// directions (eigenvectors) whose eigenvalue exceeds `cutoff` × the largest eigenvalue, at most `most` of them.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

@@ -6,8 +6,8 @@
 namespace typodont::surface {
 namespace {
 
-// On curvature κ, a facet of side s sags by about s²κ/4, so vertices lie kLift·s²κ outside. They move towards the
-// cell's middle by the fraction kCentre, for even facets. Measured in tests/property/surface_mesh_test.cpp.
+// On a surface of curvature κ, a facet of side s sags by about s²κ/4, so vertices are put kLift·s²κ outside. They are
+// moved by kCentre of the way to the cell's middle, for even facets. Measured in tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 // largest distance of a vertex outside the surface, as a fraction of the block's side
