@@ -153,7 +153,7 @@ def best(series):
     said = []
     for name, points in series.items():
         x, y, _ = min(points, key=lambda p: p[1])
-        said.append(f"{name} {number(y)} in {time(x)}")
+        said.append(f"{name} {number(y)}, {time(x)}")
     return "; ".join(said)
 
 
@@ -210,71 +210,71 @@ def performance(rows, origin, docs):
          f"force steps up to {number(max((row['step_beyond_motion_N'] for row in scans.values()), default=math.nan))} N "
          "beyond the hand's motion", ours(f"contact/slide on a scan/{slowest_scan}"), "–", "0.2 N; 1 ms"],
         ["slide on a ball, voxels of 0.1 mm", f"{number(slide['direction_max_deg'])}°", times(slide),
-         f"penalty by OpenVDB's field, which has no walls: {number(field['direction_max_deg'])}°, "
+         f"penalty contact on OpenVDB's field (no proxy): {number(field['direction_max_deg'])}°, "
          f"{time(field['time_ns'])}; proxy on an offset mesh, as in CHAI3D: {number(mesh['direction_max_deg'])}°, "
          f"{time(mesh['time_ns'])}; voxel penalty: {number(penalty['direction_max_deg'])}°, "
          f"{time(penalty['time_ns'])}", period],
         ["a trainee drills dentin, round bur of 1.2 mm, voxels of 0.05 mm",
          f"{number(get(drill)['energy_error_rel'])} of the motor's work", ours(drill), "–", period],
-        ["the same drilling, with servo, carver and copies of the tissue", "", f"{time(get(drill)['process_ns'])} (mean)", "–",
+        ["the same drilling, servo and carver together", "", f"{time(get(drill)['process_ns'])} (mean)", "–",
          period],
         ["the same drilling, round bur of 4 mm", "", ours("contact/drill/round 4 mm/voxel 0.05 mm"), "–", period],
         ["the same drilling, flame of 1.2 × 4 mm", "", ours("contact/drill/flame 1.2 x 4 mm/voxel 0.05 mm"), "–", period],
-        ["remove a stroke, voxels of 0.05 mm", f"{number(sweep['volume_error_percent'])} % of the volume",
+        ["one cut of a stroke, voxels of 0.05 mm", f"{number(sweep['volume_error_percent'])} % of the stroke's volume",
          time(sweep["time_ns"]),
          f"OpenVDB csgDifference: {number(csg['volume_error_percent'])} %, {time(csg['time_ns'])}", "–"],
-        [f"slowest tick of all tools and motions ({slowest.split('/')[2]}, {slowest.split('/')[1]})", "",
+        [f"slowest tick of all tools and motions ({slowest.split('/')[2]}, {slowest.split('/')[1].replace(' per s', '/s')})", "",
          ours(slowest), "–", "0.5 ms"],
-        ["press soft gum", "", times(soft), "–", period],
+        ["soft gum's part of a tick", "", times(soft), "–", period],
         ["stiffest stable wall at 1 kHz", f"{number(100 * abs(wall['servo_N_per_m'] / wall['theory_N_per_m'] - 1))} % from theory",
          f"{number(wall['servo_N_per_m'] / 1e3, 3)} N/mm", f"theory: {number(wall['theory_N_per_m'] / 1e3, 3)} N/mm",
          "–"],
-        ["2,000 hands that push rotating tools", f"{number(push['hands_beyond_motion'])} feel a force step beyond their motion",
+        ["2,000 hands that push rotating tools", f"{number(push['hands_beyond_motion'])} feel a force step larger than their motion explains",
          f"largest force step {number(push['largest_step_N'])} N", "–", "0 hands"],
-        ["carver stalls of 0.05 to 5 s, beyond the values without stalls", f"force steps up to {number(max((r['step_beyond_calm_N'] for r in stalls), default=math.nan))} N",
-         f"energy to the hand up to {number(max((r['energy_beyond_calm_mJ'] for r in stalls), default=math.nan))} mJ", "–", "0.25 N"],
-        ["sample of an arm to its force, in contact, 1 kHz", "", ours("device/sample to force, contact/1 kHz"), "–",
+        ["carver stalls of 0.05 to 5 s, compared with no stalls", f"force steps up to {number(max((r['step_beyond_calm_N'] for r in stalls), default=math.nan))} N larger",
+         f"energy to the hand up to {number(max((r['energy_beyond_calm_mJ'] for r in stalls), default=math.nan))} mJ larger", "–", "0.25 N"],
+        ["from an arm's sample to its force, in contact, 1 kHz", "", ours("device/sample to force, contact/1 kHz"), "–",
          period],
-        ["hand to picture of 1280 × 720, drawn by the processor, `fast`; `high`", "",
+        ["motion to picture of 1280 × 720, drawn by the CPU, quality `fast`; `high`", "",
          f"{ours('latency/hand to picture, 1280x720/fast')}; {ours('latency/hand to picture, 1280x720/high')}", "–",
          "100 ms"],
-        ["mesh of a frame of drilling, molar of 0.05 mm", "the same triangles as a whole mesh", time(frame["mesh_ns"]),
-         f"OpenVDB volumeToMesh of the whole: {time(whole['time_ns'])}", "33 ms"],
+        ["mesh update while drilling, molar in voxels of 0.05 mm", "the same triangles as the whole mesh", time(frame["mesh_ns"]),
+         f"OpenVDB volumeToMesh of the whole molar: {time(whole['time_ns'])}", "33 ms"],
         ["mesh of a ball at equal error", f"{number(ball['error_of_radius'])} of the radius", time(ball["time_ns"]),
          f"volumeToMesh: {time(ball['volume_to_mesh_ns'])}", "–"],
-        ["sound of a working drill, a sample", f"spectrum {number(filtered['spectrum_error_dB'])} dB from the recording",
+        ["a sample of a working drill's sound", f"spectrum differs by {number(filtered['spectrum_error_dB'])} dB from the recording",
          f"{time(sound['time_ns'])} ({number(sound['core_percent'])} % of a core)",
-         f"its filter as a simple loop: {time(filtered['simple_loop_ns'])}, ours {time(filtered['time_ns'])}",
+         f"only the filter: simple loop {time(filtered['simple_loop_ns'])}, ours {time(filtered['time_ns'])}",
          "20.8 µs"],
         ["registration of arm and display from 16 touches", f"{number(register['typodont']['error_mm'])} mm",
          time(register["typodont"]["time_ns"]),
          "; ".join(f"{n}: {number(register[n]['error_mm'])} mm, {time(register[n]['time_ns'])}"
                    for n in ("Eigen", "OpenCV")), "–"],
-        ["camera and panel from 12 pictures", f"{number(camera['focal_error_pixels'])} pixels",
+        ["calibration of camera and panel from 12 pictures", f"{number(camera['focal_error_pixels'])} pixels of focal length",
          time(camera["time_ns"]), f"OpenCV: {number(camera['opencv_focal_error_pixels'])} pixels, "
          f"{time(camera['opencv_ns'])}", "–"],
         ["record a tick with its cut", f"{number(record['bytes'], 3)} bytes", time(record["time_ns"]), "–", period],
         ["undo a stroke of 16 passes", f"{number(undo['kept_kB'] / 1e3)} MB kept", time(undo["time_ns"]), "–", "100 ms"],
-        ["import a CT of 512 × 512 × 140 voxels", f"{number(scan['peak_MB'], 3)} MB at most", f"{time(scan['time_ns'])} of processor",
+        ["import a CT of 512 × 512 × 140 voxels", f"{number(scan['peak_MB'], 3)} MB at most", f"{time(scan['time_ns'])} of CPU time",
          "–", "–"],
         ["live session, drilling, no picture", "",
          f"{number(get('latency/live session, a tick of all threads/drilling')['core_percent'])} % of a core", "–",
          "–"],
-        ["command to the first tick", "", f"{number(start['first_tick_s'])} s", "–", "2 s"],
+        ["from the command to the first tick", "", f"{number(start['first_tick_s'])} s", "–", "2 s"],
     ]
     page = "# Performance\n\n" + paragraph(
-        f"""This page states time and error of a tick of the servo, a picture, a sound sample and a calibration, and those
-        of the best other method in the same run. `./run bench` measures everything and writes this page. All rows come
-        from one machine and commit: {origin}. A load average above 1 means that other programs ran too, which makes
-        the 99.9 % quantiles larger. [rows.csv](performance/rows.csv) contains all rows. See also [contact models
-        compared](models.md) and [what each contact model survives](stress.md).""") + "\n\n"
-    page += paragraph("""Two times such as "6.2 µs / 21 µs" are the median and the 99.9 % quantile of the CPU time of
-        one thread. A time in the column "limit" is the time after which the result is too late. A trainee is a
-        simulated hand of 0.15 kg that presses with 1 N, swings the bur by ±1.5 mm at 1 Hz, tilts it by 10° and
+        f"""This page states time and error of a servo tick, a picture, a sound sample and a calibration, and compares them
+        with the best other method in the same run. `./run bench` writes this page from
+        [rows.csv](performance/rows.csv), which has more values. All values come from one machine and commit: {origin}.
+        Other programs that run at the same time increase load average and 99.9 % quantiles. See also [contact models
+        compared](models.md) and [stress tests](stress.md).""") + "\n\n"
+    page += paragraph("""Two times in a cell are the median and the 99.9 % quantile of one thread's CPU time
+        (of the arm: wall-clock time). After the time in the column "limit", a result is too late. A trainee is a
+        simulated hand of 0.15 kg that presses the bur with 1 N, swings it by ±1.5 mm at 1 Hz, tilts it by 10° and
         trembles.""") + "\n\n"
     page += table(["work", "our error", "our time", "best other method", "limit"], [line for line in lines if "–" not in line[2]])
     page += "\n## Plots\n\n"
-    page += paragraph("In each plot, a point is one setting, and lower left is better: less error in less time.") + "\n"
+    page += paragraph("In each plot, a point is one setting; lower left is better (less error in less time).") + "\n"
     for name, title, x_label, y_label, series in performance_plots(rows):
         if not all(series.values()):
             continue  # not measured in this run
@@ -298,11 +298,11 @@ def performance_plots(rows):
     yield ("removal", "Remove a stroke: the volume", "time of a cut", "error in % of the volume", {
         name: points({label: f"contact/removal/{name}/{v}" for label, v in voxels.items()}, "volume_error_percent")
         for name in ("sweep", "csgDifference of OpenVDB", "voxels cleared")})
-    yield ("register", "Registration: error at the corners of 80 mm", "time of a solution", "error in mm", {
+    yield ("register", "Registration: error at the corners of a cube of 80 mm", "time of a solution", "error in mm", {
         name: points({str(n): f"calibration/register/{name}/{n} touches" for n in (4, 16, 64, 1000)}, "error_mm")
         for name in ("typodont", "Eigen", "OpenCV")})
     frame = "picture/stereo frame of 1280x1024 an eye/"
-    yield ("picture", "Picture: difference from the best level at twice the size", "time of a stereo frame, all threads",
+    yield ("picture", "Picture: difference from the best quality level at twice the resolution", "time of a stereo frame, all threads",
            "difference (rms, of 255)", {"quality levels": points(
                {case.removeprefix(frame): case for case in rows if case.startswith(frame)}, "difference_rms_of_255")})
     orders = {str(n): f"sound/filter, a sample/order {n}" for n in (4, 16, 50, 100, 200, 300, 400, 600)}
@@ -355,24 +355,23 @@ def models(rows, origin, docs):
 
     def tables():
         for title, text, motion, measure, tissues, scale in (
-                ("Direction of the force", f"""Angle between the model's force and the exact force, in degrees (rms). A hand slides
-                 a ball of 1.2 mm at 20 mm/s, 0.3 mm below the surface. **On the molar**, `offset` differs by
-                 {cell("slide", "molar", "offset", "direction_rms_deg")}° (at most
-                 {cell("slide", "molar", "offset", "direction_max_deg")}°) from the exact force of the triangle mesh of
-                 the tissue; on exact shapes, it differs less.""", "slide", "direction_rms_deg", TISSUES, 1),
-                ("Magnitude of the force", "Error in % of the exact magnitude (rms), with the same hand.", "slide",
+                ("Direction of the force", f"""Angles between model force and exact force are in degrees (rms). A hand
+                 slides the tool, a ball of 1.2 mm, at 20 mm/s; the hand is 0.3 mm below the exact contact. **On the
+                 molar**, the force of `offset` differs by {cell("slide", "molar", "offset", "direction_rms_deg")}° (at
+                 most {cell("slide", "molar", "offset", "direction_max_deg")}°) from the exact force of the triangle
+                 mesh; on exact shapes by less.""", "slide", "direction_rms_deg", TISSUES, 1),
+                ("Magnitude of the force", "Errors of the force's magnitude are in % of the exact magnitude (rms).", "slide",
                  "magnitude_rms_percent", TISSUES, 1),
-                ("Depth in the tissue", "Largest depth of the drawn tool inside the exact shape, in mm, with the same hand.",
+                ("Depth in the tissue", "The largest depth of the drawn tool (proxy) inside the exact shape is in mm.",
                  "slide", "penetration_mm", TISSUES, 1),
-                ("Friction", """Error of the ratio of tangential to normal force, in % of the exact ratio (rms). In the
-                 groove, two walls touch the ball, so there is no single normal.""", "drag",
+                ("Friction", """Errors of the ratio of tangential to normal force are in % of the exact ratio (rms). In the groove, two walls touch the tool, so the tool has no single normal.""", "drag",
                  "friction_error_rms_percent", TISSUES, 1),
-                ("Removed volume", """Error in % of the volume that the ball swept. A simulated hand of 0.15 kg drills
-                 with 1 N. A dash: the bur fell through the tissue.""", "drill", "removal_error_percent",
+                ("Removed volume", """Errors of the removed volume are in % of the swept volume. A simulated hand of
+                 0.15 kg presses the bur with 1 N. A dash means that the bur fell through the tissue.""", "drill", "removal_error_percent",
                  [t for t in TISSUES if t != "thin sheet"], 1),
-                ("Slow ticks", "99.9 % quantile of the time of a tick while the ball slides, in µs.", "slide",
+                ("Slow ticks", "Times are the 99.9 % quantile of a tick's CPU time in µs while the tool slides.", "slide",
                  "slow_ns", TISSUES, 1e-3),
-                ("Slow ticks while drilling", "99.9 % quantile of the time of a tick while the ball drills, in µs.", "drill", "slow_ns",
+                ("Slow ticks while drilling", "Times are the 99.9 % quantile of a tick's CPU time in µs while the bur drills.", "drill", "slow_ns",
                  [t for t in TISSUES if t != "thin sheet"], 1e-3)):
             lines = [[f"`{m}`", *(cell(motion, t, m, measure, scale) for t in tissues)] for m in MODELS]
             yield f"## {title}\n\n{paragraph(text)}\n\n{table(['model', *tissues], lines)}\n"
@@ -385,19 +384,20 @@ def models(rows, origin, docs):
     title = "Slide across a groove of 60°: direction error against time"
     plot(docs / "models/direction.svg", title, "time of a tick", "error, degrees rms", series)
     page = "# Contact models compared\n\n" + paragraph(
-        """Use `offset`, the default, unless the table names a better model for your task. The best model has the least
-        error, time or memory. Only models whose 99.9 % quantile of the time of a tick is below 500 µs take part. A
-        value is the geometric mean over the tissues of the task, with the finest setting of each model. Models with
-        equal values share a place; outside an implant bed, `implant` slides and drills like `offset`.""") + "\n\n"
+        """Use the contact model `offset`, the default, unless this table names a better model for your task. The best
+        model has the smallest error, time or memory. The table leaves out models with ticks (passes of the servo loop)
+        over 500 µs (99.9 % quantile). A value is the geometric mean over the tissues of the task, at each model's
+        finest setting. Outside an implant bed (drilled hole), `implant` slides and drills like `offset`.""") + "\n\n"
     page += table(["task", "best", "value of the best", "second", "value of the second"], list(answer())) + "\n"
     page += paragraph(
-        f"""All models get the same tissue, hand and clock (1 kHz). The exact contact is the position nearest to the hand
-        at which the ball stays outside the exact shape (sequential quadratic programming,
+        f"""All models get the same tissue, simulated hand and servo rate (1 kHz). Among the tool's positions outside
+        the exact shape, the exact contact is the one nearest to the hand (sequential quadratic programming,
         `tests/support/reference_contact.h`). Five tissues have an exact shape: a ball of 8 mm, a torus, a box, a sheet
-        of 0.3 mm, and a groove of 60°. The molar is from a CT; its exact shape is the triangle mesh of its distance
-        field. Lower arch and hip socket are meshes, of which models with a field get voxels of 0.2 or 0.3 mm. So the
-        columns "molar", "arch" and "pelvis" favour models that use the mesh. The forces are those of the model, before the servo's limits. `./run bench models` writes this page from [rows.csv](models/rows.csv), which has more settings
-        and measures. Measured on: {origin}.""") + "\n\n"
+        of 0.3 mm, and a groove of 60°. The molar is from a CT scan; its exact shape is the triangle mesh of its
+        distance field. Lower arch and hip socket ("pelvis") are meshes; models without a mesh get voxels of 0.2 or 0.3
+        mm. So the columns "molar", "arch" and "pelvis" favour models that use a mesh. Direction and magnitude are those
+        of the model's force, before the servo's limits; other forces are the servo's output. `./run bench models`
+        writes this page from [rows.csv](models/rows.csv), which has more settings and values. Measured on: {origin}.""") + "\n\n"
     page += f"![{title}. Least error in degrees, and time: {best(series)}](models/direction.svg)\n\n"
     page += "".join(tables())
     presses = {}
@@ -406,8 +406,8 @@ def models(rows, origin, docs):
             presses.setdefault(case.split("/")[1], {})[case.split("/")[2]] = row
     if presses:
         page += "## Where a trainee works\n\n" + paragraph(
-            """A ball is pressed 0.2 mm deep at random places and in random directions. The cells state the angle between the
-            model's force and the exact force, in degrees: median / largest.""") + "\n\n"
+            """A hand presses a ball 0.2 mm deep at random places or in random directions. Angles between force and
+            exact force are in degrees: median / largest.""") + "\n\n"
         page += table(["place", *(f"`{m}`" for m in MODELS)], [[place, *(
             f"{number(by[m]['direction_median_deg'])} / {number(by[m]['direction_max_deg'])}" for m in MODELS)]
             for place, by in presses.items()]) + "\n"
@@ -415,26 +415,28 @@ def models(rows, origin, docs):
               *(number(rows[f"escape/{s}/{m}"][k]) for s in SHEETS for k in ("escaped_1mm_percent",
                                                                           "escaped_20mm_percent"))] for m in MODELS]
     page += "## Walls\n\n" + paragraph(
-        """A bur drills through the sheet of 0.3 mm: time until it breaks through, and the force that remains then. Then hands move through sheets of 0.2, 0.5 and 1 mm, by 1 or 20 mm per tick: % of
-        the hands that escape, so that no force pulls them back.""") + "\n\n"
+        """A bur drills through the sheet of 0.3 mm; the first columns state the time until the breakthrough, and the
+        largest force behind the sheet. Hands move through sheets of 0.2, 0.5 and 1 mm, by 1 or 20 mm per tick; the
+        other columns state the % of hands that escape (no force pulls them back).""") + "\n\n"
     page += table(["model", "time, s", "force behind, N", *(f"{s.split()[2]} mm, by {k} mm" for s in SHEETS for k in (1, 20))],
                   walls)
     surfaces = {case.split("/")[-1]: row for case, row in rows.items() if case.startswith("surface/ball/offset/")}
     if surfaces:
         page += "\n## Intermediate surface\n\n" + paragraph(
-            """The hand that drills the ball feels the tissue of each tick, or the [intermediate
-            surface](contact.md#intermediate-surface), blended or not: largest change of the model's force in a tick, N;
-            lag of the felt surface, mm, median and largest; removal, mm³; time of a tick.""") + "\n\n"
+            """A hand drills the ball. The hand feels the tissue of each tick, or the [intermediate
+            surface](contact.md#intermediate-surface), blended or not. Cells state the largest change of the model's
+            force in a tick (N), the lag of the felt surface (median and largest, mm), the removal (mm³) and the time
+            of a tick.""") + "\n\n"
         page += table(["felt", "step", "lag", "at most", "removal", "time"], [[name, *(
             number(row[k]) for k in ("model_step_N", "lag_median_mm", "lag_max_mm", "removed_mm3")), times(row)]
             for name, row in surfaces.items()])
     costs = [[f"`{m}`", *(cell("slide", t, m, k) for t in ("ball", "molar") for k in ("memory_MiB", "setup_s"))]
              for m in MODELS]
-    page += "\n## Memory and set-up\n\nMemory in MiB, and processor time in s to prepare the model.\n\n" + table(
+    page += "\n## Memory and set-up\n\nMemory is in MiB; the CPU time that prepares the model is in s.\n\n" + table(
         ["model", *(f"{t}, {k}" for t in ("ball", "molar") for k in ("MiB", "s"))], costs)
     page += "\n## Other libraries\n\n" + paragraph(
-        """CHAI3D 3.3.0 and `offset` with the same hand and voxels of 0.1 mm: error of the direction in degrees (rms), and
-        median time of a tick. CHAI3D was measured in another run ([how](../tests/peers/README.md),
+        """CHAI3D 3.3.0 and `offset` get the same hand and voxels of 0.1 mm. Errors of the direction are in degrees
+        (rms), times are the median of a tick. CHAI3D was measured in another run ([how](../tests/peers/README.md),
         [peers.csv](models/peers.csv)).""") + "\n\n"
     tissues = [t for t in TISSUES if f"slide/{t}/CHAI3D finger proxy/voxel 0.1 mm" in peers]
     page += table(["library", *tissues], [[name, *(
@@ -447,30 +449,31 @@ def models(rows, origin, docs):
 # The page `stress`.
 
 CAMPAIGNS = {
-    "hostile hand": "hands wander at up to 0.2 m/s and 20 m/s² and rotate; half of them drill",
-    "nonsense": "the hands of the first campaign, with invalid input in one tick of fifty: NaN, jumps of the hand, jumps "
-                "of the clock, undo",
-    "carver stalls": "hands slide, drill and tap while the carver stalls for 50 ms to 3 s",
-    "uneven clock": "these hands without stalls; ticks differ from 1 ms by up to 20 or 50 %, and one in a hundred is 5 ms "
-                    "long",
-    "200 N": "a head of 20 mm is pressed on bone with 200 N, slides and reams",
-    "fast probe": "a tip of 0.25 mm slides over edges, a groove and the arch at 30 to 120 mm/s",
-    "thin wall": "a ball moves through a sheet of 0.3 mm by 1 mm per tick",
+    "hostile hand": "random hands move at up to 0.2 m/s and 20 m/s² and rotate; half of them drill",
+    "nonsense": "the hands of \"hostile hand\" get invalid input in one tick of fifty: NaN, jumps of hand or clock, "
+                "undo",
+    "carver stalls": "hands slide, drill and tap while the carver (tissue thread) stalls for 50 ms to 3 s",
+    "uneven clock": "the hands of \"carver stalls\" move without stalls; ticks differ from 1 ms by up to 20 or 50 %, one tick "
+                    "in a hundred lasts 5 ms",
+    "200 N": "a hand presses a head of 20 mm on bone with 200 N, and slides or reams",
+    "fast probe": "a tip of 0.25 mm slides over edges, a groove and the dental arch at 30 to 120 mm/s",
+    "thin wall": "hands move a ball through a sheet of 0.3 mm, by 1 mm per tick",
 }
-FALLS = {"not_finite_ticks", "beyond_limit_N", "hands_through", "escaped_percent", "holes_ticks"}
-MEASURES = {  # words, unit
-    "hands_through": ("hands that passed through the tissue", ""), "escaped_percent": ("hands that escaped", " %"),
-    "step_beyond_calm_N": ("force step beyond those without stalls", " N"), "energy_nJ": ("energy given to the hand", " nJ"),
-    "force_error_percent": ("error of the force", " %"), "holes_ticks": ("ticks without force inside the tissue", ""),
-    "not_finite_ticks": ("ticks with a force that is not finite", ""), "beyond_limit_N": ("force beyond the limit", " N"),
+FAILS = {"not_finite_ticks", "beyond_limit_N", "hands_through", "escaped_percent", "holes_ticks"}
+MEASURES = {
+    "hands_through": "{} hands passed through the tissue", "escaped_percent": "{} % of the hands escaped",
+    "step_beyond_calm_N": "a force step was {} N larger than without stalls",
+    "energy_nJ": "the hand received {} nJ", "force_error_percent": "the force error was {} %",
+    "holes_ticks": "{} ticks inside the tissue had no force", "not_finite_ticks": "{} ticks had a force that is not finite",
+    "beyond_limit_N": "the force was {} N above its limit",
 }
 REASONS = {
-    ("offset", "fast probe"): "at the fissures of the dental arch, a scripted hand reverses its direction faster than the "
-                              "passivity controller predicts; the force is 0.06 N",
-    ("voxel_penalty", "thin wall"): "without a proxy, nothing stops a hand between two ticks",
-    ("voxel_penalty", "fast probe"): "a tip as small as a voxel has few sample points",
-    ("voxel_penalty", "carver stalls"): "there is no tissue outside the tissue patch, and no plane of a last contact",
-    ("packing", "fast probe"): "gaps between 10,000 spheres are as wide as the tip",
+    ("offset", "fast probe"): "at the fissures of the dental arch, the hand reverses direction faster than the passivity "
+                              "controller predicts; the force there is 0.06 N",
+    ("voxel_penalty", "thin wall"): "without a proxy, no force pulls back a hand behind the sheet",
+    ("voxel_penalty", "fast probe"): "voxels of 0.1 or 0.2 mm are too coarse for a tip that is 0.06 mm deep",
+    ("voxel_penalty", "carver stalls"): "the model has no tissue outside the servo's tissue patch, and no plane of the last contact",
+    ("packing", "fast probe"): "the gaps between the 10,000 spheres are as wide as the tip",
 }
 REASONS["implant", "fast probe"] = REASONS["offset", "fast probe"]
 
@@ -486,9 +489,10 @@ def stress(rows, origin, _):
         for model in MODELS:
             row = rows[f"{campaign}/{model}"]
             worst = broken(row)
-            cells.append("survives" if not worst else ("**falls**" if FALLS & set(worst) else "flawed"))
+            cells.append("survives" if not worst else ("**fails**" if FAILS & set(worst) else "flawed"))
             if worst:
-                values = ", ".join(f"{MEASURES[m][0]} {row[m]:.{3 if row[m] < 1e3 else 4}g}{MEASURES[m][1]} (limit {row[m + '.limit']:g})" for m in worst)
+                values = ", ".join(f"{MEASURES[m].format(f'{row[m]:.{3 if row[m] < 1e3 else 4}g}')} (limit {row[m + '.limit']:g})"
+                                   for m in worst)
                 reason = REASONS.get((model, campaign))
                 what = f"{campaign}: {values}." + (f" Reason: {reason}." if reason else "")
                 failures.setdefault(what, []).append(f"`{model}`")
@@ -496,11 +500,12 @@ def stress(rows, origin, _):
     page = "# What each contact model survives\n\n" + table(["campaign", *(f"`{m}`" for m in MODELS)], lines) + "\n"
     page += paragraph(
         """- **Survives**: every measured value is within its limit.""") + "\n" + paragraph(
-        """- **Flawed**: the force is finite and stops the hand, but it gives the hand more than 1 nJ, has steps of more
-        than 0.25 N beyond those without the disturbance, or has a large error.""").replace("\n", "\n  ") + "\n" + paragraph(
-        """- **Falls**: the force is not finite or beyond its limit, or the hand passes through the tissue.""") + "\n\n"
+        """- **Flawed**: the force is finite and stops the hand, but gives the hand more than 1 nJ, has a large error, or
+        has steps more than 0.25 N larger than without stalls.""").replace("\n", "\n  ") + "\n" + paragraph(
+        """- **Fails**: the force is not finite, exceeds its limit or is missing inside the tissue, or the hand passes through
+        the tissue.""").replace("\n", "\n  ") + "\n\n"
     page += paragraph(f"""`./run bench stress` writes this page from [rows.csv](stress/rows.csv), which contains every
-        value with its limit. A test runs the short campaigns with `offset` and `voxel_penalty`. Measured on:
+        value with its limit. A test runs shortened campaigns with `offset` and `voxel_penalty`. Measured on:
         {origin}.""") + "\n\n## Campaigns\n\n"
     page += "".join(paragraph(f"- **{name}**: {what}.").replace("\n", "\n  ") + "\n" for name, what in CAMPAIGNS.items())
     return page + "\n## What fails, and why\n\n" + "".join(

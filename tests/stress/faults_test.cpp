@@ -158,10 +158,8 @@ TEST(Faults, EveryFaultBitIsDocumentedWithItsDisplayedText) {
   EXPECT_EQ(rows.size(), static_cast<std::size_t>(kFaults));
   for (std::uint32_t bit = 1; bit < 1u << kFaults; bit <<= 1) {
     const std::string key(session::fault_name(bit));
-    std::string name = key;
-    std::replace(name.begin(), name.end(), '_', ' ');
     ASSERT_TRUE(rows.contains(bit)) << bit;
-    EXPECT_EQ(rows[bit].first, fmt::format(" {} ", name));
+    EXPECT_EQ(rows[bit].first, fmt::format(" `{}` ", key));
     EXPECT_EQ(rows[bit].second,
               fmt::format(" {} ", session::text(fmt::format("fault.{}", key), session::Language::kEnglish)));
   }

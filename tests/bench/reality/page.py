@@ -15,48 +15,49 @@ HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 from pages import COLORS, collect, number, paragraph, plt, read_rows, table, write_rows  # noqa: E402
 
-LANDING = ("at 180 N, far above a hand's forces, the limits that soften the landing of a drill (`teeth_fraction`) take the "
-           "pressing force from the edges for part of the time")
+LANDING = ("at 180 N, much more than a hand's force, the limits that soften the landing of a drill (`teeth_fraction`) "
+           "reduce the force on the cutting edges for part of the time")
 REASONS = {
-    "macor_speed": "the rate is proportional to the speed at a constant load; the experiments do not say what limits it",
-    "enamel_carbide_energy": "only the sign is published, so there is nothing to fit",
-    "leucite_ratio_heavy": "the ratio of the forces does not depend on the load",
-    "leucite_speed_drop": "the energy per volume of the ceramic and the ratio of the forces are estimates",
-    "artificial_energy_exponent": "the exponent is that of bone; the artificial femur has one fitted speed",
-    "electric_holds": "the load is not stated; a diamond at 10 N needs 3.0 N mm, the motor holds its speed up to 2.8",
+    "macor_speed": "in the simulation, the rate is proportional to the speed at a constant load; the source does not say what limits the rate",
+    "enamel_carbide_energy": "the source states only that the energy rises, so nothing is fitted",
+    "leucite_ratio_heavy": "in the simulation, the ratio of the forces hardly depends on the load",
+    "leucite_speed_drop": "the ceramic's ratio of the forces is an estimate",
+    "artificial_energy_exponent": "the simulation uses the exponent of bone; the artificial femur is fitted at one speed",
+    "electric_holds": "the source states no load; at 10 N, a diamond needs 3.0 N mm, but the motor holds its speed up to 2.8 N mm",
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
-    "wear_super_coarse": "the law makes the wear proportional to 1 / grain size; measured, it falls faster with the size",
-    "wear_20_cuts": "the two studies of Macor disagree: -50 % over 39 mm, -20 % over 220 mm; the grinding ratio is fitted to the first",
-    "polymer_jaw": "the jaw's density is not stated; the simulation takes that of the artificial femur",
+    "wear_super_coarse": "in the simulation, wear is proportional to 1 / grain size; measured wear falls faster with grain size",
+    "wear_20_cuts": "two studies of Macor disagree: the rate falls by 50 % over 39 mm, by 20 % over 220 mm; the grinding ratio is fitted to the first",
+    "polymer_jaw": "the source states no density; the simulation uses the constants of the artificial femur",
 }
 # Figures of the expert: bench_expert prints them, and tests bound them.
-HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth as measured in hands. Contact: 0.1 N or more, the
-    least that was measured.""") + "\n\n" + table(["quantity", "measured in hands", "expert"], [
+HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth with forces, contacts and tremor as measured in hands. A
+    contact begins at 0.1 N, the smallest measured force.""") + "\n\n" + table(["quantity", "measured in hands", "expert"], [
         ["mean force in cavities", "0.34 to 1.03 N (J Oral Rehabil 22 (1995) 67-72)", "0.80 to 0.90 N"],
         ["mean force on axial walls of a crown", "1.71 N (PMID 17074189)", "1.62 N"],
-        ["mean force on its occlusal surface", "0.45 N (PMID 17074189)", "0.49 N"],
+        ["mean force on the occlusal surface of a crown", "0.45 N (PMID 17074189)", "0.49 N"],
         ["duration of a contact", "0.25 to 0.4 s, or 10 s (J Oral Rehabil 22 (1995) 67-72)", "0.33 to 0.35 s; crown 10 s"],
-        ["contacts a second", "1.36 (temporal bone, PMID 34872376)", "1.36; crown 0.10"],
+        ["contacts per second", "1.36 (temporal bone, PMID 34872376)", "1.36; crown 0.10"],
         ["tremor", "8.1 Hz (PMID 11568677), 38 µm rms (Riviere et al.)", "8.1 Hz, 38 µm rms"]]) + "\n" + paragraph(
-    """With the crown's occlusal force, the preparation takes 15 minutes. Hand instruments and the condensation of fillings
-    have no tremor: with it, the expert gets 88 instead of 96 points in `amalgam-filling`. Implants and sockets of hips are
-    drilled with the forces that their exercises cite. Other simulated trainees are displaced plans without forces.""") + "\n"
+    """With this occlusal force, the expert prepares a crown in 15 minutes. The expert trembles only while drilling: if
+    hand instruments tremble too, the points in `amalgam-filling` fall from 96 to 88. For implant beds and hip sockets,
+    the expert uses the forces that the exercises cite. The careless hand of [cases](cases.md#a-valid-case) repeats the
+    expert's strokes, displaced and without forces.""") + "\n"
 # Constants that are estimates: name, words in their source, and the experiment that would settle them.
 ESTIMATES = [
     ("friction", "friction|all values", "draw the steel or diamond tool over wet tissue with 0.1 to 3 N; measure both forces"),
     ("cutting coefficient, efficiencies", "cutting coefficient|efficienc",
      "press side and end of one bur separately on a block; measure force, torque and rate"),
-    ("law of chips", "exponent|grit:|blade:", "mill at a known feed and depth, with three feeds; torque × speed / volume"),
+    ("law of chips", "exponent|grit:|blade:", "mill at a known depth with three feeds; torque × speed / volume"),
     ("specific energy", "specific energy|all values|as artificial", "mill at a known feed and depth; torque × speed / volume"),
     ("stiffness", "stiffness|all values", "let dentists match the rendered stiffness to specimens under the same tool"),
     ("colour", "colour|all values", "measure the diffuse reflectance of specimens"),
-    ("density", "density|all values", "weigh specimens in air and in water"),
-    ("thickness of the shell of bone", "thickness", "measure it in CT scans of each class"),
+    ("density", "density|all values", "weigh specimens in air and water"),
+    ("thickness of cortical bone by class", "thickness", "measure CT scans of each class"),
     ("conductivity, heat capacity", "as dentin|between cortical", "measure specimens (hot disk)"),
     ("cooling by the spray", "its reach|root of the flow", "measure a heated block under one handpiece at three flows"),
     ("flow and drops of the spray", "drops|flow:", "collect the water of one handpiece; laser diffraction"),
-    ("line of torque", "torque", "brake one named turbine from its free speed to rest in 20 steps"),
-    ("run-up", "run-up", "record the speed after a step of the pedal"),
+    ("torque by speed", "torque", "brake a named turbine from free speed to rest in 20 steps"),
+    ("time of run-up", "run-up", "record the speed after a step of the pedal"),
     ("neck and length of the shank", "neck", "measure the named burs"),
     ("rate and reach of filling", "^rate|^reach", "weigh the portions that dentists place"),
     ("scraping", "scrapes", "draw a sharp excavator over carious and sound dentin; measure both forces"),
@@ -161,16 +162,15 @@ def page(rows, origin, docs):
     agree = [row for row in tried if row.factor() == 1]
     far = [row for row in tried if row.factor() == 0 or not 0.5 <= row.factor() <= 2]
     text = "# Cutting against published experiments\n\n" + paragraph(
-        f"""{len(agree)} of the {len(tried)} published results that state their conditions agree with the simulation;
-        {len(far)} {'is' if len(far) == 1 else 'are'} off by more than a factor of two. {len(every) - len(tried)} more results cannot be
-        simulated, for example because the diameter of a drill is not stated or there is no zirconia.
-        `./run bench reality` repeats each experiment with a machine that holds the tool against a slab with the stated
-        load or feed. Where a condition is unknown, the simulation runs both ends of its range.
-        A row agrees if the band of simulated values meets the accepted range: two standard deviations if the source
-        states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Rows with "fit" may set constants, rows
-        with "test" may not. `tests/bench/reality/experiments.csv` has all results, and the reasons why some cannot be simulated.
-        A source ends with a letter: A table or standard, B abstract, C secondary source, E estimate, F fitted to rows of this
-        page. Simulated with: {origin}.""") + "\n"
+        f"""{len(agree)} of {len(tried)} simulated results agree with the published ones; {len(far)} {'differs' if
+        len(far) == 1 else 'differ'} by more than a factor of two. {len(every) - len(tried)} more results are not
+        simulated; `tests/bench/reality/experiments.csv` has all results, and the reasons. `./run bench reality`
+        simulates most experiments with a machine that presses the tool on a slab with the published load, or moves it
+        with the published feed. If a condition is unknown, the simulation tries both ends of its range. A row agrees if
+        the simulated values overlap the accepted range: the published value ± two standard deviations if the source
+        states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Constants may be
+        fitted to rows with "fit", not to rows with "test". The letter after a source means: A table or standard, B
+        abstract, C secondary source, E estimate, F fitted to rows of this page. Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
         known = [row for row in some if row.band]
         if not known:
@@ -178,11 +178,11 @@ def page(rows, origin, docs):
         name = process.replace(" ", "_")
         figure(docs / f"reality/{name}.svg", process.capitalize(), known)
         text += f"\n## {process.capitalize()}\n\n"
-        text += f"![{process.capitalize()}: simulated over measured, with the accepted range](reality/{name}.svg)\n\n"
+        text += f"![{process.capitalize()}: simulated / measured](reality/{name}.svg)\n\n"
         sources = ["", *(f"{row.source} ({row.quality})" for row in known)]
         text += table(["row", "experiment", "measured", "accepted", "simulated", "verdict", "use", "source"],
                       [[f"`{row.id}`", row.what, (row.measured or "–") + (row.text_unit() if row.measured else ""), row.limits(),
-                        row.simulated() + row.text_unit(), row.verdict(), row.role, "as above" if source == above else source]
+                        row.simulated() + row.text_unit(), row.verdict(), row.role, "same" if source == above else source]
                        for row, source, above in zip(known, sources[1:], sources)])
         because = collections.defaultdict(list)
         for row in known:
@@ -190,10 +190,11 @@ def page(rows, origin, docs):
                 because[REASONS[row.id]].append(f"`{row.id}`")
         reasons = [f"- {', '.join(some)}: {reason}." for reason, some in because.items()]
         if reasons:
-            text += "\nWhy rows differ:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
+            text += "\nWhy rows disagree:\n\n" + "\n".join(paragraph(r).replace("\n", "\n  ") for r in reasons) + "\n"
     return text + HANDS + "\n## Estimates\n\n" + paragraph(
-        """Estimates (E) in `assets/materials/`, `assets/motors/` and `assets/tools/`, and of the materials of this page:""") + "\n\n" + table(
-        ["constant", "of", "experiment that would settle it"], estimates(HERE.parents[2]))
+        """These constants in `assets/materials/`, `assets/motors/`, `assets/tools/` and of this page's materials are
+        estimates (E):""") + "\n\n" + table(
+        ["constant", "of", "experiment that would measure it"], estimates(HERE.parents[2]))
 
 
 def main(folder, docs):
