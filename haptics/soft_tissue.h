@@ -98,7 +98,7 @@ class SoftSurface {
   dvec3 lo_{0};
   glm::ivec3 cells_{0};
   std::vector<std::uint32_t> cell_first_, cell_points_;
-  // For each cell: lower bound of the distance from any position in it to a point, m.
+  // For each cell: lower bound of the distance from any position in it to the nearest point of the soft tissue, m.
   std::vector<float> cell_clearance_;
 };
 

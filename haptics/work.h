@@ -11,9 +11,9 @@ std::uint64_t queries_of_this_thread() noexcept;
 void count_queries(std::uint64_t count) noexcept;
 /// Numbers of elements near the head that this thread's contact models have examined.
 struct SearchCounts {
-  std::uint64_t spheres = 0;    // spheres examined by "packing"
-  std::uint64_t triangles = 0;  // triangles examined by "mesh_lod"
-  std::uint64_t vertices = 0;   // vertices examined by "vertex"
+  std::uint64_t spheres = 0;    // spheres examined by the model packing
+  std::uint64_t triangles = 0;  // triangles examined by the model mesh_lod
+  std::uint64_t vertices = 0;   // vertices examined by the model vertex
 };
 SearchCounts looks_of_this_thread() noexcept;
 /// Number of voxels in the leaves that carve() and fill() have changed.

@@ -12,7 +12,7 @@ namespace typodont::audio {
 /// How a tissue changes the idle sound. Brittle tissue changes level and slope, bone and dentin add a lower resonance,
 /// soft tissue damps. See audio/README.md.
 struct TissueColour {
-  double level_dB;       // dB, increase of the power over idling, at free speed
+  double level_dB;       // dB, power of the sound in this tissue relative to that of the idle sound, both at free speed
   double slope_dB;       // dB per octave, slope of the gain from 200 Hz to 16 kHz, 0 dB at 3 kHz
   double centre;         // Hz, centre frequency of the tissue's resonance
   double resonance_dB;   // dB, gain at the centre of the resonance

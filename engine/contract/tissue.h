@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// Numbers of the tissues. Files store them (grid "tissue" of a .vdb, recorded ticks), so append new ones at the end only.
+/// Numbers of the tissues. Files store them (grid "tissue" of a .vdb, ticks), so append new ones at the end only.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,
@@ -39,7 +39,7 @@ dvec3 srgb_of(VoxelColor color) noexcept;
 /// Energy per removed volume that one kind of cutting edge needs for chips of thickness h: specific_energy ·
 /// energy_ratio · (h / chip)^−exponent.
 struct EdgeLaw {
-  double energy_ratio = 1;  // energy per volume at h = chip, divided by specific_energy
+  double energy_ratio = 1;  // energy per volume at the thickness `chip`, divided by specific_energy
   double chip = 10e-6;      // m, chip thickness to which energy_ratio refers
   double exponent = 0;
   double force_ratio = 0;  // tangential force divided by the normal force; 0: use the tool's cutting_coefficient

@@ -176,8 +176,8 @@ void Film::State::link(std::int32_t i) {
     return;
   }
   const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
-  // The flow does not depend on the grid if Σ c_k d_k d_kᵀ = 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved for the
-  // symmetric matrix S.
+  // c_k: conductance of the link to the neighbour at d_k. The flow does not depend on the grid if Σ c_k d_k d_kᵀ =
+  // 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved for the symmetric matrix S.
   glm::dmat3 system(0.0);
   glm::dvec3 wanted(2 * area / mean, 0, 2 * area / mean);
   for (int k = 0; k < cell.count; ++k) {

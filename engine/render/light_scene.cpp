@@ -25,7 +25,7 @@ constexpr double kInside = 0.25;
 // Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
 // together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
-constexpr int kImageRays = 384;  // number of rays for the light that surfaces mirror at a sample
+constexpr int kImageRays = 384;  // rays per sample that find the light arriving from a mirror's direction
 // Exponent of the cosine that weights these kImageRays rays; half of the weight is within 10°.
 constexpr float kImageLobe = 48;
 // distance, in grid spacings, between samples in open space that have light for mirror reflections

@@ -166,7 +166,7 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
 
 // Adds the triangles a b c and a c d.
 inline void PolygonBuilder::two_triangles(const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
-  // Usually there is one tissue and no crease, so both triangles share their copies.
+  // Usually there is one tissue and no crease, so both triangles use the same copy of a shared corner.
   const Tissue tissue = a.data->tissue[0];
   if (b.data->tissue[0] == tissue && c.data->tissue[0] == tissue && d.data->tissue[0] == tissue && !a.data->crease &&
       !b.data->crease && !c.data->crease && !d.data->crease) {

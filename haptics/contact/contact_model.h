@@ -93,7 +93,7 @@ struct Contact {
   // Sum Σ w n over the contacts of the shank and of the safe end, in `unit`. on_head + on_shank is the displacement
   // from the hand to the proxy that the contacts cause.
   dvec3 on_shank{0};
-  bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps the fractions of the last tick
+  bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps `tissue` of the last tick
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
   bool graded = false;        // true: `hardness` is valid; false: full hardness of every tissue
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (dense_tissue.h)

@@ -37,8 +37,8 @@ struct PassivityLaw {
   double mean_weight = 0.01;  // weight of one tick in the running mean of the changes of velocity
   // s; the largest recent speed and change of velocity begin to decay after this time of motion
   double hold = 1;
-  // s, like `hold`, for the largest speed while the hand feels no force. Shorter, because a fast approach is often
-  // followed by a slow touch.
+  // s; replaces `hold` for the largest speed while the hand feels no force. It is shorter, because a fast approach is
+  // often followed by a slow touch.
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant with which largest speed and change decay after `hold`
   double uneven = 1.5;  // predicted length of the next tick divided by the longest recent tick, for an irregular clock

@@ -106,8 +106,8 @@ class CutFront {
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// Makes the list from the first `listed` groups in `found`. The list is valid for `valid_for` voxels from the path
-    /// length `path_length`. If `found` was too small, the part gets no list.
+    /// Lists the first `listed` groups of samples in `found`. From the path length `path_length` on, the list is valid
+    /// for a motion of `valid_for` voxels. If `found` was too small, this part of the front gets no list.
     void renew(int listed, double path_length, double valid_for) noexcept;
     /// Stage at the path length `path_length` (voxels); each stage is an eighth of the list's lifetime.
     int stage(double path_length) const noexcept {

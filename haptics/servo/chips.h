@@ -24,7 +24,7 @@ struct ChipParameters {
   static constexpr double chip_space = 3.1e-3, max_full = 1.2;
 };
 
-/// Chip thickness in m; `feed`: m per turn. N blades: feed / N. Grains at the distance a on the radius r:
+/// Chip thickness, m; `feed`: m per turn. Bur with N blades: feed / N. Diamond of radius r whose grains are a apart:
 /// a √(feed / (2π r b)), b = chip_width.
 inline double chip_thickness(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;

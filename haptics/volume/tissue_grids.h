@@ -74,7 +74,7 @@ inline std::uint8_t hardness_in(std::int32_t value) {
 inline VoxelColor color_kept_in(std::int32_t value) {
   return static_cast<VoxelColor>(static_cast<std::uint32_t>(value) >> kColorShift);
 }
-/// Colour in which the voxel is drawn; filling has the colour of its tissue.
+/// Colour in which the voxel is drawn; a filled voxel has the colour of the filling's material.
 inline VoxelColor color_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kTissueColor : color_kept_in(value);
 }

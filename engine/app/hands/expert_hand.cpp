@@ -38,7 +38,7 @@ struct Lead {
   // The lead is the displacement from the target point to the hand. It is a gain times the displacement from the tool
   // to the target. The coupling converts it to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // Gain of the lead for a cut: lead divided by displacement from the tool to the target point.
+  // For a cut: lead (distance from the target point to the hand) / distance from the tool to the target point.
   static constexpr double gain = 50;
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
@@ -49,7 +49,7 @@ struct Lead {
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt = this factor (1/s) ·
   // ExpertGrip::lead · force error / mean force.
   static constexpr double lead_per_force = 15;
-  // Smallest and largest value of the lead's upper limit, as factors on ExpertGrip::lead.
+  // Smallest and largest upper limit of the lead (see `gain`), as factors on ExpertGrip::lead.
   static constexpr double least_most_lead = 0.25, max_lead = 3;
   // The lead's upper limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
@@ -238,7 +238,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
   if (size > most) wanted *= most / size;
   if (pauses_) wanted = left_at_W_ + (beat_ < Rhythm::pause / 2 ? Rhythm::away : Rhythm::near) * leaves_W_ - place();
-  // Adjusts the upper limit of the lead, because soft tissue needs a longer lead for the same force.
+  // Adjusts the upper limit of the lead (Lead::gain): soft tissue needs a longer lead for the same force.
   const bool end = leg.coarse && std::abs(glm::dot(seen_.n_C_W, seen_.X_WG.R * dvec3(0, 0, 1))) > Rhythm::end;
   // N, planned force minus measured force
   const double too_little = leg.force * (end ? Rhythm::end_force : 1) - glm::length(seen_.f_T_W);

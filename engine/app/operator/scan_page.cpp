@@ -72,7 +72,7 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
 }
 
 /// Left button: drags an edge or the crosshair, or uses the tool. Right button: moves the crosshair. Wheel: changes the
-/// slice; with Ctrl: the width.
+/// slice; with Ctrl: the width of the shown section.
 void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;

@@ -1,5 +1,5 @@
-// A GLFW window that Vulkan presents, or whose memory is shared with the desktop. Handles resizing, minimising and lost
-// surfaces; a lost device is handled by the caller.
+// A GLFW window. Vulkan presents its pictures, or the CPU copies them to the X server through shared memory. Handles
+// resizing, minimising and lost surfaces; a lost device is handled by the caller.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>

@@ -27,10 +27,10 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools, bool inte
 
 namespace {
 
-/// Returns true if all six sides of the box are in air; false if tissue reaches the border of the volume.
+/// Returns true if no tissue is near the six sides of the cube of `edge`³ voxels that starts at `lo`.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
-  constexpr int kThick = 4;      // voxels, depth to which the sides of the box are examined
-  constexpr float kAway = 2.5f;  // voxels; a side is in air if tissue is farther away than this
+  constexpr int kThick = 4;      // voxels, thickness of the layer that is examined inside each side
+  constexpr float kAway = 2.5f;  // voxels, smallest allowed distance of this layer from tissue
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {0, edge - kThick}) {
       glm::ivec3 from = lo, size(edge);
@@ -45,11 +45,11 @@ bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) 
 
 }  // namespace
 
-/// If the tissue patch of a large head would be larger than the tissue, the patch becomes just large enough to contain
-/// all tissue. Throws Error if it needs too much memory.
+/// Chooses the size of the tissue patch. If the patch of a large head would be larger than the tissue, a fixed patch
+/// contains all tissue instead. Throws Error if the patch needs too much memory.
 void FieldBody::choose_grid() {
   constexpr int kAir = 8;                            // voxels of air around the tissue
-  constexpr double kLarge = 4e6;                     // samples; smaller tissue patches follow the tool, which is faster
+  constexpr double kLarge = 4e6;                     // samples; a patch up to this size follows the tool (faster)
   constexpr double kMaxSamples = 2e8, kPatches = 4;  // samples of a tissue patch, and patches of a session
   constexpr double kSampleBytes = sizeof(float) + sizeof(Tissue);
   const double voxel = volume_.frame().voxel;
@@ -116,12 +116,12 @@ bool FieldBody::redo() {
 namespace {
 
 // Largest number of leaves (8³ samples) in a PatchStep. The servo copies them in one tick, 50 to 100 ns each, so
-// copying takes no longer than a cut with a bur of 1.2 mm. If more leaves changed, the whole tissue patch is exchanged.
+// copying takes no longer than a cut with a bur of 1.2 mm. If more leaves are new, the whole tissue patch is exchanged.
 constexpr std::size_t kMaxInStep = 128;
 
 }  // namespace
 
-/// Empty tissue patch with its full memory.
+/// Returns an empty tissue patch with all memory allocated.
 TissuePatch FieldBody::sized_patch() const {
   TissuePatch patch = empty_patch_for(tools_, volume_.frame().voxel, edge_);
   if (intermediate_) patch.intermediate.emplace_back().resize(edge_);
@@ -172,9 +172,9 @@ glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
   return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
 }
 
-/// Moves a tissue patch to `lo` and updates it. If all changes since its last copy are known, copies only these, the
-/// servo's changes and the new samples. copy_part(box) copies the samples in a box, copy_written(written, inside) the
-/// changed samples in `inside`.
+/// Moves a tissue patch to `lo` and copies samples of the volume to it: all samples, or, if the volume's changes since
+/// the last copy are known, only the changed ones, those that the servo has written, and those new in the patch.
+/// copy_part(box) copies all samples in a box, copy_written(written, inside) the changed samples in the box `inside`.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(TissuePatch& patch, const glm::ivec3& lo, CopyPart copy_part, CopyWritten copy_written) {
   TissueVolume::Written written;
@@ -212,7 +212,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // The coarse tissue patch is never sent as a PatchStep, because the servo cuts it in longer steps.
+    // The coarse tissue patch is never sent as a PatchStep: the servo's own differs, as it is cut in longer steps.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {
@@ -247,8 +247,8 @@ void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
   });
 }
 
-/// Copies only the new leaves (8³ samples), if the servo will hold the patch with the number `held`, copied last.
-/// Returns false after a change that the servo did not make itself (foreign_changes), or if there are too many leaves.
+/// Copies only the leaves (8³ samples) that the servo's patch, number `held`, lacks. Returns false if `held` is not the
+/// last copied patch, after a change that the servo did not make (foreign_changes), or if there are too many leaves.
 bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};

@@ -1,4 +1,4 @@
-// The carver's tissue for contact models with a TissuePatch. Carver thread only.
+// All tissue, for contact models with a TissuePatch. Only for the carver, the thread that repeats the servo's cuts.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace typodont::haptics::offset {
 /// Keeps the tissue in an OpenVDB volume. A cut removes exactly the sweep of the head.
 class FieldBody : public TissueBody {
  public:
-  /// `intermediate`: true if the servo's model has an intermediate surface.
+  /// `intermediate`: true if the servo's model has an intermediate surface (intermediate_surface.h).
   FieldBody(TissueVolume tissue, std::span<const Tool> tools, bool intermediate = false);
 
   void carve(const Cut& cut, bool continues) override;
@@ -58,13 +58,13 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // search for pieces that are cut off from the tissue
   std::vector<LoosePiece> pieces_;  // pieces that cuts separated and take_pieces() has not returned yet
-  // The tissue patch that was copied last: its number, its first voxel, and the volume's foreign changes before it.
+  // The tissue patch copied last: its number, its first voxel, and TissueVolume::foreign_changes() at that time.
   struct {
     std::uint32_t number = 0;
     glm::ivec3 lo{0};
     std::uint64_t foreign_changes = 0;
   } last_;
-  bool intermediate_;  // true: complete tissue patches contain a copy for an intermediate surface
+  bool intermediate_;  // true: a complete tissue patch has a second copy of its samples, for an intermediate surface
   double travel_ = 0;  // m, distance that a head may move before it needs a new tissue patch
   int edge_ = 0;       // number of samples of a tissue patch along each axis
   // First voxel of a tissue patch that contains all tissue. nullopt: patches follow the tool.

@@ -1,4 +1,4 @@
-// Adds filling: a ball that grows on the tissue nearest to the instrument's free end. The head limits it.
+// Adds filling: a ball grows around the tissue point nearest to the instrument's free end, but not into the head.
 #include <algorithm>
 #include <cmath>
 
@@ -34,7 +34,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Places delivered filling that is not in the tissue yet. If filling was added, returns true and sets `cut`.
+/// Adds the filling that the instrument delivered but did not place yet. If any was added, returns true, sets `cut`.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -48,8 +48,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::max_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Only the part of the ball's surface in air can grow. The fraction of this part is taken from the last tick, so less
-  // than the delivered volume of filling may be added.
+  // Only the part of the ball's surface in air can grow. The fraction of this part is taken from the last tick, so the
+  // added volume may differ from the delivered volume.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::max_step);
@@ -76,9 +76,9 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Searches the nearest place with room for filling when the ball of filling cannot grow, from the first ball on,
-/// through filled voxels. The ball grows there, or a new one begins. If the search takes longer than search_cost, the
-/// next tick continues it. Returns false if there is no such place.
+/// If the ball of filling cannot grow: searches the nearest place with room, along rays from the first ball through
+/// filled voxels. The ball is enlarged up to this place, or a new ball begins there. If the search takes longer than
+/// search_cost, the next tick continues it. Returns false if no place was found yet.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.current) {

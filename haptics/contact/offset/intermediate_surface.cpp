@@ -13,10 +13,10 @@ namespace typodont::haptics::offset {
 namespace {
 
 constexpr int kSide = PatchStep::kSide;
-// Largest number of leaves whose samples move at a time, about 0.1 ms a tick. Others get their final samples at once.
+// Largest number of leaves (8³ samples) that change gradually, about 0.1 ms a tick. Others change at once.
 constexpr std::size_t kMaxMoving = 4096;
 
-/// Calls visit(offset in the patch, offset in the leaf) for each row of eight samples in a leaf.
+/// For each row of eight samples in a leaf, calls visit(index of its first sample in the patch, index in the leaf).
 template <class Visit>
 void for_rows(const TissuePatch& patch, const glm::ivec3& leaf, Visit visit) noexcept {
   const glm::ivec3 at = leaf - patch.lo;
@@ -40,7 +40,7 @@ void for_leaves(const TissuePatch& patch, const glm::ivec3& changed_lo, const gl
       for (int z = lo.z; z <= hi.z; z += kSide) visit(glm::ivec3(x, y, z));
 }
 
-/// Moves each sample of a leaf towards its target by at most `step` (voxels). Returns true if all have reached it.
+/// Changes each distance of a leaf towards its target by at most `step` (voxels). Returns true if all have reached it.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool approach(float* field, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const float* target, float step) {
   I8 moving{};
@@ -67,7 +67,7 @@ IntermediateModel::IntermediateModel(const ServoSettings& settings, const Interm
   moving_.reserve(std::min(slots_.size(), kMaxMoving));
 }
 
-/// Calls `call` while the felt tissue patch has the cutter's coarse tissue patch, which the shank touches.
+/// Moves the coarse tissue patch (for contacts of the shank) from cutter_ to felt_, calls `call`, and moves it back.
 template <class Call>
 auto IntermediateModel::with_shank(Call call) noexcept {
   struct Loan {
@@ -78,7 +78,7 @@ auto IntermediateModel::with_shank(Call call) noexcept {
   return call();
 }
 
-/// Leaves at equal positions modulo the patch's edge share a slot; only one of them is in the patch.
+/// Element of slots_ for a leaf. Leaves at equal positions modulo the patch's edge share it; the patch has only one.
 std::uint32_t& IntermediateModel::slot_of(const glm::ivec3& leaf) noexcept {
   const int edge = felt_.patch_.n / kSide;
   const glm::ivec3 at = ((leaf / kSide) % edge + edge) % edge;
@@ -111,15 +111,15 @@ void IntermediateModel::take_up(std::uint32_t tool) noexcept {
   felt_.take_up(tool);
 }
 
-/// Keeps the felt field wherever it may differ from the tissue, so that steps and complete tissue patches give a
-/// bit-identical result.
+/// Takes over a new tissue patch, but keeps the felt field where it may differ from the tissue. So a PatchStep and a
+/// complete tissue patch give bit-identical results.
 void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   PerTissue ignored{};
   handed_over_ = std::min(handed_over_, fresh.cuts);
   if (fresh.from != 0) {
     cutter_.adopt(fresh, removed);
     felt_.adopt(fresh, ignored);
-    // A step exchanges the coarse tissue patch, which the model cutter_ has and the model felt_ lacks.
+    // Both calls exchanged coarse tissue patches with `fresh`. Only cutter_ may keep one, so felt_ gives it back.
     felt_.patch_.coarse_levels.swap(static_cast<TissuePatch&>(fresh).coarse_levels);
   } else {
     auto& copy = static_cast<TissuePatch&>(fresh).intermediate.front();
@@ -143,7 +143,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   copy_marks();
 }
 
-/// Copies a leaf from the former felt tissue patch, if both have it.
+/// Copies a leaf from `old` to the felt tissue patch, if both contain it.
 void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf) noexcept {
   TissuePatch& felt = felt_.patch_;
   if (!holds_leaf(old, leaf) || !holds_leaf(felt, leaf)) return;
@@ -155,7 +155,7 @@ void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf
   });
 }
 
-/// Enlarges the felt patch's boxes of cuts and fillings so that they contain those of the target patch.
+/// Copies the boxes of cuts and fillings from cutter_'s tissue patch to the felt one.
 void IntermediateModel::copy_marks() noexcept {
   const TissuePatch& from = cutter_.patch_;
   TissuePatch& to = felt_.patch_;
@@ -190,7 +190,7 @@ void IntermediateModel::load_target(Moving& leaf) noexcept {
   for_rows(from, leaf.lo, [&](std::size_t row, std::size_t at) {
     std::copy_n(from.distance.data() + row, kSide, leaf.target + at);
     std::copy_n(from.tissue.data() + row, kSide, leaf.labels + at);
-    // The surface of a growing filling is felt as filling.
+    // Filled samples get their label at once, so that the surface of a growing filling is felt as filling.
     for (std::size_t i = 0; i < kSide; ++i)
       if (is_filled(leaf.labels[at + i])) felt_.patch_.tissue[row + i] = leaf.labels[at + i];
   });
@@ -212,7 +212,7 @@ void IntermediateModel::animate(const ContactInput& in) noexcept {
     if (advance(moving_[i], step)) drop(i);
 }
 
-/// Returns true if the leaf has reached its target.
+/// Changes the felt distances of a leaf by at most `step` (voxels). Returns true if all have reached their targets.
 bool IntermediateModel::advance(const Moving& leaf, float step) noexcept {
   TissuePatch& felt = felt_.patch_;
   const std::ptrdiff_t edge = felt.n;
@@ -250,7 +250,7 @@ void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept
   has_pose_ = true;
 
   ContactInput felt_in = in;
-  felt_in.cuts = in.cuts || (!settled() && !felt_.fills());  // a surface that moves has no exact edges
+  felt_in.cuts = in.cuts || (!settled() && !felt_.fills());  // true: no search for edges while the surface moves
   felt_in.scrapes = felt_in.must_earn = false;
   felt_in.budget = felt_in.specific_energy = 0;
   with_shank([&] { felt_.constrain(felt_in, out); });

@@ -1,6 +1,6 @@
 // The intermediate surface of Kim & Park 2006, section 4.4, for comparison with the default, which cuts the felt
-// surface in every tick. With it, the hand feels a separate surface, which receives cuts and fillings only a few times
-// a second and moves to each new state continuously.
+// surface in every tick. With it, the hand feels a separate surface, which receives cuts and fillings only 30 times a
+// second (update_rate) and moves to each new state continuously.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 namespace typodont::haptics::offset {
 
 /// Speed of the felt surface: `removal` · force / (contact area · stiffness of the tissue / stiffness of enamel).
-/// Without contact: max_speed.
+/// At most max_speed; without contact: max_speed.
 struct IntermediateSurface {
   double update_rate = 30;  // Hz, rate at which the felt surface receives cuts and fillings
-  double removal = 2e-9;    // m³/(N·s), volume that the felt surface passes per force and time
+  double removal = 2e-9;    // m³/(N·s); in enamel, volume that the felt surface sweeps per newton and second
   double max_speed = 5e-3;  // m/s, largest speed of the felt surface
 };
 
@@ -76,14 +76,14 @@ class IntermediateModel final : public ContactModel {
   IntermediateSurface parameters_;
   double voxel_;  // m, voxel size
   Part cutter_, felt_;
-  Pose X_WC_;              // pose of the cutter's head
+  Pose X_WC_;              // pose of the head in the model cutter_
   bool has_pose_ = false;  // true: X_WC_ is valid
   ContactInput cutter_in_;
   Contact cutter_contact_;
   double area_ = 0;                   // m², contact area of the last tick
   double since_update_ = 0;           // s, time since the felt surface last received cuts
   std::uint64_t handed_over_ = 0;     // number of the last cut that the targets contain
-  std::vector<Moving> moving_;        // leaves that still move; never grows beyond its reserve
+  std::vector<Moving> moving_;        // leaves that still change; never reallocated
   std::vector<std::uint32_t> slots_;  // for each leaf of the patch: index in moving_ + 1; 0: none
 };
 

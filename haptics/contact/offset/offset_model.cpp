@@ -19,7 +19,7 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
   return all;
 }
 
-/// Points in the head, frame T, voxels: a lattice at multiples of a voxel, as fine as kMaxInside permits.
+/// Lattice points in the head, frame T, voxels: the smallest spacing of whole voxels with at most kMaxInside points.
 std::vector<dvec3> lattice_in(const Tool& tool, double voxel) {
   constexpr std::size_t kMaxInside = 2048;
   const HeadField head(tool, voxel);
@@ -103,9 +103,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Computes the tissue below each contact, weighted by the contact's force.
+/// Sets the contact data in `out`, including the mean tissue below the contacts, weighted by their forces.
 void OffsetModel::feel(const ContactInput& in, Contact& out) noexcept {
-  // voxels below the surface where a contact's tissue is read
+  // voxels, depth below the surface at which a contact's tissue is read
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
   const double h = voxel();

@@ -49,19 +49,19 @@ class OffsetModel : public PatchModel {
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
     // voxels, depth by which the head may sink into tissue with the energy budget of this tick
     double allowed_depth = 0;
-    double allowed_depth_at_walls = 0;  // 0..1, fraction of `allowed_depth` at a wall of harder tissue
+    double allowed_depth_at_walls = 0;  // 0..1, fraction of `allowed_depth` that is allowed at walls (WallParameters)
     double overlap_before = 0;
     // Voxels by which the proxy's lag behind the hand changes in this tick if the force changes at a rate of 1 N/s.
     double step_per_slew = 0;
     // voxels, longest steps of the proxy relative to the hand: in contact, and while it breaks through
     double cut_step = 0, free_step = 0;
     bool limits_step = false;  // true: the proxy's speed is limited in this tick
-    // Unit vector against the hand's acceleration, when the tissue that supported the bur is gone. Zero: it is not.
+    // Unit vector against the hand's acceleration if the bur has just lost its support by tissue; otherwise zero.
     dvec3 fall_normal{0};
     // voxels, largest motion against fall_normal in this tick
     double fall_limit = 0;
-    // Voxels; vector from the hand to the proxy without the speed limit, caused by contacts and missing energy. Zero
-    // without contact.
+    // Voxels; vector from the hand to the position at which contacts, and the slowing of a bur that has used too much
+    // energy (deficit_fraction), would hold the proxy without the speed limit. Zero without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
     // The following members have the same meaning as in Contact.
@@ -76,7 +76,7 @@ class OffsetModel : public PatchModel {
     int settled = 0;     // number of iterations with contact and without a long step
     dvec3 long_step{0};  // voxels, last step that was too long for one iteration
     int reversals = 0;   // number of long steps opposite to the previous long step
-    dvec3 best{0};       // voxels, head's centre with the smallest merit so far
+    dvec3 best{0};       // voxels, best position of the head's centre so far (keep_best)
     double best_merit = 1e300;
     // true: the proxy's speed limit ends the search
     bool at_max_step = false;
@@ -118,7 +118,7 @@ class OffsetModel : public PatchModel {
   bool within_overlap_tolerance(const ContactInput& in) const noexcept;
   /// Returns true if the head neither cuts nor fills.
   bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
-  /// Returns true if the head neither cuts nor fills. Always false for implant instruments, which the bed guides.
+  /// Returns true if the head neither cuts nor fills; false for implant instruments, which the drilled hole guides.
   bool probes(const ContactInput& in) const noexcept { return only_touches(in) && !tool().implant; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
   double deficit_fraction(const ContactInput& in) const noexcept;
@@ -154,7 +154,7 @@ class OffsetModel : public PatchModel {
   bool begin_ball(const Pose& X_WH, double reach) noexcept;
   bool search_open_place(const Fill& instrument, double reach) noexcept;
 
-  // m/s, largest speed of a surface that moves (intermediate_surface.h). 0: the tissue, whose surface only cuts move.
+  // m/s, largest speed of a moving surface (intermediate_surface.h). 0: only cuts and fillings change the surface.
   double surface_speed_ = 0;
   double hardest_ = 0;  // J/m³, largest specific energy of all tissues
   std::vector<Head> heads_;
@@ -163,7 +163,7 @@ class OffsetModel : public PatchModel {
   ContactSet contacts_;  // contacts found in the last iteration
 
   // State of the proxy, kept between ticks.
-  HeldBy held_;           // contact planes of the last tick
+  HeldBy held_;           // normals of the planes that held the head in the last tick
   bool emptied_ = false;  // true: the last cut removed all tissue inside the head
   // voxels, tolerated overlap of head and tissue; decreases over time
   double overlap_ = 0;
@@ -188,12 +188,12 @@ class OffsetModel : public PatchModel {
     bool wedged = false;   // true: the hand has moved away, but there is no way back
   } retreat_;
   struct Fall {
-    dvec3 push_mean{0};  // N, low-pass filtered push on the head
+    dvec3 push_mean{0};  // N, low-pass filtered contact force on the head
     // m/s, the hand's velocity, low-pass filtered with a short and with a long time constant
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // State of the removal between ticks. A cut front contains the samples that the head can still change.
+  // State of the removal between ticks. A cut front stores which samples the next cuts can change.
   CutFront front_, coarse_front_;  // cut fronts of the fine and the coarse tissue patch
   Pose cut_end_;                   // pose of the head after the last cut
   std::uint32_t cut_tool_ = 0;     // index of the tool of the last cut

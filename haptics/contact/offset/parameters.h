@@ -7,13 +7,13 @@
 
 namespace typodont::haptics::offset {
 
-/// Contact search, projection and motion, repeated until the proxy no longer moves (proxy.cpp).
+/// Iteration that computes the proxy: find contacts, project, move, until the proxy no longer moves (proxy.cpp).
 struct SearchParameters {
   // voxels; tissue whose distance from the head is below this is a contact
   static constexpr double contact_range = 0.8;
   // voxels, largest step of the proxy per iteration with several contacts; below contact_range, to miss no contact
   static constexpr double contact_step = 0.6;
-  // voxels, largest step of the proxy per iteration with at most one contact. The head cannot pass thicker tissue.
+  // voxels, largest step of the proxy per iteration with at most one contact. A head cannot skip thicker tissue.
   static constexpr double free_step = 1.5;
   // voxels that the head moves before contacts are searched again
   static constexpr double reuse_distance = 0.3;
@@ -32,10 +32,10 @@ struct SearchParameters {
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
   // Largest number of long steps opposite to the step before; with more, the search ends, as it does not converge.
   static constexpr int reversals = 2;
-  // Voxels. If the last step is longer, the search has not converged (the hand is deeper than the surface's radius of
-  // curvature); then the best position of all iterations is used: distance to the hand + overlap_weight × overlap.
+  // Voxels. If the last step is longer than `unsettled`, the search has not converged (hand deeper than the surface's
+  // radius of curvature). Then the position with the smallest distance to the hand + overlap_weight × overlap is used.
   static constexpr double unsettled = 0.02, overlap_weight = 4;
-  // voxels; a contact with an approximate plane may stop the head if it is nearer than this to the head's next position
+  // voxels; the nearest contact plane is computed exactly if its gap at the head's next position is below this
   static constexpr double may_block = 0.4;
   // Without cutting: largest number of times per iteration that exact planes of stopping contacts are computed.
   static constexpr int refining_rounds = 6;
@@ -76,7 +76,7 @@ struct StepLimitParameters {
   static constexpr double free_slew = 14;
   // N/s, limit of the force's rate for a head that slips without cutting, for example off a ridge
   static constexpr double slip_slew = 60;
-  // N/s, largest rate of the cutting edges' lateral force
+  // N/s, largest rate of change of the cutting edges' lateral force
   static constexpr double grip_slew = 9;
   // largest lateral force of the cutting edges divided by the force that presses them
   static constexpr double tooth_grip = 0.15;
@@ -94,11 +94,11 @@ struct FallParameters {
   static constexpr double rough_time = 2e-3;
   // s, time constant of the filter for the hand's mean velocity
   static constexpr double speed_time = 0.1;
-  // s, time constant of the filter for the contact force, whose direction before the bur lost its support is used
+  // s, time constant of the filter for the contact force, which keeps the direction from before the loss of support
   static constexpr double push_time = 0.05;
   // N/s; the bur has lost its support only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // The bur has lost its support only if cos(mean contact force, reversed gain of the hand's velocity) is above this.
+  // Loss of support: smallest cosine between the mean contact force and the reversed gain of the hand's velocity.
   static constexpr double along = 0.3;
   // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
@@ -126,13 +126,13 @@ struct WallParameters {
 struct RecoveryParameters {
   // s, time constant with which the tolerated overlap of head and tissue decreases
   static constexpr double recovery_time = 6e-3;
-  static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as outside the tissue
-  // s that the head is outside the old tissue patch, after which the new patch is late
+  static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as none
+  // s; a new tissue patch is late if the head has been outside the old patch for longer than this
   static constexpr double patch_wait = 0.01;
-  // m; if a fast hand is less than this ahead of a moving proxy, a missing tissue patch is not late. If it is farther
-  // ahead, the hand has jumped.
+  // m; if a fast hand is less than this ahead of a moving proxy, a missing tissue patch is not late. A hand that is
+  // farther ahead has jumped.
   static constexpr double longest_lag = 20e-3;
-  // m that the head has moved since the tissue patch became late; beyond this, the replacing plane's force decreases
+  // m; if the head moves farther than this after the tissue patch became late, the replacing plane's force decreases
   static constexpr double bridge_reach = 5e-3;
   // N; the plane that replaces the tissue moves back under a force above the last contact force + this
   static constexpr double bridge_yield = 0.5;
@@ -142,16 +142,16 @@ struct RecoveryParameters {
 
 /// If the hand has moved away but contacts hold the proxy, the proxy is led back along its recorded path.
 struct RetreatParameters {
-  // m, distance from hand to proxy; if it is larger, the hand has left the contact
+  // m, distance from hand to proxy above which the hand may have moved away
   static constexpr double far = 2e-3;
   static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held by contacts
-  // m, distance from hand to proxy; beyond this, the hand has moved away: at 1 N/mm, nobody presses so hard
+  // m, distance from hand to proxy above which the hand has surely moved away: nobody presses with 5 N (at 1 N/mm)
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s for which the proxy is held before it is led back
-  static constexpr double report_after = 1;  // s; a proxy that is held for longer without a way back is a fault
-  // m; a point of the path is a goal only if it is nearer to the hand than the proxy is by this
+  static constexpr double report_after = 1;  // s; if a proxy is held longer without a way back, a fault is reported
+  // m; the proxy is led back only to a point of the path that is nearer to the hand than the proxy by this much
   static constexpr double gain = 0.1e-3;
-  static constexpr double slew = 14;  // N/s, rate of force while the proxy is led back
+  static constexpr double slew = 14;  // N/s, rate of change of the force while the proxy is led back
   // m, distance of the proxy from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels between the examined points on the line from proxy to hand
@@ -160,7 +160,7 @@ struct RetreatParameters {
 
 /// Cutting of the coarse patch, the tissue around the shank.
 struct CoarseParameters {
-  // coarse voxels that the head moves per coarse cut
+  // coarse voxels that the head must move before the coarse patch is cut
   static constexpr double cut_step = 0.2;
   // largest number of ticks that a coarse cut may wait
   static constexpr int max_waits = 4;
@@ -170,8 +170,8 @@ struct CoarseParameters {
 struct FillingParameters {
   // s; if there is no room for the filling, only what the instrument delivers in this time is kept for later
   static constexpr double waits = 0.05;
-  // Length of the distance field's gradient above which only one surface is near: about 1 near one surface, smaller
-  // midway between two surfaces.
+  // Length of the distance field's gradient above which only one surface is near. The length is about 1 near one
+  // surface, and smaller midway between two surfaces.
   static constexpr double one_surface = 0.5;
   // voxels between the examined points in front of the instrument
   static constexpr double search_step = 0.25;
@@ -180,14 +180,14 @@ struct FillingParameters {
   // s; per tick, the ball of filling may grow by the filling that still waits plus the filling delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
-  // the ball of filling grows only if at least this fraction of its surface is free
+  // the ball of filling grows only if more than this fraction of its surface is in air
   static constexpr double buried = 0.01;
-  // voxels; an open place is at least this far from tissue, head and limiting solid
+  // voxels; a place with room for filling is at least this far from tissue, head and limiting solid
   static constexpr double open = 0.5;
-  // ratio to fill_reach of the largest distance from the filling's first ball to the space into which it flows
+  // the search for room ends at this factor times Tool::fill_reach from the centre of the first ball of filling
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
-  // Number of consecutive samples in tissue with which a ray goes on: filled walls consist of both tissue and filling.
+  // Largest number of consecutive unfilled tissue samples that a search ray passes: filled walls contain a few.
   static constexpr int thin = 3;
   // ns, approximate time for the search per tick
   static constexpr int search_cost = 60000;

@@ -11,8 +11,8 @@ namespace {
 using P = StepLimitParameters;
 using Q = SearchParameters;
 
-/// Grip of the cutting edges: a pressed, rotating head moves sideways only if its lag behind `target` exceeds a limit.
-/// Returns the target with a limited lag, which changes by at most `most`. `moved`: motion of the hand. All in voxels.
+/// Grip of the cutting edges: a pressed, rotating head at `from` lags behind `target` along the surface (normal n), up
+/// to a limit. Returns target + lag. The lag changes by at most `most`. `moved`: motion of the hand. In voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -20,15 +20,15 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // Limits the change of the lag (vector along the surface from the head to the target) since the last tick.
+  // Limits the change of the lag (vector along the surface from the target to the head) since the last tick.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
   return target + lag;
 }
 
-/// Limits the proxy's speed relative to the hand. `shift`: the hand's displacement. Returns how far the proxy's may
-/// differ from `shift`: `max_step`, or slightly more than `step` requires, so that a stuck head can sink.
+/// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: `max_step`, or, if larger,
+/// slightly more than the smallest difference that a part of `step` can have, so that a stuck head can sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -83,7 +83,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
 }
 
 /// Limits a bur's speed when it loses its support (a fall): the tissue is gone, so the hand accelerates until the next
-/// contact. This is the case if the tissue's push decreases while the hand gains speed against the push.
+/// contact. A fall is detected if the tissue's push decreases while the hand gains speed against the push.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.limits_step && in.cuts && !in.scrapes)) {
@@ -225,8 +225,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       if (length > Q::unsettled) take_best(s);
       break;
     }
-    // Without contact, the head has reached its target. With contact on a smooth surface, the error after an iteration
-    // is about the square of the error before.
+    // Without contact, the head has reached its target. With contact, the search continues; on a smooth surface, it
+    // converges quadratically.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -296,8 +296,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts of the head at p.c; after a short motion, uses the last ones again. Always searches again for a
-/// head that is neither ball nor cutting, deep in tissue or in a groove, and after at most one contact.
+/// Finds the contacts of the head at step_.c. After a short motion, only updates the last contacts if there are several
+/// and the head is a ball or cuts. If the head is deep in tissue or in a groove, always searches again.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -344,7 +344,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // When the bur loses its support, an additional plane under the head limits the speed: it sinks at the allowed speed.
+  // When the bur loses its support, an additional plane under the head, sinking at the allowed speed, limits its speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
@@ -356,8 +356,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Computes the exact plane of the contact that is nearest to blocking the head at `next`. Its approximate plane may
-/// lie beside a bump that is narrower than the distance of the head's samples.
+/// Computes the exact plane of the contact with the smallest gap at `next`. Its approximate plane may miss a bump
+/// narrower than the distance between the head's samples. Returns true if the plane changed.
 bool OffsetModel::refine_nearest(const ContactInput& in, const dvec3& next) noexcept {
   int nearest = -1;
   double least = Q::may_block;
@@ -369,8 +369,8 @@ bool OffsetModel::refine_nearest(const ContactInput& in, const dvec3& next) noex
   return nearest >= 0 && finder().refine(patch_, {step_.c, in.X_WT.R}, contacts_, nearest, true);
 }
 
-/// Computes the exact planes of the contacts that stop the head, and the nearest allowed position again. Repeats this,
-/// because other contacts may stop the head at the exact planes.
+/// Computes the exact planes of the contacts that stop the head, and then the nearest allowed position. Repeats both,
+/// because other contacts may stop the head at the new position.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   if (probes(in) && p.active.count == 0 && refine_nearest(in, next))
@@ -395,9 +395,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   return next;
 }
 
-/// Lengthens the step (secant method). On a smooth curved surface, steps form a geometric series, whose sum replaces
-/// them. With several blocking contacts, the method only shortens the step. The component towards the tissue does not
-/// change.
+/// Lengthens the step (secant method). On a smooth curved surface, successive steps form a geometric series; a step of
+/// the length of their sum replaces them. With several blocking contacts, the method only shortens the step. The
+/// component towards the tissue does not change.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -411,8 +411,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// Computes how deep the head may sink in this tick. The energy budget pays for contact area × depth plus the spherical
-/// cap by which the contact grows.
+/// Computes how deep the head may sink in this tick. The energy budget limits the removed volume: contact area × depth,
+/// plus a spherical cap because the contact grows.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
@@ -448,8 +448,8 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of a bur's force: finds the position nearest to the hand within `most` of `carried`, which moves
-/// with the hand. `next`: first the position by contacts alone, then the result. Returns the target that was used.
+/// Limits the change of the force: moves `next`, where contacts alone hold the head, to within `most` of `carried`
+/// (last position + motion of the hand). For this, moves the target from `pulled_to` towards `carried`; returns it.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -496,8 +496,8 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// Limits the change of a bur's force when it loses contact or its contacts change, by a speed limit of the proxy
-/// relative to the hand. The proxy can only lag behind the hand, so this dissipates energy.
+/// Limits the proxy's speed relative to the hand, so that the force changes slowly when contacts change or end. The
+/// limit can only make the proxy lag behind the hand, so it dissipates energy.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_max_step = p.limits_step && !p.deep;
@@ -542,7 +542,7 @@ bool OffsetModel::lead_back() noexcept {
   return true;
 }
 
-/// Moves a bur that stands still in its own cut back along its path, towards the hand.
+/// Moves a bur that does not cut at present, but is held in its own cut, back along its path towards the hand.
 void OffsetModel::withdraw(const ContactInput& in) noexcept {
   Step& p = step_;
   if (in.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
@@ -588,7 +588,7 @@ bool OffsetModel::hand_has_left() const noexcept {
       continue;
     }
     if (patch_.coarse_levels.empty()) return false;
-    // Samples of the coarse tissue patch are `every` voxels apart, so it must show more free space.
+    // Samples of the coarse tissue patch are `every` voxels apart, so the free distance must be larger than this.
     const TissuePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.covers(x / every, 1)) return false;
@@ -598,12 +598,12 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Replaces the tissue by the plane of the last contact until a new tissue patch arrives (Adachi 1995, Mark 1996). If
-/// the patch is late, the plane moves back under larger forces, and its force decreases to zero beyond bridge_reach.
-/// Measurements: docs/safety.md.
+/// the patch is late, the plane moves back under larger forces, and its force decreases to zero between one and two
+/// times bridge_reach. Measurements: docs/safety.md.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  // A head that advances by at least one voxel is not lost, although the hand is faster than the tissue patches.
+  // A head that moves by a voxel or more per tick is not lost; the hand only moves faster than new patches arrive.
   const bool moves_on =
       !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
@@ -616,7 +616,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double motion = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - motion / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance of the plane from the hand
+                          // voxels per newton; `most`: largest distance of the plane from the hand, voxels
                           p.step_per_slew / in.dt;
       under = std::min(under, most);
     }

@@ -47,9 +47,9 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Cuts the coarse tissue patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: the
-/// fine cut took long, so this coarse cut may be made later, because only the shank, behind the head, touches the
-/// coarse patch.
+/// Cuts the coarse tissue patch from X_WA to X_WB; joins cuts that are too short for its resolution. `may_wait`: true
+/// after a slow fine cut; the coarse cut may then be made in a later tick, because only the shank, which is behind the
+/// head, touches the coarse patch.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -104,7 +104,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Tis
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
 }
 
-/// Adds the cuts that the new snapshot's coarse tissue patch lacks.
+/// Adds the servo's cuts that the coarse tissue patch of the new snapshot `fresh` lacks.
 void OffsetModel::update_coarse(TissuePatch& fresh, bool edited) noexcept {
   if (fresh.coarse_levels.empty()) return;
   TissuePatch& coarse = fresh.coarse_levels.front();

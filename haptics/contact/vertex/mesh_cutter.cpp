@@ -571,7 +571,7 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_search_number_;
 }
 
-/// Computes the distances of the faces in candidates_ from the head, eight at once, and selects the suspects.
+/// Computes the distances of the faces in candidates_ from the head, eight at once, and selects those to be tested.
 void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
   distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
