@@ -47,6 +47,8 @@ constexpr std::string_view kBlock =
   "solids": [{"tissue": "dentin", "solid": {"halfspace": {"normal": [0, 0, 1], "offset_mm": 0}}}]})";
 constexpr std::string_view kBall =
     R"({"voxel_mm": 0.05, "band_mm": 0.5, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 1}}}]})";
+constexpr std::string_view kBore = R"({"voxel_mm": 0.05, "band_mm": 0.5, "solids": [{"tissue": "enamel", "solid":
+  {"difference": [{"sphere": {"radius_mm": 1}}, {"cylinder": {"center_mm": [0, 0, 1], "radius_mm": 0.6, "height_mm": 2}}]}}]})";
 
 haptics::ServoSettings settings_of(HeadShape shape, double diameter, double length) {
   haptics::ServoSettings settings;
@@ -67,19 +69,30 @@ void free_air() {
   for (int i = 1; i <= 200; ++i) bench.servo.tick({bench.t + i * 1'000'000, hand(i)}, out, cut);
 }
 
-void sliding() {
+template <class Hand>
+void sliding(const char* path, std::string_view tissue, Hand hand) {
   haptics::ServoSettings settings = settings_of(HeadShape::kSphere, 0.6e-3, 0.6e-3);
   settings.cutting = false;
-  HapticBench bench(kBall, settings);
-  const auto hand = [](int i) {
-    const double a = 0.4 + 1.5e-3 * i;
-    return Pose{1.25e-3 * dvec3(std::sin(a), 0.2, std::cos(a))};
-  };
+  HapticBench bench(tissue, settings);
   for (int i = 0; i < 50; ++i) bench.tick(hand(i));
   ServoTick out;
   Cut cut;
-  Counted counted("sliding contact", 200);  // the servo alone
+  Counted counted(path, 200);  // the servo alone
   for (int i = 50; i < 250; ++i) bench.servo.tick({bench.t + (i - 50) * 1'000'000, hand(i)}, out, cut);
+}
+
+void sliding_on_ball() {
+  sliding("sliding contact", kBall, [](int i) {
+    const double a = 0.4 + 1.5e-3 * i;
+    return Pose{1.25e-3 * dvec3(std::sin(a), 0.2, std::cos(a))};
+  });
+}
+
+void sliding_on_rim() {
+  sliding("sliding contact on a rim", kBore, [](int i) {
+    const double a = 0.4 + 3e-3 * i;
+    return Pose{dvec3(0.55e-3 * std::cos(a), 0.55e-3 * std::sin(a), 1.02e-3)};
+  });
 }
 
 void drilling(const char* path, HeadShape shape, double diameter, double length) {
@@ -185,7 +198,8 @@ void registration() {
 int main() {
   using namespace typodont::test;
   free_air();
-  sliding();
+  sliding_on_ball();
+  sliding_on_rim();
   drilling("drilling, round 0.6 mm", HeadShape::kSphere, 0.6e-3, 0.6e-3);
   drilling("drilling, round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3);
   drilling("drilling, flame 0.8 x 1.5 mm", HeadShape::kFlame, 0.8e-3, 1.5e-3);

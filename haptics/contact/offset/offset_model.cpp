@@ -98,6 +98,7 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   finish_coarse();
   tool_ = which;
   smooth().forget();
+  contacts_.forget_creases();
   front_.forget();
   coarse_front_.forget();
   held_ = {};

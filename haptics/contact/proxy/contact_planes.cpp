@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/dispatch.h"
 #include "engine/base/units.h"
 #include "haptics/contact/proxy/crease.h"
 #include "haptics/contact/proxy/groove.h"
@@ -29,6 +30,38 @@ bool is_smooth_at(const TissuePatch& patch, const dvec3& x) noexcept {
   const double slope = glm::length(at.gradient);
   return std::abs(slope - 1) < R::smooth &&
          std::abs(sample_linear(patch, x - O::depth_below * at.gradient) + O::depth_below) < O::foot_tolerance;
+}
+
+/// Smallest gap, at most `near`, of the contacts that do not lie on the crease. `c`: the head's centre. In floats, for
+/// SIMD.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+float nearest_off(const Crease* crease, const dvec3* c, const ApproximatePlanes* planes, int count, float near) {
+  const auto from_circle = [](float u, float w, float k) {
+    const float twice = k * (u * u + w * w) + 2 * w;
+    return twice / (1 + std::sqrt(std::max(1 + k * twice, 1e-6f)));
+  };
+  float above[ContactSet::kMax];
+  for (int k = 0; k < crease->count; ++k) {
+    const Sheet& sheet = crease->sheet[k];
+    const glm::vec3 x(sheet.x - *c), e1(sheet.e1), e2(sheet.e2), n(sheet.n);
+    const auto k1 = static_cast<float>(sheet.k1), k2 = static_cast<float>(sheet.k2);
+    for (int i = 0; i < count; ++i) {
+      const float dx = planes->x[i] - x.x, dy = planes->y[i] - x.y, dz = planes->z[i] - x.z;
+      const float u = e1.x * dx + e1.y * dy + e1.z * dz, v = e2.x * dx + e2.y * dy + e2.z * dz;
+      const float distance = from_circle(u, from_circle(v, n.x * dx + n.y * dy + n.z * dz, k2), k1);
+      above[i] = k == 0 ? distance : std::max(above[i], distance);
+    }
+  }
+  for (int i = 0; i < count; ++i) near = std::min(near, std::abs(above[i]) > S::off_crease ? planes->gap[i] : near);
+  return near;
+}
+
+/// Compares a crease with the sample below its contact, because interpolated values below a crease are wrong.
+bool agrees_below(const TissuePatch& patch, const Crease& crease, const ContactPlane& contact) noexcept {
+  const dvec3 below = glm::floor(contact.x - L::depth * contact.n + 0.5);
+  if (!patch.holds(below, 0)) return false;
+  const glm::ivec3 q = glm::ivec3(below) - patch.lo;
+  return std::abs(patch.distance[patch.at(q.x, q.y, q.z)] - crease.above(below)) < L::agrees;
 }
 
 /// Direction of the head's outline at the point p of a piece of the outline.
@@ -144,24 +177,28 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
     return false;
   ContactPlane plane;
   const auto touches = [&](const dvec3& x) {
-    return crease && crease->above(target) > S::min_height && touch(patch, *crease, {target, {}}, x, plane);
+    return crease && crease->above(target) > S::min_height && touch(*crease, {target, {}}, x, plane);
   };
-  if (!touches(set.known_.touched)) return false;
-  if (glm::length(plane.x - set.known_.place()) > CreaseParameters::reused) {
-    const dvec3 x = plane.x;
+  // In steady sliding, the contact moves on as in the last tick.
+  if (!touches(set.known_.touched + std::exchange(set.known_.slid, dvec3(0)))) return false;
+  const dvec3 x = plane.x, slid = x - set.known_.touched;
+  if (glm::length(x - set.known_.place()) > CreaseParameters::reused) {
     crease = set.known_.find(patch, x);
     if (!touches(x)) return false;
   }
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
-  // Checks whether the ball at `on` touches tissue other than this crease.
-  const Found found = samples_->search_around(patch, {on, {}}, static_cast<float>(S::near), set.approximate_);
-  for (int i = 0; i < found.count; ++i) {
-    const dvec3 x = on + dvec3(set.approximate_.x[i], set.approximate_.y[i], set.approximate_.z[i]);
-    if (std::abs(crease->above(x)) > S::off_crease) return false;
+  // Checks the crease, and whether the ball at `on` touches other tissue.
+  if (!set.known_.has_room(on)) {
+    constexpr auto kNear = static_cast<float>(S::near + S::ahead);
+    const Found found = samples_->search_around(patch, {on, {}}, kNear, set.approximate_);
+    const double room = nearest_off(crease, &on, &set.approximate_, found.count, kNear) - S::near;
+    if (room <= 0 || !agrees_below(patch, *crease, plane)) return false;
+    set.known_.add_room(on, room);
   }
   seated = on;
   set.known_.touched = plane.x;
+  set.known_.slid = slid;
   plane.gap = 0;
   set.clear();
   set.origin_ = on;
@@ -554,29 +591,36 @@ bool ContactFinder::touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, C
   return true;
 }
 
-/// Finds the point nearest to the head on the line where two smooth surfaces (sheets) meet. Returns false if the head
-/// does not touch the line there, but a smooth surface beside it.
+/// Finds the point nearest to the head on the line where two smooth surfaces (sheets) meet, by Newton's method. Returns
+/// false if the head does not touch the line there, but a smooth surface beside it.
 bool ContactFinder::touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x,
                                ContactPlane& plane) const noexcept {
-  dvec3 n[2], m, t(0);
-  double last = 0, moved = 0, gap = 0;
-  for (int step = 0;; ++step) {
-    if (!crease.onto_line(i, j, x, n)) return false;
-    const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
-    t = glm::dot(along, t) < 0 ? -along : along;
-    gap = head_distance(X_VT, x, m);
-    const double slope = glm::dot(m, t);  // derivative of the gap along the line, without unit
-    if (std::abs(slope) < L::aligned) break;
-    if (step == L::steps) return false;
-    double way = -slope * (radius_ + gap);
-    if (step > 0 && (slope - last) * moved > 0) way = -slope * moved / (slope - last);
-    moved = std::clamp(way, -L::longest, L::longest);
-    last = slope;
-    x += moved * t;
+  dvec3 n[2], m, slide(0);
+  Sheet::Bend bend[2];
+  double last = 0, c = 0, step2 = 1e300;
+  for (int step = 0; step2 > (sphere_ ? L::last_step : L::slid); ++step) {
+    const double above[2] = {crease.sheet[i].distance(x, n[0], bend[0]), crease.sheet[j].distance(x, n[1], bend[1])};
+    c = glm::dot(n[0], n[1]);
+    const double sine2 = 1 - c * c, inverse2 = 1 / sine2;
+    if (step == L::steps || sine2 < CreaseParameters::min_angle) return false;
+    // The vector perpendicular to the line that has the components a and b along the normals.
+    const auto across = [&](double a, double b) { return inverse2 * ((a - c * b) * n[0] + (b - c * a) * n[1]); };
+    const dvec3 t = std::sqrt(inverse2) * glm::cross(n[0], n[1]);
+    const dvec3 curvature = -across(bend[0].along(t), bend[1].along(t));
+    // first and second derivative of the gap along the line
+    const double gap = head_distance(X_VT, x, m), slope = glm::dot(m, t);
+    const double straight = (1 - slope * slope) / (radius_ + gap), moved = glm::dot(slide, t);
+    const bool secant = !sphere_ && (slope - last) * moved > 0;
+    const double rate = secant ? (slope - last) / moved : straight + glm::dot(m, curvature);
+    const double way = std::clamp(-slope / (rate > 0 ? rate : straight), -L::longest, L::longest);
+    slide = way * t, last = slope;
+    const dvec3 by = slide + 0.5 * way * way * curvature - across(above[0], above[1]);
+    x += by, step2 = glm::dot(by, by);
   }
-  const double c = glm::dot(n[0], n[1]), a = -glm::dot(m, n[0]), b = -glm::dot(m, n[1]);
+  plane.gap = head_distance(X_VT, x, m);
+  const double a = -glm::dot(m, n[0]), b = -glm::dot(m, n[1]);
   if (a - c * b < -L::inside_cone || b - c * a < -L::inside_cone) return false;
-  plane.x = x, plane.n = -m, plane.gap = gap;
+  plane.x = x, plane.n = -m;
   return true;
 }
 
@@ -586,7 +630,13 @@ bool ContactFinder::touch_crease(const TissuePatch& patch, const Pose& X_VT, con
                                  ContactPlane& plane) const noexcept {
   dvec3 x = near;
   if (!descend(patch, X_VT, x) || !is_sharp_at(patch, x)) return false;
-  if (const Crease* crease = known.find(patch, x); crease && touch(patch, *crease, X_VT, x, plane)) return true;
+  const auto touches = [&](const Crease& crease) {
+    ContactPlane contact = plane;
+    if (!touch(crease, X_VT, x, contact) || !agrees_below(patch, crease, contact)) return false;
+    plane = contact;
+    return true;
+  };
+  if (const Crease* crease = known.find(patch, x); crease && touches(*crease)) return true;
   dvec3 n;
   head_distance(X_VT, x, n);
   if (known.is_none(x, n)) return false;
@@ -595,15 +645,13 @@ bool ContactFinder::touch_crease(const TissuePatch& patch, const Pose& X_VT, con
     known.add_none(x, n);
     return false;
   }
-  if (!touch(patch, crease, X_VT, x, plane)) return false;
+  if (!touches(crease)) return false;
   known.add(x, crease);
   return true;
 }
 
-/// Finds the contact of the head with a crease near x, a point of the interpolated surface. Returns false if samples of
-/// the field contradict the crease.
-bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
-                          ContactPlane& plane) const noexcept {
+/// Finds the contact of the head with a crease near x, a point of the interpolated surface.
+bool ContactFinder::touch(const Crease& crease, const Pose& X_VT, const dvec3& x, ContactPlane& plane) const noexcept {
   ContactPlane found = plane;
   found.crease = true;
   const double gap = head_distance(X_VT, x, found.n);
@@ -624,11 +672,6 @@ bool ContactFinder::touch(const TissuePatch& patch, const Crease& crease, const 
     found.n = -found.n;
   }
   if (!touches || found.gap > gap + L::farther || found.gap < gap - L::nearer) return false;
-  // Compares the reconstructed surfaces with a sample, because interpolated values below a crease are wrong.
-  const dvec3 below = glm::floor(found.x - L::depth * found.n + 0.5);
-  if (!patch.holds(below, 0)) return false;
-  const glm::ivec3 q = glm::ivec3(below) - patch.lo;
-  if (std::abs(patch.distance[patch.at(q.x, q.y, q.z)] - crease.above(below)) > L::agrees) return false;
   plane = found;
   return true;
 }

@@ -71,8 +71,7 @@ class ContactFinder {
   bool descend(const TissuePatch& patch, const Pose& X_VT, dvec3& x) const noexcept;
   bool touch_crease(const TissuePatch& patch, const Pose& X_VT, const dvec3& near, KnownCreases& known,
                     ContactPlane& plane) const noexcept;
-  bool touch(const TissuePatch& patch, const Crease& crease, const Pose& X_VT, const dvec3& x,
-             ContactPlane& plane) const noexcept;
+  bool touch(const Crease& crease, const Pose& X_VT, const dvec3& x, ContactPlane& plane) const noexcept;
   bool touch_sheet(const Sheet& sheet, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool touch_line(const Crease& crease, int i, int j, const Pose& X_VT, dvec3 x, ContactPlane& plane) const noexcept;
   bool seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,

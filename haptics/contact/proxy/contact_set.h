@@ -60,7 +60,7 @@ class ContactSet {
   void set_yields(int i, double yields) noexcept;
   /// Removes all contacts.
   void clear() noexcept;
-  /// Must be called when the tissue has changed.
+  /// Must be called when the tissue or the head has changed.
   void forget_creases() noexcept { known_.forget(); }
   const ApproximatePlanes& approximate() const { return approximate_; }
   /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can

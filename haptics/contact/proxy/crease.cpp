@@ -17,10 +17,11 @@ dvec3 across(const dvec3& n) noexcept {
   return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
 
-/// Signed distance of (u, w) from a circle with curvature k through the origin, where its normal is (0, 1).
-double from_circle(double u, double w, double k, double& du, double& dw) noexcept {
-  const double twice = k * (u * u + w * w) + 2 * w, root = std::sqrt(std::max(1 + k * twice, 1e-12));
-  du = k * u / root, dw = (1 + k * w) / root;
+/// Signed distance of (u, w) from a circle with curvature k through the origin, where its normal is (0, 1). The
+/// gradient of the distance is (k u, 1 + k w) / root.
+double from_circle(double u, double w, double k, double& root) noexcept {
+  const double twice = k * (u * u + w * w) + 2 * w;
+  root = std::sqrt(std::max(1 + k * twice, 1e-12));
   return twice / (1 + root);
 }
 
@@ -48,9 +49,9 @@ double off_samples(const float* f, const std::ptrdiff_t (&step)[3], const glm::i
   double most = 0;
   for (int i = 0; i < 3; ++i) {
     for (const int way : {-2, 2}) {
-      dvec3 p(at), n;
+      dvec3 p(at);
       p[i] += way;
-      most = std::max(most, std::abs(sheet.distance(p, n) - f[way * step[i]]));
+      most = std::max(most, std::abs(sheet.distance(p) - f[way * step[i]]));
     }
   }
   return most;
@@ -81,15 +82,15 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   const dvec3 n = g / slope, u = across(n), v = glm::cross(n, u);
   const dvec3 Hu = H * u, Hv = H * v;
   const double uu = glm::dot(u, Hu), uv = glm::dot(u, Hv), vv = glm::dot(v, Hv);
-  const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
-  const double angle = half > 1e-9 ? 0.5 * std::atan2(uv, (uu - vv) / 2) : 0;
+  const double mean = (uu + vv) / 2, along = (uu - vv) / 2, half = std::sqrt(along * along + uv * uv);
   // Converts curvatures of the level set through the voxel to those of the tissue's surface, parallel to it.
   const auto at_surface = [&](double k) { return k / (1 - k * value); };
   const double most = std::max(std::abs(mean + half), std::abs(mean - half));
   if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;
   sheet.n = n;
   sheet.x = dvec3(at) - value * n;
-  sheet.e1 = std::cos(angle) * u + std::sin(angle) * v;
+  // Eigenvector of the larger curvature; of its two forms, the one that is not a difference of nearly equal numbers.
+  sheet.e1 = half < 1e-9 ? u : glm::normalize(along > 0 ? (along + half) * u + uv * v : uv * u + (half - along) * v);
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
   // A curved fit is wrong if its samples belong to two smooth surfaces, so it is compared with more samples.
@@ -156,8 +157,7 @@ struct Groups {
 
   double above(const dvec3& p) const noexcept {
     double most = -1e300;
-    dvec3 n;
-    for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p, n));
+    for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p));
     return most;
   }
   /// Direction at point p along a surface with normal n, away from all sheets (smooth surfaces) except `except`.
@@ -225,8 +225,9 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
   double least = glm::dot(fitted.at - x, fitted.along) - extent(fitted.along);
   for (int k = 0; k < groups.count; ++k) {
     if (k == own) continue;
-    dvec3 n, other;
-    const double over = fitted.sheet.distance(fitted.at, n) - groups.first[k]->sheet.distance(fitted.at, other);
+    const dvec3& n = fitted.sheet.n;
+    dvec3 other;
+    const double over = glm::dot(fitted.at - fitted.sheet.x, n) - groups.first[k]->sheet.distance(fitted.at, other);
     const double apart = glm::length(n - other);
     least = std::min(least, over / apart - extent((n - other) / apart));
   }
@@ -254,29 +255,44 @@ bool choose(const TissuePatch& patch, const dvec3& x, const Place (&around)[C::d
 
 }  // namespace
 
-double Sheet::distance(const dvec3& p, dvec3& gradient) const noexcept {
+double Sheet::distance(const dvec3& p) const noexcept {
+  const dvec3 d = p - x;
+  double root;
+  return from_circle(glm::dot(d, e1), from_circle(glm::dot(d, e2), glm::dot(d, n), k2, root), k1, root);
+}
+
+double Sheet::distance(const dvec3& p, dvec3& gradient, Bend& bend) const noexcept {
   const dvec3 d = p - x;
   const double u = glm::dot(d, e1), v = glm::dot(d, e2), w = glm::dot(d, n);
-  double dv, dw, du, raised;
-  const double height = from_circle(v, w, k2, dv, dw), result = from_circle(u, height, k1, du, raised);
-  gradient = du * e1 + raised * (dv * e2 + dw * n);
+  double root1, root2;
+  const double height = from_circle(v, w, k2, root2), result = from_circle(u, height, k1, root1);
+  const double inverse1 = 1 / root1, inverse2 = 1 / root2;
+  const double du = k1 * u * inverse1, raised = (1 + k1 * height) * inverse1;
+  const double dv = k2 * v * inverse2, dw = (1 + k2 * w) * inverse2;
+  const dvec3 up = dv * e2 + dw * n;
+  gradient = du * e1 + raised * up;
+  bend = {{raised * e1 - du * up, dw * e2 - dv * n}, {k1 * inverse1, raised * k2 * inverse2}};
   return result;
+}
+
+double Sheet::distance(const dvec3& p, dvec3& gradient) const noexcept {
+  Bend unused;
+  return distance(p, gradient, unused);
 }
 
 double Crease::above(const dvec3& p) const noexcept {
   double most = -1e300;
-  dvec3 n;
-  for (int i = 0; i < count; ++i) most = std::max(most, sheet[i].distance(p, n));
+  for (int i = 0; i < count; ++i) most = std::max(most, sheet[i].distance(p));
   return most;
 }
 
 bool Crease::onto_line(int i, int j, dvec3& x, dvec3 (&n)[2]) const noexcept {
   for (int step = 0; step < C::newton_steps; ++step) {
     const double a = sheet[i].distance(x, n[0]), b = sheet[j].distance(x, n[1]);
-    if (std::max(std::abs(a), std::abs(b)) < C::converged) return true;
     const double c = glm::dot(n[0], n[1]), det = 1 - c * c;
     if (det < C::min_angle) return false;
     x -= ((a - c * b) / det) * n[0] + ((b - c * a) / det) * n[1];
+    if (std::max(std::abs(a), std::abs(b)) < C::last_step) return true;
   }
   return false;
 }
@@ -319,16 +335,13 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
   crease.count = 0;
   for (int k = 0; k < groups.count; ++k)
     crease.count += choose(patch, x, around, groups, k, crease.sheet[crease.count]);
-  const auto near = [&](const Sheet& sheet) {
-    dvec3 normal;
-    return std::abs(sheet.distance(x, normal)) < C::near_sheet;
-  };
+  const auto near = [&](const Sheet& sheet) { return std::abs(sheet.distance(x)) < C::near_sheet; };
   if (std::count_if(crease.sheet, crease.sheet + crease.count, near) < 2) return false;
   for (int i = 0; i < crease.count; ++i) {
     for (int j = 0; j < i; ++j) {
       const Sheet &a = crease.sheet[i], &b = crease.sheet[j];
       dvec3 on = x, n_ab[2];
-      if (std::max(a.distance(b.x, n_ab[0]), b.distance(a.x, n_ab[1])) > -C::convex) return false;
+      if (std::max(a.distance(b.x), b.distance(a.x)) > -C::convex) return false;
       // Interpolation is accurate at a shallow edge, so it needs no crease.
       if (!crease.onto_line(i, j, on, n_ab) || glm::dot(n_ab[0], n_ab[1]) > C::shallow) return false;
     }
@@ -342,13 +355,11 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
   });
 }
 
-/// Returns false if a third smooth surface cuts, near x, the line where the two surfaces of the crease meet.
-bool line_goes_on(const TissuePatch& patch, const dvec3& x, const Crease& crease) noexcept {
-  dvec3 on = x, n[2];
-  if (crease.count != 2 || !crease.onto_line(0, 1, on, n)) return false;
-  const dvec3 along = glm::normalize(glm::cross(n[0], n[1]));
+/// Returns false if a third smooth surface cuts, near x, the line where the two surfaces of the crease meet. `along`:
+/// the line's direction at x.
+bool line_goes_on(const TissuePatch& patch, const dvec3& x, const dvec3& along, const Crease& crease) noexcept {
   for (const double way : {-C::ahead, C::ahead}) {
-    dvec3 p = on + way * along;
+    dvec3 p = x + way * along, n[2];
     if (!crease.onto_line(0, 1, p, n)) return false;
     const dvec3 below = glm::floor(p - C::below * glm::normalize(n[0] + n[1]) + 0.5);
     if (!agrees(patch, below, crease, C::line_agrees)) return false;
@@ -365,22 +376,23 @@ bool follow(const TissuePatch& patch, const dvec3& x, Crease& crease) noexcept {
     known[groups.count].sheet = crease.sheet[groups.count];
     groups.first[groups.count] = &known[groups.count];
   }
+  double height[2];
+  dvec3 n[2];
+  for (int k = 0; k < 2; ++k) height[k] = crease.sheet[k].distance(x, n[k]);
   Crease fresh = crease;
-  for (int k = 0; k < crease.count; ++k) {
-    Landing on;
-    on.x = x - crease.sheet[k].distance(x, on.n) * on.n;
+  for (int k = 0; k < 2; ++k) {
+    const Landing on{x - height[k] * n[k], n[k]};
     const auto fits = [&](double farther) {
       Fitted fitted;
-      if (!fit_beyond(patch, on, groups.away(x, on.n, k), farther, fitted)) return false;
-      dvec3 n;
-      if (std::abs(fitted.sheet.distance(on.x, n)) > C::same_sheet || clearance(fitted, x, groups, k) < C::clear)
+      if (!fit_beyond(patch, on, -n[1 - k], farther, fitted) || std::abs(fitted.sheet.distance(on.x)) > C::same_sheet ||
+          clearance(fitted, x, groups, k) < C::clear)
         return false;
       fresh.sheet[k] = fitted.sheet;
       return true;
     };
     if (!std::ranges::any_of(C::aside_followed, fits)) return false;
   }
-  if (!line_goes_on(patch, x, fresh)) return false;
+  if (!line_goes_on(patch, x, glm::normalize(glm::cross(n[0], n[1])), fresh)) return false;
   crease = fresh;
   return true;
 }
@@ -394,8 +406,9 @@ const Crease* KnownCreases::find(const TissuePatch& patch, const dvec3& x) noexc
   if (glm::length(near->x - x) > C::reused) {
     if (!follow(patch, x, near->crease)) return nullptr;
     near->x = x;
+    room_ = 0;
   }
-  if (near != known_) std::rotate(known_, near, near + 1), touched = x;
+  if (near != known_) std::rotate(known_, near, near + 1), touched = x, slid = dvec3(0), room_ = 0;
   return &known_[0].crease;
 }
 
@@ -403,7 +416,8 @@ void KnownCreases::add(const dvec3& x, const Crease& crease) noexcept {
   count_ = std::min(count_ + 1, kMost);
   std::move_backward(known_, known_ + count_ - 1, known_ + count_);
   known_[0] = {x, crease};
-  touched = x;
+  touched = x, slid = dvec3(0);
+  room_ = 0;
 }
 
 void KnownCreases::add_none(const dvec3& x, const dvec3& n) noexcept {

@@ -12,8 +12,19 @@ struct Sheet {
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
-  /// Signed distance of p from the smooth surface in voxels, and the gradient of this distance.
+  /// Second derivatives of the distance: the sum of w[i] × (v[i]·t)² over i, in the direction of a unit vector t.
+  struct Bend {
+    dvec3 v[2];
+    double w[2];
+    double along(const dvec3& t) const noexcept {
+      const double a = glm::dot(v[0], t), b = glm::dot(v[1], t);
+      return w[0] * a * a + w[1] * b * b;
+    }
+  };
+  /// Signed distance of p from the smooth surface in voxels, the gradient of this distance, and its second derivatives.
+  double distance(const dvec3& p) const noexcept;
   double distance(const dvec3& p, dvec3& gradient) const noexcept;
+  double distance(const dvec3& p, dvec3& gradient, Bend& bend) const noexcept;
 };
 
 /// The smooth surfaces (sheets) of a convex edge, rim or corner. The tissue is the intersection of their insides.
@@ -40,12 +51,16 @@ class KnownCreases {
   /// The crease of the last contact, near the point place(); null: none.
   const Crease* last() const noexcept { return count_ > 0 ? &known_[0].crease : nullptr; }
   const dvec3& place() const noexcept { return known_[0].x; }
-  /// Must be called when the tissue has changed.
-  void forget() noexcept { count_ = 0, none_count_ = 0; }
+  /// Must be called when the tissue or the head has changed.
+  void forget() noexcept { count_ = 0, none_count_ = 0, room_ = 0; }
+  /// Stores that a ball with its centre at c may move by `room` voxels without touching tissue other than last().
+  void add_room(const dvec3& c, double room) noexcept { center_ = c, room_ = room; }
+  bool has_room(const dvec3& c) const noexcept { return glm::length(c - center_) < room_; }
   /// Stores that a search near x, in the direction n, has found no crease, so that it is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
-  dvec3 touched{0};  // voxels, contact point on last()
+  // voxels; contact point on last(), and its displacement in the last tick, if last() was the only contact
+  dvec3 touched{0}, slid{0};
 
  private:
   static constexpr int kMost = 4;
@@ -55,6 +70,8 @@ class KnownCreases {
   };
   Known known_[kMost];  // the crease that was used last comes first
   int count_ = 0;
+  dvec3 center_{0};
+  double room_ = 0;  // voxels; see add_room()
   static constexpr unsigned kMaxNone = 8;
   struct {
     dvec3 x{0}, n{0};

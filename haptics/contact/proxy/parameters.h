@@ -24,8 +24,9 @@ struct WallSeatParameters {
   static constexpr double hand_depth = 4;
   static constexpr double min_height = 0.5;  // voxels, smallest height of the hand above a crease
   // Voxels. For a ball on a crease: a contact whose gap is below `near` is other tissue if it is farther than
-  // `off_crease` from the smooth surfaces that form the crease.
-  static constexpr double near = 0.05, off_crease = 0.7;
+  // `off_crease` from the smooth surfaces that form the crease. A search up to `ahead` more shows how far the ball may
+  // move before the next one.
+  static constexpr double near = 0.05, ahead = 1, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is below this
   static constexpr double aligned = 1e-8;
   static constexpr int iterations = 6;  // largest number of steps along the wall to the contact point
@@ -151,6 +152,9 @@ struct CreaseParameters {
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease for fits of its surfaces
   static constexpr double converged = 1e-9;
+  // The search for a line ends after a step from a point nearer than this; as Newton's method converges quadratically,
+  // the error is then about 1e-3 voxels.
+  static constexpr double last_step = 0.1;
   // smooth surfaces count as parallel if the determinant of their unit normals is smaller than this
   static constexpr double min_angle = 1e-4;
   static constexpr int newton_steps = 8;
@@ -167,9 +171,12 @@ struct DescentParameters {
 /// Contact of a head with a crease (ContactFinder::touch_crease). Voxels.
 struct CreaseContactParameters {
   static constexpr int steps = 8;
-  static constexpr double aligned = 1e-9;  // search ends at this derivative of gap along the crease
-  static constexpr double slid = 1e-14;    // voxels²; search ends at this squared step along a surface
-  static constexpr double longest = 4;     // longest step along the crease
+  // voxels²; for a ball, the search along the line of a crease ends after a step with a smaller square. As Newton's
+  // method converges quadratically, the error is then about 1e-5 voxels.
+  static constexpr double last_step = 1e-4;
+  // voxels²; squared step that ends the search along a surface, or along the line of a crease for other heads
+  static constexpr double slid = 1e-14;
+  static constexpr double longest = 4;  // longest step along the crease
   static constexpr double inside_cone = 1e-9, feasible = 1e-7;
   // The exact contact with a crease may be farther from the head than the interpolated contact by at most `farther`, or
   // nearer by at most `nearer`.
