@@ -7,6 +7,7 @@
 #include "engine/base/dispatch.h"
 #include "haptics/contact/cubic.h"
 #include "haptics/contact/tissue_patch.h"
+#include "haptics/sweep.h"
 #include "haptics/work.h"
 
 namespace typodont::haptics {
@@ -108,6 +109,15 @@ PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
     for (double& fraction : fractions) fraction /= total;
   }
   return fractions;
+}
+
+double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept {
+  const double value = sample_linear(patch, p_V);
+  if (patch.filled_lo.x > patch.filled_hi.x) return value;
+  // A filling lowers only the samples within kMargin of its surface, which is at most a voxel outside the filled box.
+  constexpr double kCorner = 1.74, kLowered = static_cast<double>(Sweep::kMargin) - kCorner;
+  const dvec3 off = glm::max(glm::max(dvec3(patch.filled_lo) - p_V, p_V - dvec3(patch.filled_hi)), dvec3(0));
+  return std::min(value, std::max(kLowered, glm::length(off) - kCorner));
 }
 
 PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept {

@@ -136,6 +136,8 @@ struct FieldSample {
 /// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
 /// ns. For searches, never for a force. Outside a whole tissue patch, returns a lower bound.
 double sample_linear(const TissuePatch& patch, const dvec3& p_V) noexcept;
+/// Lower bound of the distance from p_V to tissue, voxels. Beside fillings, it may be smaller than the field.
+double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Trilinear interpolation with gradient; also outside a `whole` tissue patch.
 FieldSample sample_linear_gradient(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, error O(h⁴). Its weights

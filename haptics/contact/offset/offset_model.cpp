@@ -82,7 +82,7 @@ bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcep
   NonCuttingContacts& parts = heads_[which].smooth;
   const double far = heads_[which].reach;
   if (!patch_.covers(X_VT.p, far + 1)) return false;
-  const double distance = sample_linear(patch_, X_VT.p);
+  const double distance = min_distance(patch_, X_VT.p);
   parts.forget();
   if (distance > far + 2 && parts.clearance(patch_, X_VT) > SearchParameters::contact_range) return true;
   if (distance <= 0) return false;

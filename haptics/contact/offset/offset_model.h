@@ -93,7 +93,7 @@ class OffsetModel : public PatchModel {
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
   /// Lower bound of the distance of the head with its centre at c from tissue, voxels. Valid if it is positive.
-  double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
+  double free_distance(const dvec3& c) const noexcept { return min_distance(patch_, c) - reach(); }
   /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the same bound for the
   /// head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;

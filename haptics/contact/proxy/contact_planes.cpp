@@ -287,7 +287,7 @@ void ContactFinder::find_rims(const TissuePatch& patch, const Pose& X_VT, double
   for (int r = 0; r < rim_count_; ++r) {
     const double radius = rims_[r].radius;
     const dvec3 center = X_VT.p + rims_[r].z * axes[2];
-    if (!patch.holds(center, 0) || sample_linear(patch, center) > radius + near) continue;
+    if (!patch.holds(center, 0) || min_distance(patch, center) > radius + near) continue;
     if (radius == 0) {
       add(center, sample_cubic(patch, center), rims_[r].beside);
       continue;

@@ -57,7 +57,7 @@ double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.covers(c, head().reach + 1)) return 0;
-  const double clearance = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
+  const double clearance = std::min(min_distance(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
   return std::max(0.0, clearance) * voxel();
 }
 
