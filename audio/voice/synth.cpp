@@ -46,7 +46,7 @@ constexpr float kWaterRate = 0.02f;
 // At low speed, each cutting edge makes a decaying burst; its power is that of the steady sound. Bursts are separate
 // up to kApart edges per second, and fused to a steady sound from kFused on.
 constexpr double kApart = 60, kFused = 200;
-// Until the next edge, a burst decays by exp(-kDying).
+// Until the next cutting edge passes, a burst decays by exp(-kDying).
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 

@@ -57,7 +57,7 @@ struct Renderer::Impl {
   BrickStore bricks;
   TexelStore<FilmTexel> film;
   VolumeImage light;                       // LightGrid::faces; without a grid one empty texel
-  LightGrid light_grid;                    // its member `faces` is empty, because only `light` contains it
+  LightGrid light_grid;                    // its member `faces` is empty: only `light` stores these data
   VolumeImage images;                      // LightGrid::images; without a grid one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
@@ -337,7 +337,7 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // The mirror's fog is visible only in its glass, whose tiles are marked anyway.
+    // The mirror's fog is visible only in its glass, whose tiles are redrawn in every frame anyway.
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;

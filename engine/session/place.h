@@ -22,7 +22,7 @@ struct ToothSides {
 /// Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
-/// A place's name: keys of the text catalogue after "place.".
+/// A place's name: parts that follow "place." in the keys of the text catalogue.
 struct PlaceName {
   std::string_view part;  // cavity: floor, wall; crown, filling: occlusal, axial, shoulder; cut too far: margin
   std::string_view side;  // direction from the middle: mesial, …; or "central"

@@ -43,7 +43,7 @@ class CutFront;
 class VoxelStamp;
 
 /// Cuts in the servo's tissue patch. Returns the removed volume of each tissue in voxels³. Removed filling loses its
-/// label. `changed`: true if a sample changed, even in air. `front`: active front of this patch and tool. `hardened`:
+/// label. `changed`: true if a sample changed, even in air. `front`: samples that this tool may cut next. `hardened`:
 /// removed volume × hardness.
 PerTissue carve(TissuePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;

@@ -172,7 +172,7 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       first_part_(front.part_of(reached.first.x)),
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
-      // A fast head gets no lists, because it would use up a list within a few ticks.
+      // A fast head gets no lists of samples, because a list would be valid for a few ticks only.
       ahead_(travel > kMaxListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
       ahead_of_empty_(travel > kMaxListed ? 0 : listed / std::max(front.outdated(), 1)),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}

@@ -678,7 +678,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// For a head that is too fast for lists. The samples of a large head exceed the near caches, so blocks are processed
+/// For heads too fast for sample lists. The samples of a large head exceed the near caches, so blocks are processed
 /// in batches of eight: prefetch one sample of each block; decide, and prefetch rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {

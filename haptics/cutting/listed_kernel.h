@@ -199,7 +199,7 @@ struct HeadRows {
 
 /// Bounds of the motions of all samples in a group; only the motion of the group's middle is computed.
 struct HeadSides {
-  // voxels: half the length of a group along z; component of this half perpendicular to the axis
+  // voxels: half the length of a group along z, and the component of this vector perpendicular to the head's axis
   float half, off;
   float across;  // voxels, motion perpendicular to the axis
   // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the

@@ -38,7 +38,7 @@ double value(const Shading& s, const glm::dvec3& p) {
 
 /// Finds the uniform cells: samples with a gradient below `steepest`, and below twice that at two voxels' distance.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
-  // Edge of a cell, m; largest number of cells and of examined samples per axis; distance of the differences, voxels.
+  // Edge of a cell, m; largest number of cells and of examined samples per axis; step of finite differences, voxels.
   constexpr double kCell = 2.4e-3;
   constexpr int kMaxCells = 24, kSamples = 8, kReach = 2;
   constexpr std::size_t kMin = 20;  // a cell with fewer uniform samples is dropped

@@ -227,7 +227,7 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// After contact, reduces a remaining force of the edges gradually; at once if there is no snapshot.
+/// After contact, reduces a remaining force of the cutting edges gradually; at once without a snapshot of the tissue.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;

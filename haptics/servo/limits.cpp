@@ -122,7 +122,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // Reduces the force to `most`, but not faster than the slew limit, or than the hand's own motion changes the force.
+  // Reduces the force to `most`, at most by the larger of the slew limit and the change that the hand's motion causes.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }

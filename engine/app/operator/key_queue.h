@@ -17,8 +17,8 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// Returns the keys for this frame: each key at most once, with its Ctrl or Shift. After a key that may move the
-  /// focus, text, arrows, Enter and Esc wait until the focus has moved. An emergency stop comes first.
+  /// Returns the keys for this frame: each key at most once, with its Ctrl or Shift. An emergency stop comes first. If
+  /// a key may move the focus, later text, arrows, Enter and Esc are returned only after the focus has moved.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -52,7 +52,7 @@ void add_held(const World& world, const Look& look, render::Frame& frame);
 class ShownWorld {
  public:
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
-  /// Call after surround(), which draws the gum at rest.
+  /// Makes the next frame send the gum again. Call after surround(), which draws the gum at rest.
   void gum_at_rest() { gum_version_ = 0; }
   /// Passes changes to the renderer, and adds the world to the frame. `coarse`: kind of the meshes that surround()
   /// passed; empty: none.

@@ -150,7 +150,7 @@ void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, dou
   }
 }
 
-/// The sheets (smooth surfaces) that meet at a crease, each represented by the sheet that was fitted to it first.
+/// The smooth surfaces that meet at a crease, each with the first sheet (quadratic function) that was fitted to it.
 struct Groups {
   int count = 0;
   const Fitted* first[Crease::kMost] = {};
