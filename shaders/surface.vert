@@ -41,7 +41,7 @@ vec3 over(vec4 upper, vec3 beneath, float shows) {
   return mix(upper.rgb, beneath * mix(sqrt(upper.rgb), vec3(1.0), min(1.18 * upper.w, 1.0)), shows);
 }
 
-/// Returns the colour of a tissue under the voxels' own colours.
+/// Returns the colour of a tissue, mixed with the colour of the voxels around the vertex (Vertex::paint).
 vec4 painted(vec4 tissue) {
   if (in_lesion.w == 0.0) return tissue;
   uvec2 bytes = uvec2(in_lesion.yz * 255.0 + 0.5);

@@ -38,8 +38,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Contribution of the past output. The slice's own samples are not computed yet and are set to zero, so that
-    // every lane can multiply by all coefficients.
+    // Adds the contribution of earlier output samples. The samples of this slice are not known yet; they are set to
+    // zero, so that every lane can multiply by all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {

@@ -234,9 +234,8 @@ void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshU
         t.corners[k] = glm::vec3(origin + dvec3(v.p));
         t.normals[k] = v.n;
         const auto matter = static_cast<std::size_t>(v.tissue[v.second > 0.5f]);
-        const dvec3 own = glm::mix(colors[matter], linear_light(dvec3(v.paint)), static_cast<double>(v.paint.w));
-        color += layered_color(own, looks[matter].translucency, colors[static_cast<std::size_t>(v.under)],
-                               static_cast<double>(v.shows)) /
+        color += layered_color(painted_color(colors[matter], v.paint), looks[matter].translucency,
+                               colors[static_cast<std::size_t>(v.under)], static_cast<double>(v.shows)) /
                  3.0;
         path += free_path(looks, v) / 3.0;
       }

@@ -10,6 +10,7 @@
 #include "engine/render/drawn_matter.h"
 #include "engine/render/renderer.h"
 #include "engine/render/shared.h"
+#include "engine/render/srgb.h"
 
 namespace typodont::render {
 
@@ -91,6 +92,12 @@ inline double hemispherical_reflectance(const Look& look) {
 /// the lower colour, 0..1.
 inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3& beneath, double shows) {
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
+}
+
+/// A tissue's linear colour, mixed with the colour of the voxels around a vertex (Vertex::paint).
+inline dvec3 painted_color(const dvec3& tissue, const glm::vec4& paint) {
+  if (!(paint.w > 0)) return tissue;
+  return glm::mix(tissue, linear_light(dvec3(paint)), static_cast<double>(paint.w));
 }
 
 /// Mean free path of red, green, blue light at a vertex, m; 0: opaque. Shorter in thin enamel, because the tissue below

@@ -116,8 +116,8 @@ double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept {
   if (patch.filled_lo.x > patch.filled_hi.x) return value;
   // A filling lowers only the samples within kMargin of its surface, which is at most a voxel outside the filled box.
   constexpr double kCorner = 1.74, kLowered = static_cast<double>(Sweep::kMargin) - kCorner;
-  const dvec3 off = glm::max(glm::max(dvec3(patch.filled_lo) - p_V, p_V - dvec3(patch.filled_hi)), dvec3(0));
-  return std::min(value, std::max(kLowered, glm::length(off) - kCorner));
+  const double outside = distance_to_box(patch.filled_lo, patch.filled_hi, p_V);
+  return std::min(value, std::max(kLowered, outside - kCorner));
 }
 
 PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept {

@@ -114,6 +114,10 @@ inline void mark_written(TissuePatch& patch, const glm::ivec3& lo, const glm::iv
 inline void mark_cut(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
+/// Distance of p_V from a box; 0 inside. Voxels.
+inline double distance_to_box(const glm::ivec3& lo, const glm::ivec3& hi, const dvec3& p_V) {
+  return glm::length(glm::max(glm::max(dvec3(lo) - p_V, p_V - dvec3(hi)), dvec3(0)));
+}
 /// Returns true if no cut has changed the field around p_V (voxels): the samples for interpolation and the nearest
 /// tissue lie outside the box of cuts. `distance`: the field at p_V.
 inline bool is_true_around(const TissuePatch& patch, const dvec3& p_V, double distance) {
@@ -121,8 +125,7 @@ inline bool is_true_around(const TissuePatch& patch, const dvec3& p_V, double di
   constexpr double kStencil = 5.2;
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
-  const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));
-  return glm::length(off) > distance + 2 * kStencil;
+  return distance_to_box(patch.cut_lo, patch.cut_hi, p_V) > distance + 2 * kStencil;
 }
 
 /// Value and gradient of the field, in voxels.

@@ -61,8 +61,9 @@ class Skin {
     if (!(size > 0)) return false;
     // Not exactly the centre, because the centres of opposite faces may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // Distances of test points from the triangle, voxels. A side of the triangle is outside if the test point at
-    // kAround is in no part. If both test points are in the same part, the winding numbers at kBeside decide.
+    // Distances of test points from the triangle, voxels. A side of the triangle is outside if the point at the
+    // distance kAround is in no part. If the points of both sides are in one part, the winding numbers at kBeside
+    // decide.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));

@@ -53,7 +53,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 // highest bytes. At kOwnHardness and kTissueColor, the value equals the label. Undo, tiles and hashes include all
 // parts.
 inline constexpr int kSoftnessShift = 8, kColorShift = 16;
-inline constexpr std::int32_t kLabelByte = 0xff, kSoftnessByte = 0xff << kSoftnessShift;
+inline constexpr std::int32_t kLabelByte = 0xff;
 
 inline std::int32_t grid_value(Tissue label, std::uint8_t hardness, VoxelColor color) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(color) << kColorShift) |
@@ -193,7 +193,8 @@ struct TissueVolume::Impl {
   static const Part kHardnessPart, kColorPart;
   /// Moves a part of the labels to a grid of its own; null if all voxels have the usual value.
   static openvdb::Int32Grid::Ptr take(const Part& part, openvdb::Int32Grid& labels);
-  void put(const Part& part, const openvdb::Int32Grid& values);
+  /// Adds a part from its own grid to the labels. Returns true if a voxel has another than the usual value.
+  bool put(const Part& part, const openvdb::Int32Grid& values);
 
   /// Restores former labels where a filling was removed. Call it after distances have changed.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);

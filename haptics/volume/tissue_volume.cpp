@@ -165,8 +165,8 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   impl->exact_outside = stored.exact_outside;
   impl->place = stored.place;
   if (stored.before) impl->put_before(*stored.before);
-  if (stored.hardness) impl->put(Impl::kHardnessPart, *stored.hardness), impl->graded = true;
-  if (stored.color) impl->put(Impl::kColorPart, *stored.color), impl->colored = true;
+  impl->graded = stored.hardness && impl->put(Impl::kHardnessPart, *stored.hardness);
+  impl->colored = stored.color && impl->put(Impl::kColorPart, *stored.color);
   store_in_huge_pages(impl->distance->tree(), impl->tissue->tree());
   return TissueVolume(std::move(impl));
 }
@@ -174,7 +174,7 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
 const TissueVolume::Impl::Part TissueVolume::Impl::kHardnessPart{
     kOwnHardness, [](std::int32_t value) -> std::int32_t { return hardness_kept_in(value); },
     [](std::int32_t value, std::int32_t hardness) {
-      return (value & ~kSoftnessByte) | (kOwnHardness - hardness) << kSoftnessShift;
+      return grid_value(label_in(value), static_cast<std::uint8_t>(hardness), color_kept_in(value));
     }};
 
 const TissueVolume::Impl::Part TissueVolume::Impl::kColorPart{
@@ -209,15 +209,19 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take(const Part& part, openvdb::Int3
   return taken;
 }
 
-/// Adds a part from its own grid to the labels. Its tiles may have any size, so all voxels and tiles of the labels are
-/// visited.
-void TissueVolume::Impl::put(const Part& part, const openvdb::Int32Grid& values) {
+/// Tiles of the part's grid may have any size, so all voxels and tiles of the labels are visited.
+bool TissueVolume::Impl::put(const Part& part, const openvdb::Int32Grid& values) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = values.getConstAccessor();
+  bool unusual = false;
+  const auto with = [&](std::int32_t value, std::int32_t own) {
+    unusual |= own != part.usual;
+    return part.set(value, own);
+  };
   std::vector<std::pair<openvdb::CoordBBox, std::int32_t>> tiles;
   for (auto it = tissue->beginValueOn(); it; ++it) {
     if (it.isVoxelValue()) {
-      it.setValue(part.set(*it, of.getValue(it.getCoord())));
+      it.setValue(with(*it, of.getValue(it.getCoord())));
       continue;
     }
     openvdb::CoordBBox box;
@@ -232,15 +236,16 @@ void TissueVolume::Impl::put(const Part& part, const openvdb::Int32Grid& values)
           const openvdb::Coord origin(x, y, z);
           if (const auto* leaf = of.probeConstLeaf(origin)) {
             auto* to = labels.touchLeaf(origin);
-            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, part.set(value, leaf->getValue(i)));
+            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, with(value, leaf->getValue(i)));
           } else if (const std::int32_t own = of.getValue(origin); own != part.usual) {
-            labels.addTile(1, origin, part.set(value, own), true);
+            labels.addTile(1, origin, with(value, own), true);
           }
         }
       }
     }
   }
   tissue->pruneGrid();
+  return unusual;
 }
 
 openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labels) const {

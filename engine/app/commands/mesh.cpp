@@ -42,12 +42,9 @@ void run(const Options& options) {
   VoxelFrame frame = volume.frame();
   const double tolerance =
       options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
-  surface::WholeMesh mesh = stored.draws_own
-                                ? whole_surface(*volume.mesh(), frame)
-                                : whole_surface(volume, static_cast<float>(tolerance),
-                                                [&](double fraction) { progress.at(0.3 + 0.5 * fraction); });
+  surface::WholeMesh mesh = whole_surface(volume, stored.draws_own, static_cast<float>(tolerance),
+                                          [&](double fraction) { progress.at(0.3 + 0.5 * fraction); });
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
-  if (stored.draws_own) add_paint(volume, mesh);
   if (options.file_space) place(mesh, frame, volume.place());
   surface::write_mesh(options.out, mesh, frame, stored.materials);
   progress.at(1);

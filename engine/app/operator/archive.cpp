@@ -191,8 +191,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   const StoredTissue stored = stored_tissue(session, [&](double fraction) { progress.at(fraction); });
   const haptics::TissueVolume& tissue = stored.volume;
   const surface::WholeMesh whole =
-      stored.draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
-                       : whole_surface(tissue, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
+      whole_surface(tissue, stored.draws_own, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
   surface::write_mesh(mesh, whole, tissue.frame(), stored.materials);

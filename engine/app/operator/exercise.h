@@ -1,7 +1,6 @@
 // An instructor's exercise: a scene in the user's folder.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -25,14 +24,9 @@ struct NewExercise {
   const haptics::TissueVolume* ideal = nullptr;  // null: ideal_mesh is used
   // File with a closed mesh of the ideal shape. Without mesh and tissue, the ideal shape of the base scene is used.
   std::filesystem::path ideal_mesh;
-  double mesh_unit_mm = 1;  // mm per unit of the mesh file
-  // Factor on each tissue's stiffness in the base scene.
-  PerTissue stiffness = [] {
-    PerTissue unchanged;
-    unchanged.fill(1);
-    return unchanged;
-  }();
-  std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
+  double mesh_unit_mm = 1;                                 // mm per unit of the mesh file
+  PerTissue stiffness = SessionSettings::every_tissue(1);  // factor on each tissue's stiffness in the base scene
+  std::optional<std::vector<RuleChoice>> rules;            // all rules of the score; empty: the base scene's rules
 };
 
 /// Thrown for an invalid score rule, before any file is written. States rule and fault, for a message to the user.

@@ -35,8 +35,7 @@ void ShownGeometry::add(render::MeshId body, std::span<const render::MeshUpdate>
     for (const render::Vertex& v : brick.vertices) {
       const render::Look& look = looks_[static_cast<std::size_t>(v.tissue[0])];
       const dvec3 beneath = render::linear_light(looks_[static_cast<std::size_t>(v.under)].color);
-      const dvec3 own = glm::mix(render::linear_light(look.color), render::linear_light(dvec3(v.paint)),
-                                 static_cast<double>(v.paint.w));
+      const dvec3 own = render::painted_color(render::linear_light(look.color), v.paint);
       const dvec3 color = render::layered_color(own, look.translucency, beneath, v.shows);
       corners_.push_back({millimetres(origin + dvec3(v.p)), v.n, static_cast<std::uint8_t>(body),
                           static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),

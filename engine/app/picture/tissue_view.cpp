@@ -12,7 +12,10 @@
 
 namespace typodont {
 
-surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
+namespace {
+
+/// Makes the surface of the distance field, without the colours of the voxels.
+surface::WholeMesh field_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress) {
   const auto at = [&](double fraction) {
     if (progress) progress(fraction);
@@ -28,8 +31,18 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
   mesher.remesh();
   at(0.9);
   surface::WholeMesh mesh = surface::weld(mesher);
-  add_paint(volume, mesh);
   at(1);
+  return mesh;
+}
+
+}  // namespace
+
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, bool own, float tolerance,
+                                 const std::function<void(double)>& progress) {
+  surface::WholeMesh mesh =
+      own ? whole_surface(*volume.mesh(), volume.frame()) : field_surface(volume, tolerance, progress);
+  if (!volume.colored()) return mesh;
+  for (surface::WholeMesh::Vertex& v : mesh.vertices) v.paint = volume.color_at(dvec3(v.position));
   return mesh;
 }
 
@@ -66,11 +79,6 @@ void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpda
       v.lesion *= 1 - v.paint.w;
     }
   }
-}
-
-void add_paint(const haptics::TissueVolume& volume, surface::WholeMesh& mesh) {
-  if (!volume.colored()) return;
-  for (surface::WholeMesh::Vertex& v : mesh.vertices) v.paint = volume.color_at(dvec3(v.position));
 }
 
 TissueCopy copy_of(haptics::Carver& carver) {

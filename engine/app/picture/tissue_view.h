@@ -19,9 +19,10 @@
 
 namespace typodont {
 
-/// Makes the surface as one mesh with shared vertices. `tolerance`: voxels. `progress`: called with 0 to 1; may throw
-/// to stop.
-surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
+/// Makes the surface, with the colours of the voxels, as one mesh with shared vertices. `own`: true makes it from the
+/// triangles of volume.mesh(), false from the distance field. `tolerance`: voxels, for the distance field. `progress`:
+/// called with 0 to 1; may throw to stop.
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, bool own, float tolerance,
                                  const std::function<void(double)>& progress = {});
 /// Makes one mesh from TissueSurface::mesh, in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
@@ -30,8 +31,6 @@ surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFra
 /// relative to the volume's origin. If `drawn_as` replaces a tissue, the colours of its voxels are ignored.
 void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates,
                const DrawnAs& drawn_as = {});
-/// Sets the colours of a whole mesh, whose positions are in voxels.
-void add_paint(const haptics::TissueVolume& volume, surface::WholeMesh& mesh);
 
 /// A copy of tissue to save while the carver continues.
 struct TissueCopy {

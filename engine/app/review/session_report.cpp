@@ -45,10 +45,8 @@ constexpr std::size_t kMaxOwnTriangles = 200'000;
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false the surface of the distance
 /// field. `ideal`: target shape from which differences are computed; null: no differences.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const haptics::TissueVolume* ideal) {
-  const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
-  const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMaxOwnTriangles
-                                      ? whole_surface(*triangles, volume.frame())
-                                      : whole_surface(volume, kTolerance);
+  const bool shown = own && volume.mesh() && volume.mesh()->triangles.size() <= kMaxOwnTriangles;
+  const surface::WholeMesh mesh = whole_surface(volume, shown, kTolerance);
   std::optional<session::TrueDistances> distances;
   VoxelFrame frame;  // grid of the distance field
   if (ideal) {

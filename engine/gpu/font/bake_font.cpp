@@ -52,8 +52,8 @@ void add_chinese(std::string_view text, std::set<int>& characters) {
   }
 }
 
-/// Adds the Chinese characters of a file. In a catalogue of texts (one text per line), only lines with texts that are
-/// drawn over a picture are read.
+/// Adds the Chinese characters of a file. A catalogue of texts has one text per line; only texts that are drawn over a
+/// picture are read.
 void read_text(const std::string& file, std::set<int>& characters) {
   constexpr std::array<std::string_view, 4> kShown{"\"hud.", "\"tool.", "\"implant.note.", "\"op.quality."};
   const bool all = file.find("/texts/") == std::string::npos;

@@ -27,7 +27,7 @@ GpuVertex pack(const Vertex& v) {
   const auto byte = [](float fraction) {
     return static_cast<std::uint8_t>(std::lround(std::clamp(fraction, 0.0f, 1.0f) * 255.0f));
   };
-  const VoxelColor paint = voxel_color(dvec3(v.paint));
+  const VoxelColor paint = v.paint.w > 0 ? voxel_color(dvec3(v.paint)) : kTissueColor;
   return {
       {v.p.x, v.p.y, v.p.z},
       {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},

@@ -151,7 +151,7 @@ struct RetreatParameters {
   static constexpr double report_after = 1;  // s; if a proxy is held longer without a way back, a fault is reported
   // m; the proxy is led back only to a point of the path that is nearer to the hand than the proxy by this much
   static constexpr double gain = 0.1e-3;
-  static constexpr double slew = 14;  // N/s, rate of change of the force while the proxy is led back
+  static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
   // m, distance of the proxy from tissue; beyond this, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels between the examined points on the line from proxy to hand

@@ -49,8 +49,8 @@ class SphereProxy {
   }
   /// Discards the lists of near spheres. Call it if tissue spheres may have grown or returned.
   void forget_near() noexcept;
-  /// Call it for each changed sphere. The lists of near spheres remain valid if a sphere only becomes smaller. But a
-  /// cut may also move a sphere, so that it extends up to `protrudes` m beyond its old surface.
+  /// Call it for each changed sphere. The lists of near spheres remain valid if spheres only become smaller. But a cut
+  /// may also move a sphere, which then extends up to `protrudes` m beyond its surface before the cut.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
