@@ -33,7 +33,8 @@ std::string scene(const std::string& more = "") {
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [8, 6, 4]}}}]},
   "paint": [
     {"tissue": "caries", "hardness": 0.9, "solid": {"box": {"center_mm": [0, 0, 1.5], "size_mm": [6, 4, 2]}}},
-    {"tissue": "caries", "hardness": 0.6, "solid": {"box": {"center_mm": [0, 0, 2.0], "size_mm": [6, 4, 2]}}},
+    {"tissue": "caries", "hardness": 0.6, "color": [0.3, 0.2, 0.1],
+     "solid": {"box": {"center_mm": [0, 0, 2.0], "size_mm": [6, 4, 2]}}},
     {"tissue": "caries", "hardness": 0.3, "solid": {"box": {"center_mm": [0, 0, 2.5], "size_mm": [6, 4, 2]}}}],
   "tool": {"shape": "sphere", "diameter_mm": 1.6}, "spindle_krpm": 300, "parts": ["haptics"],
   "coupling": {"stiffness_N_per_mm": 4, "damping_Ns_per_mm": 0.008})" +

@@ -14,6 +14,7 @@
 #include "haptics/sweep.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/program.h"
+#include "tests/support/undo_redo.h"
 
 namespace typodont {
 namespace {
@@ -116,16 +117,7 @@ TEST(VoxelColors, AreUndoneAndRedoneWithTheirStrokeAndKeptByCuts) {
     hashes.push_back(volume.hash());
     colors.push_back(colors_of(volume));
   }
-  for (std::size_t i = hashes.size() - 1; i-- > 0;) {
-    ASSERT_TRUE(volume.undo());
-    EXPECT_EQ(volume.hash(), hashes[i]);
-    EXPECT_TRUE(colors_of(volume) == colors[i]);
-  }
-  for (std::size_t i = 1; i < hashes.size(); ++i) {
-    ASSERT_TRUE(volume.redo());
-    EXPECT_EQ(volume.hash(), hashes[i]);
-    EXPECT_TRUE(colors_of(volume) == colors[i]);
-  }
+  test::expect_undone_and_redone(volume, hashes, colors, colors_of);
 }
 
 TEST(VoxelColors, AFillingHasTheColourOfItsTissueUntilItIsCutOut) {

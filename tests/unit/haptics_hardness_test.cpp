@@ -18,6 +18,7 @@
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/program.h"
+#include "tests/support/undo_redo.h"
 
 namespace typodont {
 namespace {
@@ -456,18 +457,7 @@ TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
     bytes.push_back(bytes_of(volume));
     ASSERT_NE(hashes[hashes.size() - 2], hashes.back());
   }
-  for (int round = 0; round < 2; ++round) {
-    for (std::size_t i = hashes.size() - 1; i-- > 0;) {
-      ASSERT_TRUE(volume.undo());
-      EXPECT_EQ(volume.hash(), hashes[i]);
-      EXPECT_TRUE(bytes_of(volume) == bytes[i]);
-    }
-    for (std::size_t i = 1; i < hashes.size(); ++i) {
-      ASSERT_TRUE(volume.redo());
-      EXPECT_EQ(volume.hash(), hashes[i]);
-      EXPECT_TRUE(bytes_of(volume) == bytes[i]);
-    }
-  }
+  test::expect_undone_and_redone(volume, hashes, bytes, bytes_of);
 }
 
 TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
