@@ -42,6 +42,7 @@ struct Film::State {
   PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
   std::vector<std::int32_t> slot_at;  // for each sample of the field: slot of its cell, or -1
   std::vector<Cell> cells;
+  std::vector<float> rise;  // 1/m², rise of each cell's level divided by the volume that flows in
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
@@ -209,7 +210,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
           if (at < 0) {
             if (free_slots.empty()) {
               at = static_cast<std::int32_t>(cells.size());
-              cells.emplace_back(), load.emplace_back(), gain.emplace_back();
+              cells.emplace_back(), rise.push_back(0), load.emplace_back(), gain.emplace_back();
               is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
               level.push_back(0), content.push_back(0), rate.push_back(0);
               flux.resize(flux.size() + kMaxNeighbours);
@@ -220,6 +221,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
           }
           cells[static_cast<std::size_t>(at)] = *made;
           level[static_cast<std::size_t>(at)] = made->height;
+          rise[static_cast<std::size_t>(at)] = std::max(made->tilt, 0.0f) / made->area;
           mark(at);
         } else if (at >= 0) {
           const auto i = static_cast<std::size_t>(at);
@@ -264,6 +266,8 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 
 void Film::State::flow(double dt) {
   const double least = dt / options.max_substeps, per_kg = 1 / options.water_density;
+  const auto of_water = static_cast<float>(options.water_density * options.gravity / (3 * options.water_viscosity)),
+             thinned = static_cast<float>(2.5 * options.max_solids);  // 2.5: intrinsic viscosity of spheres
   for (double left = dt; left > 0;) {
     // Computes the flow to each neighbour from the current levels.
     float fastest = 0;
@@ -271,7 +275,7 @@ void Film::State::flow(double dt) {
       const auto at = static_cast<std::size_t>(i);
       const Cell& cell = cells[at];
       content[at] = static_cast<float>(load[at].water * per_kg + (has_solids[at] ? solid_volume(load[at]) : 0));
-      level[at] = cell.height + content[at] / cell.area * std::max(cell.tilt, 0.0f);
+      level[at] = cell.height + content[at] * rise[at];
     }
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
@@ -282,21 +286,19 @@ void Film::State::flow(double dt) {
       const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
       const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
       if (!(thick > 0) || fraction >= options.max_solids) continue;
-      // Viscosity of a suspension (Krieger & Dougherty 1959); 2.5 is the intrinsic viscosity of spheres.
-      const double viscosity =
-          options.water_viscosity *
-          (fraction > 0 ? std::pow(1 - fraction / options.max_solids, -2.5 * options.max_solids) : 1);
-      const auto mobility =
-          static_cast<float>(options.water_density * options.gravity / (3 * viscosity)) * thick * thick * thick;
+      // Viscosity of water / viscosity of the suspension (Krieger & Dougherty 1959)
+      const float thinning =
+          fraction > 0 ? std::pow(static_cast<float>(1 - fraction / options.max_solids), thinned) : 1;
+      const float mobility = of_water * thinning * thick * thick * thick;
       float sum = 0, levelling = 0;
       for (int k = 0; k < cell.count; ++k) {
         const auto to = static_cast<std::size_t>(cell.next[static_cast<std::size_t>(k)]);
         const float fall = level[at] - level[to];
         if (fall <= 0) continue;
-        out[k] = mobility * cell.width[static_cast<std::size_t>(k)] * fall;
+        const float conductance = mobility * cell.width[static_cast<std::size_t>(k)];
+        out[k] = conductance * fall;
         sum += out[k];
-        levelling +=
-            out[k] * (std::max(cell.tilt, 0.0f) / cell.area + std::max(cells[to].tilt, 0.0f) / cells[to].area) / fall;
+        levelling += conductance * (rise[at] + rise[to]);
       }
       rate[at] = std::max(sum / (thick * cell.area), levelling);
       fastest = std::max(fastest, rate[at]);
@@ -311,10 +313,10 @@ void Film::State::flow(double dt) {
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
       // Limits the outflow per substep to kStableShare; a faster flow would need a shorter substep.
-      const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
+      const double share = std::min(part, static_cast<double>(kStableShare / rate[at])) / content[at];
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
-        const double fraction = slowed * flux[at * kMaxNeighbours + static_cast<std::size_t>(k)] * part / content[at];
+        const double fraction = share * flux[at * kMaxNeighbours + static_cast<std::size_t>(k)];
         if (!(fraction > 0)) continue;
         const std::int32_t to = cells[at].next[static_cast<std::size_t>(k)];
         const auto next = static_cast<std::size_t>(to);
