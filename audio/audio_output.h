@@ -12,8 +12,8 @@
 namespace typodont::audio {
 
 /// Source of the samples. The audio thread calls `render`, which fills `samples` (interleaved if stereo) and never
-/// blocks or allocates. `t_first`: time of the first sample; so far in the past that all servo ticks up to the last
-/// sample have arrived.
+/// blocks or allocates. `t_first`: time of the first sample. This time is so far in the past that all servo ticks up to
+/// the last sample have arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;

@@ -26,7 +26,7 @@ struct WorkLevel {
   double removal_rate = 0;  // m³/s, removal rate at which the sound was recorded
   double spindle = 0;       // rad/s, spindle speed at work
   double level_dB = 0;      // dB, level of the whole sound minus the idle level
-  double high_dB = 0;       // dB, the same difference for frequencies above 4 kHz
+  double high_dB = 0;       // dB, level above 4 kHz minus the idle level above 4 kHz
 };
 
 /// The models of one drill. Missing models for cutting are derived from the idle model (audio/README.md).
@@ -37,7 +37,7 @@ struct SoundModels {
   // rad/s, spindle speed in the idle recording; 0: the highest speed of the spindle so far is used instead.
   double free_speed = 0;
   std::vector<RotorTone> tones;
-  // Number of cutting edges, which are heard one by one at low speed; 0: never.
+  // Number of cutting edges. At low speed, the impacts of the edges are heard one by one; 0: never.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all models for cutting
   // Largest amplification of high frequencies by contact: factor 1 + brightness on their amplitude.
@@ -47,7 +47,7 @@ struct SoundModels {
   std::string name, source, licence;
 };
 
-/// Reads a voice file with its models, or a model file as the idle model. Throws Error.
+/// Reads a voice file (JSON) and the models that it names, or a model file as the idle model. Throws Error.
 SoundModels load_sound_models(const std::filesystem::path& file);
 
 }  // namespace typodont::audio

@@ -71,7 +71,7 @@ struct ArmResult {
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected captures
   std::vector<double> residuals;      // m, residual of each capture
-  // Why no arm of this type fits the captures; empty: one fits.
+  // Reason why no arm of this type fits the captures; empty: an arm of this type fits.
   std::string misfit;
 };
 

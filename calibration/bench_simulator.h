@@ -14,7 +14,7 @@ struct SimulationOptions {
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
   bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
-  // Largest displacement (m) and rotation (rad) per axis from the drawings; twice the rotation for panel, base, eyes.
+  // Largest deviation from the drawings: displacement per axis, m; rotation, rad (doubled for panel, base and eyes).
   double placement_error = 0.02;
   // Felt minus seen position, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};

@@ -1,5 +1,5 @@
-// Reads captures, and writes results of single solvers, in the formats of docs/interface.md. Throws Error. Lengths in
-// columns _mm that are all below 3 mm or beyond 10 m are refused, because the unit is probably wrong.
+// Reads captures, and writes results of single solvers, in the formats of docs/interface.md. Throws Error. A file is
+// refused for a wrong unit if all lengths in columns _mm are below 3 mm, or if a point is beyond 10 m.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // Finds panel and mirror from pictures of a camera. Bundle adjustment: camera, lens, poses, panel and mirror are solved
-// together. Points that the arm has touched relate them to W. Without a camera, see screen_solver.h.
+// together. Points touched by the arm relate them to the world frame W. Without a camera, see screen_solver.h.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@ inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror,
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
-/// Events with a sound of cue_sound().
+/// Events for which cue_sound() makes a sound.
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {

@@ -69,13 +69,13 @@ struct RegistrationResult {
   double predicted_tre_rms = 0;  // m, predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  // Other rigid motions that fit many pairs, the one with most pairs first. If there is one, X_DH is ambiguous.
+  // Other rigid motions that fit many pairs, the one with most pairs first. If not empty, X_DH is ambiguous.
   std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Robust registration with uncertainty. Up to half of the pairs (70 % if they do not agree with each other) may be
-/// wrong by any amount. Throws Error without pairs, or for lists of unequal length.
+/// Robust registration with uncertainty. Up to half of the pairs may be wrong by any amount (up to 70 % if the wrong
+/// pairs do not agree with each other). Throws Error without pairs, or for lists of unequal length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

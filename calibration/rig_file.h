@@ -28,8 +28,8 @@ class RigFile {
   /// Date of a step's result, "2026-03-01T10:15:00Z"; empty: never solved.
   std::string step_date(const std::string& step) const;
 
-  /// Stores the results of a bench. Steps without a result keep their record. Throws Error for implausible eyes or an
-  /// implausible panel.
+  /// Stores the results of a bench. Steps without a result keep their stored record. Throws Error for implausible eyes
+  /// or an implausible panel.
   void set(const BenchState& bench);
   /// Stores the current date for a step that computes no result, such as the drift check.
   void mark_done(const std::string& step);

@@ -33,7 +33,7 @@ class Carver {
   bool begins_stroke(const Cut& cut) const;
 
   /// Ends the current stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due.
-  /// Until then, the servo uses its old snapshot. In the new one, it repeats only cuts that the carver has not applied.
+  /// Until then, the servo uses its old snapshot. In the new one, it repeats only cuts that the carver lacks.
   bool undo();
   /// Redoes the stroke that was undone last. Returns false during a stroke, because its first cut has discarded the
   /// undone strokes.
@@ -58,7 +58,7 @@ class Carver {
   /// TissueBody::leads() is true.
   dvec3 snapshot_center(const ServoTick& tick) const;
   /// Fills a snapshot with the tissue around `center_W`. `number`: its number; 0: the next number. `held`: number of
-  /// the servo's snapshot; 0: unknown. `snapshot` may contain only what that snapshot lacks (Snapshot::from).
+  /// the servo's snapshot; 0: unknown. `snapshot` may contain only what snapshot `held` lacks (Snapshot::from).
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0, std::uint32_t held = 0);
   /// Updates the newest snapshot to the current tissue, and makes it complete. After an undo or redo, returns false and
   /// changes nothing; a new snapshot is then due.

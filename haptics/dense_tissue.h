@@ -26,7 +26,7 @@ inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
-/// Directions of a file's axes in the patient.
+/// Anatomical directions of a file's axes.
 enum class PatientAxes : std::uint8_t {
   kUnknown,
   kLps,  // x, y, z point to the patient's left, back, head
@@ -53,7 +53,7 @@ struct DenseTissue {
   glm::ivec3 size{0};
   std::vector<float> distance;  // m, signed distance of each voxel, negative inside; exact where |distance| < band
   // Outside the tissue: kAir, but voxels next to the surface have the label of the nearest tissue, so that
-  // interpolation at the surface finds one.
+  // interpolation at the surface finds a tissue.
   std::vector<Tissue> tissue;
   // Hardness of each voxel; empty: all voxels have kOwnHardness.
   std::vector<std::uint8_t> hardness;
@@ -68,7 +68,7 @@ struct DenseTissue {
 };
 
 /// Hardness, one byte per voxel: fraction b / 255 of a tissue's stiffness (Material::stiffness) and specific energy
-/// (Material::specific_energy). For soft caries, or bone by grey values of a scan.
+/// (Material::specific_energy). Used for soft caries, and for bone whose hardness follows from a scan's grey values.
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kMinHardness = 1;
 

@@ -1,4 +1,4 @@
-// The keys of the files and blocks that haptics reads (engine/base/keys.h). Set-up only; throw Error.
+// The keys of the files and blocks that haptics reads (engine/base/keys.h). Functions for set-up; they throw Error.
 #pragma once
 
 #include "haptics/spindle.h"

@@ -1,4 +1,4 @@
-// Emergency stop, and zero force at any end of the program. Force limits are in devices/safe_device.h.
+// Emergency stop, and zero force whenever the program ends. Force limits are in devices/safe_device.h.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace typodont::haptics {
 
 /// Emergency stop: all sessions of this process give no force and stop the drill from the next tick on, and all devices
-/// get zero force. When it is switched off, force returns to a hand that touches nothing. Any thread.
+/// get zero force. After it is switched off, the force of a hand returns once its tool touches nothing. Any thread.
 void set_emergency_stop(bool on) noexcept;
 bool emergency_stopped() noexcept;
 
@@ -18,7 +18,7 @@ std::string describe_safety(std::uint32_t events);
 
 /// Sends zero force at exit, failed check, uncaught exception, fatal signal or Ctrl-C. Its signal handlers then call
 /// the earlier handlers; handlers installed later should first call release_all_devices(). After SIGKILL, only the
-/// device's own watchdog helps.
+/// watchdog process of some drivers (watchdog_process.h) and the device's own watchdog help.
 void install_exit_guard();
 
 /// Adds a device that gets zero force when the program ends. Any thread. Throws RunFailure for more than eight devices.

@@ -1,5 +1,5 @@
 // Opens a hand (haptic device or scripted motion) by its address, lists devices, registers drivers. Other modules
-// include only this header, device_safety.h, scripted_hand.h and device_bench.h. A new device is a file
+// include only this header, device_safety.h, scripted_hand.h and device_bench.h. To add a device, write a file
 // devices/drivers/NAME.cpp that defines `const Driver NAME_driver`.
 #pragma once
 

@@ -32,7 +32,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // If both the delayed and the current force are zero, contact has ended, and a negative balance is cancelled.
+  // If both the delayed and the current force are zero, contact has ended, and negative `energy_` is cancelled.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double fraction =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);

@@ -24,8 +24,8 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
   // Cutting ability, 0 to 1, of the voxels that represent the tool, by position:
-  double end_ability = 0;     // on the end face, farther from the axis than `centre_radius`
-  double centre_ability = 0;  // on the end face, within `centre_radius` of the axis
+  double end_ability = 0;     // cutting ability on the end face, farther from the axis than `centre_radius`
+  double centre_ability = 0;  // cutting ability on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius within which the end face has centre_ability
   double max_grey = 0;        // Hounsfield units; denser bone stops the tool

@@ -23,10 +23,10 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// Step size of the fit (η of S2, eq. 14), density per newton, for the whole curve. 0: chosen so that a step removes
-  /// at most the fraction `relaxation` of the difference between simulated and measured force.
+  /// Step size of the fit (η of paper S2, eq. 14), density per newton, for the whole curve. 0: chosen so that a step
+  /// removes at most the fraction `relaxation` of the difference between simulated and measured force.
   double eta = 0;
-  // Upper limit of η g Σw² (S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). The fit
+  // Upper limit of η g Σw² (paper S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). The fit
   // converges between 0 and 2. η is the same for all moments; otherwise moments of little contact would dominate.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
@@ -46,12 +46,12 @@ struct MaterialFit {
   double stability = 0;  // largest result of stability_of() over the curve
 };
 
-/// One step of S2, eq. 14, for one moment. `overlap`: index and overlap (m³) of each touched sphere. Simulated force =
-/// `gain` × mean of `rho`, weighted with the overlap. Returns the simulated force before the change, N.
+/// One step of paper S2, eq. 14, for one moment. `overlap`: index and overlap (m³) of each touched sphere. Simulated
+/// force = `gain` × mean of `rho`, weighted with the overlap. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns the fraction of the force's error that a step removes: η g Σw² of S2, eq. 14, for one moment (η: `eta`; g:
-/// `gain`, force per mean density; w: weights of the spheres). Stable below 2.
+/// Returns the fraction of the force's error that a step removes: η g Σw² of paper S2, eq. 14, for one moment (η:
+/// `eta`; g: `gain`, force per mean density; w: weights of the spheres). Stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Fits the densities along the recorded path. The simulated force is the force that the motor needs for the cut at

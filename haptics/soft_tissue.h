@@ -18,7 +18,7 @@ namespace typodont::haptics {
 /// Parameters of soft tissue in SI units. Sources: haptics/soft/README.md.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
-  // Largest thickness of the layer, m. Where the tissue is thinner, its real thickness counts.
+  // Largest thickness of the layer, m. Where the tissue is thinner, its real thickness is used.
   double thickness = 2e-3;
   double return_time = 0.2;         // s, time constant of recovery after release
   double friction = 0.1;            // Coulomb coefficient, for a tool that does not rotate

@@ -19,14 +19,14 @@ namespace packing {
 
 /// Which volume of a partly cut sphere counts as removed.
 enum class Removal {
-  // The intersection of the tool with the uncut sphere (lens, eq. 2 of S2).
+  // The intersection of the tool with the uncut sphere (lens, eq. 2 of paper S2).
   kMended,
-  // The shrinkage of the sphere of radius r (eq. 6 of S2 as printed): about 2r/δ times too much at a small overlap δ.
+  // The shrinkage of the sphere (eq. 6 of paper S2 as printed): at a small overlap δ, about 2 radius/δ times too much.
   kAsPrinted,
 };
 
-/// A cut sphere: `base` before the current cut; eq. 6 of S2 then gives the current sphere. Ten doubles, as in the
-/// shaders.
+/// A cut sphere: `base` is the sphere before the current cut, from which eq. 6 of paper S2 computes the current sphere.
+/// Ten doubles, as in the shaders.
 struct CutSphere {
   dvec3 base{0};           // m, frame W, centre before the current cut
   double base_radius = 0;  // m, radius of the sphere `base`

@@ -56,7 +56,7 @@ class Sweep {
     float safe_travel = 0;
   };
 
-  /// Returns true for a long path: depths must be computed along the whole path, not only at its end, which is slower.
+  /// Returns true for a long path: depths are computed along the whole path (slower), not only at its end pose.
   bool is_long() const noexcept { return straights_ > 0; }
 
   /// Returns true if both sweeps have the same head.

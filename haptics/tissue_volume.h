@@ -29,7 +29,7 @@ struct RasterBlock {
   std::vector<float> distance;
 };
 
-/// The tissue as a sparse distance field, and its only owner. Used by one thread at a time, in a session the carver
+/// Owns the tissue, which is a sparse distance field. Used by one thread at a time; in a session, this is the carver
 /// thread. Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see

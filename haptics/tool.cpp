@@ -25,8 +25,8 @@ constexpr Form kLength{"0.05–60", R"({"type": "number", "minimum": 0.05, "maxi
 // constant density; above it, their density decreases.
 constexpr double kBluntEnd = 0.1;
 
-/// Piece of a meridian: a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank end. The distance
-/// to the chain is the distance to the surface.
+/// Piece of a meridian. A meridian is a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank
+/// end. The distance to the chain is the distance to the surface.
 struct Piece {
   dvec2 a, b;          // end points of the piece
   dvec2 center{0, 0};  // centre of the arc

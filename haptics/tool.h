@@ -76,7 +76,7 @@ struct Tool {
   double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: never sinks
   // μ_c: ratio of tangential to normal force (Preston, Archard), used where the tissue's EdgeLaw states none.
   double cutting_coefficient = 0.3;
-  // Edges: a drill's blades cut by Material::blade, a diamond bur's grains by Material::grit. 0: not stated.
+  // Number of blades; 0: not stated. Blades cut by Material::blade, the grains of a diamond bur by Material::grit.
   int blades = 0;
   double grit = 0;  // m, mean size of the grains
 

@@ -21,8 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // Pass m of Burg's method. Before it, forward[i] and backward[i] are the prediction errors of order m at the samples
-  // m + 1 + i and m + i.
+  // Pass m of Burg's method. At its start, forward[i] and backward[i] are the prediction errors of order m at the
+  // samples m + 1 + i and m + i.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -33,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // Each prediction error depends on the samples i … i + m + 1, and gets the weight of the middle one.
+      // Each prediction error depends on the samples i … i + m + 1, and gets the weight of the middle sample.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];
@@ -111,7 +111,7 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const bool stable =
       std::all_of(result.reflection.begin(), result.reflection.end(), [](double k) { return std::abs(k) < 1; });
   if (!stable) {
-    // Replaces an unstable model by the stable model of the same spectrum: spectrum, autocorrelation, Levinson–Durbin.
+    // Replaces an unstable model by the stable model with the same spectrum, by autocorrelation and Levinson–Durbin.
     constexpr std::size_t kPoints = (std::size_t{1} << 16) + 1;
     std::vector<double> power(kPoints);
     const auto denominator = power_of_taps({solution.data(), p}, kPoints);

@@ -20,7 +20,7 @@ struct Estimate {
 Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
 /// Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the samples × `taper`. Always stable.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
-/// Modified covariance method (Marple 1980): least squares of forward and backward prediction. Sets `refactored`.
+/// Modified covariance (Marple 1980): least squares of forward and backward prediction. Sets Estimate::refactored.
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };

@@ -26,7 +26,7 @@ struct VectorOf<double> {
 };
 
 // Computes a block of 64 samples. a[1…order]: coefficients; `order` is even. y[−order…−1]: past output. response[kBlock
-// + j]: impulse response, 0 for j < 0.
+// + j]: impulse response at sample j, 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {

@@ -52,7 +52,7 @@ class LatticeFilter {
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Changes the coefficients between two samples. The order of the filter and its past samples stay.
+  /// Changes the coefficients between two samples. Keeps the filter's order and its past samples.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }

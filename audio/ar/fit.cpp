@@ -90,7 +90,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // Main lobe and first side lobes of the line.
+    // Adds the main lobe and the first side lobes of the spectral line.
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -147,7 +147,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// Returns the mains frequency (50 or 60 Hz) if its power is 20 dB above the median around it, otherwise 0.
+/// Returns the mains frequency (50 or 60 Hz) if its power is 20 dB above the median at nearby frequencies, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
   // In recordings shorter than 0.5 s, 50 Hz cannot be distinguished from 60 Hz.

@@ -7,8 +7,8 @@ namespace typodont::audio {
 
 /// Step-up recursion: converts reflection coefficients k_1…k_p to a_1…a_p of A(z) = 1 + Σ a_i z^-i.
 std::vector<double> step_up(const std::vector<double>& reflection);
-/// Step-down recursion: converts a_1…a_p to k_1…k_p, from the highest order down. Stops at |k| ≥ 1; the lower ones are
-/// then 0. Stable if and only if all |k| < 1.
+/// Step-down recursion: converts a_1…a_p to k_1…k_p, from the highest order down. Stops at |k| ≥ 1; the coefficients of
+/// lower order are then 0. Stable if and only if all |k| < 1.
 std::vector<double> step_down(std::vector<double> a);
 /// Levinson–Durbin recursion: converts an autocorrelation r_0…r_p to reflection coefficients k_1…k_p.
 std::vector<double> reflection_of_autocorrelation(const std::vector<double>& r);

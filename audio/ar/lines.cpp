@@ -51,7 +51,7 @@ std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// Oscillation that shifts `frequency` to 0 Hz.
+/// Complex oscillation. Multiplication by this oscillation shifts `frequency` to 0 Hz.
 std::vector<Complex> shift_of(double frequency, double rate, std::size_t count) {
   std::vector<Complex> shift(count);
   const double turns = frequency / rate;
@@ -148,7 +148,7 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Power density (1/Hz) beside a line: median in the bands next to its band.
+/// Power density (1/Hz) beside a line: median in the bands next to the line's band.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -177,7 +177,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power of the noise in the line's band: `floor` ∫|H|², where |H|² = 2^-(f/bandwidth)².
+  // Power of the noise in the line's band: `floor` · ∫|H|² df, where |H|² = 2^(−(f/bandwidth)²).
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -250,7 +250,7 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The frequency is normally distributed: weighted sum of kPoints sinusoids over ±2 σ, seen through a Hann window.
+    // The line's frequency is normally distributed: adds kPoints weighted sinusoids within ±2 σ, with a Hann window.
     constexpr int kPoints = 9;
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

@@ -29,7 +29,7 @@ struct LineTrack {
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // Below this own_variation(), a line counts as sinusoid.
+  // Below this own_variation(), a line counts as a sinusoid.
   static constexpr double kSteadyVariation = 0.3;
   // Largest amplitude variance caused by noise, relative to the squared mean amplitude; above it, the line is too weak.
   static constexpr double kWeakestLine = 0.1;
@@ -47,8 +47,8 @@ struct TakenLine {
   double variation = 0;
 };
 
-/// Removes the steady lines from x, at most ten, the strongest first. Changes slower than a second count as changes of
-/// the spindle's speed.
+/// Removes the steady lines from x, at most ten, the strongest first. Frequency changes that take longer than a second
+/// count as changes of the spindle's speed.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
 /// One-sided density (1/Hz) of the lines, as welch() would estimate it, at the frequencies i·rate/n, i = 0…n/2.

@@ -12,7 +12,7 @@ namespace {
 constexpr double kFrame = 0.05;  // s, length of a frame of the recording
 // Frames this much quieter than loud frames are inaudible, dB.
 constexpr double kAudible = 25;
-// dB, largest change of a constant level over kEvenOver frames
+// dB, largest change of the level within kEvenOver frames that still counts as a constant level
 constexpr double kEvenWithin = 1.5;
 constexpr std::ptrdiff_t kEvenOver = 6;
 constexpr double kUnderLoad = 2.5;  // dB, rise of the level above the idle level that counts as load

@@ -10,8 +10,8 @@
 
 namespace typodont::audio {
 
-/// Finds the parts of a recording by their level: run-up before the first constant level, run-down after the last;
-/// between them, load where it is 2.5 dB louder than idle. Empty below 0.5 s, or without a constant level.
+/// Finds the parts of a recording by level: run-up before the first constant level, run-down after the last; between
+/// them, load where the level is 2.5 dB above idle. Empty if shorter than 0.5 s, or without a constant level.
 std::vector<SoundPart> parts_of(std::span<const double> x, double rate);
 
 std::optional<DrillPart> drill_part_named(std::string_view name) noexcept;

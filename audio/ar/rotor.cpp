@@ -42,13 +42,13 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  // A harmonic series must reach at least the initial best_score, dB.
+  // The score of a harmonic series must exceed the initial best_score, dB.
   double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      // Each harmonic that exists adds its prominence − 5 dB. A missing one subtracts 5 dB, if a higher one exists.
+      // Each existing harmonic adds its prominence − 5 dB. Each missing harmonic below an existing one subtracts 5 dB.
       double score = 0, missing = 0;
       int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {

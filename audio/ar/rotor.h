@@ -13,7 +13,7 @@ struct SpectralLine {
   double prominence = 0;  // dB, peak's height above the median of the neighbouring frequencies
   double level_dB = 0;    // dB re 1/Hz at the peak
 };
-/// Peaks of the smoothed spectrum, the strongest first. `window` (s): a longer one finds weak lines of constant
+/// Peaks of the smoothed spectrum, the strongest first. `window` (s): a longer window finds weak lines of constant
 /// frequency.
 std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB = 8,
                                          double window = kLineWindow);

@@ -77,7 +77,7 @@ WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleForma
   info.format = SF_FORMAT_WAV | (format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_FLOAT);
   impl_->sound.reset(sf_open(impl_->partial.path().c_str(), SFM_WRITE, &info));
   if (!impl_->sound) throw Error(file.string(), "", sf_strerror(nullptr), "a writable place");
-  // Without a time of creation in the file, equal sounds give equal bytes.
+  // Omits the PEAK chunk, which contains the time of creation, so that equal sounds give equal bytes.
   sf_command(impl_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
   sf_command(impl_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }

@@ -14,7 +14,7 @@ namespace typodont::audio {
 namespace {
 // Shortest and longest sound whose speed is followed, s.
 constexpr double kShortest = 0.5, kLongest = 60;
-// A line is followed only if it exceeds its surroundings by this, dB.
+// A line is followed only if it exceeds the neighbouring frequencies by this, dB.
 constexpr double kProminence = 10;
 constexpr std::size_t kMaxTried = 6;  // largest number of spectral lines that are tried, strongest first
 // Length of the moving averages, s. A spindle has inertia, so its speed changes slowly.

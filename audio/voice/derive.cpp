@@ -23,7 +23,7 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Factor by which a tissue changes the power at `frequency` (Hz), without its change of level.
+/// Factor by which a tissue changes the power at `frequency` (Hz), without the tissue's change of the overall level.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;

@@ -10,7 +10,7 @@ namespace typodont::audio {
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
-inline constexpr double kEdgeArea = 2e-6;        // m², contact area that doubles the cutting sound's power
+inline constexpr double kEdgeArea = 2e-6;        // m²; doubles the power of the cutting sound, compared with area 0
 inline constexpr double kMaxArea = 20e-6;        // m², above this area, contacts do not become louder
 // N, force that gives 63 % of the largest brightness (amplification of high frequencies)
 inline constexpr double kBrightForce = 1.5;

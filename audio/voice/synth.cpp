@@ -34,19 +34,19 @@ constexpr double kJump = 0.5;
 constexpr double kAtRest = 0.03;
 constexpr float kTouchStrength = 0.02f;  // added to the knock's amplitude when a contact begins; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// If the force rises more slowly, no knock is heard, N/s.
+// If the force rises more slowly than this, no knock is heard, N/s.
 constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude of scraping at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
 // Standard deviation of suction, 4 dB below the idling turbine. Suction has 63 to 75 dB(A) alone, 67 to 80 with a
 // handpiece (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// Rate of change of the levels of water and suction, as a fraction of that of all other levels.
+// The levels of water and suction change at this fraction of the rate of all other levels.
 constexpr float kWaterRate = 0.02f;
-// At low speed, each cutting edge makes a decaying burst; its power is that of the steady sound. Bursts are separate
-// up to kApart edges per second, and fused to a steady sound from kFused on.
+// At low speed, each cutting edge makes a decaying burst; the mean power of the bursts is that of the steady sound.
+// Bursts are separate up to kApart edges per second, and fused to a steady sound from kFused on.
 constexpr double kApart = 60, kFused = 200;
-// Until the next cutting edge passes, a burst decays by exp(-kDying).
+// Until the next cutting edge passes, the amplitude of a burst decays by the factor exp(-kDying).
 constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
@@ -286,7 +286,7 @@ struct DrillSynth::Impl {
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // The idle amplitude is proportional to speed^3.75 (air, bearings), that of cutting to the speed.
+        // The idle amplitude is proportional to speed^3.75 (air, bearings), the cutting amplitude to the speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }

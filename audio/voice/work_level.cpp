@@ -28,7 +28,7 @@ struct Power {
   }
 };
 
-/// Power response |1 + gain (1 - low)|²: the synthesizer adds gain × the signal without its low frequencies.
+/// Power response |1 + gain (1 - L)|², L: low-pass filter. The synthesizer adds gain × the signal above kBrightFrom.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);

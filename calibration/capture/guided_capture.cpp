@@ -246,7 +246,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  // Writes only the file of this step; those of other steps are up to date.
+  // Writes only the file of this step; the files of other steps are up to date.
   Captures changed;
   switch (step_) {
     case Step::kArm:
@@ -300,7 +300,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // The calibration step "drift" only stores touches. Later sessions compare their touches with the stored ones.
+      // The calibration step "drift" only stores touches. Later sessions compare their touches with the stored touches.
       break;
   }
 }

@@ -26,7 +26,7 @@ double extent(Points points) {
 }
 
 // Consensus by a contrario RANSAC (Moisan & Stival 2004). NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3): expected number of
-// sets of k pairs that agree as well by chance. α_k: probability that a wrong pair's residual is at most the k-th.
+// equally good sets of k pairs by chance. α_k: probability that a wrong pair's residual is at most the k-th smallest.
 class Consensus {
  public:
   /// `sigma`: wrong points are normally distributed with this standard deviation, m; 0: they are uniform in the cube
@@ -37,7 +37,7 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume (m³) in which wrong points lie. If sigma > 0: of 1 / their largest density.
+        // Logarithm of the volume (m³) of wrong points, or of 1 / their largest probability density (if sigma > 0).
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -194,8 +194,8 @@ class Consensus {
       }
       return;
     }
-    // With 30 % good pairs, one triple in 37 is good, and 1500 triples miss all with a probability of 1e-18. Once many
-    // pairs agree, fewer triples suffice (1e-9).
+    // With 30 % good pairs, one triple in 37 is good, and the probability that none of 1500 triples is good is 1e-18.
+    // Once many pairs agree, fewer triples suffice (1e-9).
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -325,11 +325,11 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all`: fit to all pairs. Sets of fewer than `least` pairs may be missed.
+  /// Finds the motion that most pairs follow. `all`: fit to all pairs. Sets of fewer than `least` pairs may be missed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // 3000 triples miss a set of four of sixteen pairs with a probability of 1e-9; 4 n_³ include practically all
-    // triples.
+    // If four of sixteen pairs agree, the probability that 3000 triples miss them is 1e-9. 4 n_³ random triples include
+    // practically all triples.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);

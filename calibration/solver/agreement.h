@@ -35,7 +35,7 @@ struct Agreement {
   // Logarithm of the number of equally good sets of pairs that is expected by chance.
   double log_nfa = std::numeric_limits<double>::infinity();
 };
-/// With known noise, sets smaller than `least` may be missed.
+/// Finds the largest set of agreeing pairs. With known noise, sets smaller than `least` may be missed.
 Agreement max_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

@@ -259,7 +259,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The noise has a lower limit; otherwise the rounding of exact data would determine parameters.
+    // The noise has a lower limit: rounding errors of exact data must not seem to determine parameters.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }

@@ -20,8 +20,8 @@ namespace typodont::calibration {
 namespace {
 
 // Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (W to K: angle-axis, translation), panel (angle-axis,
-// middle, width, height), mirror normal, mirror offset, touched points. Derivatives are analytic; automatic ones took
-// ten times as long.
+// middle, width, height), mirror normal, mirror offset, touched points. Derivatives are analytic; automatic derivatives
+// took ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -232,7 +232,7 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// Covariance of the last `wanted` unknowns in `order`. Returns false if they are not all determined.
+// Covariance of the last `wanted` unknowns in `order`. Returns false if the problem does not determine all of them.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -430,11 +430,11 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.max_num_iterations = 200;
   solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
-  // First without lens distortion, because far from the solution it would fit other errors.
+  // First solves without lens distortion: far from the solution, distortion would compensate for other errors.
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // Large, because the first estimate is good; a smaller trust region doubled the number of iterations.
+  // Large trust region, because the first estimate is good; a smaller one doubled the number of iterations.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);

@@ -118,7 +118,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const double* t = &track.t[first];
   double gap[kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) gap[j] = (u - t[j]) / track.step;
-  // without[j][k]: product of all differences except those of j and k.
+  // without[j][k]: product of all gap[l] except l = j and l = k.
   double without[kThrough][kThrough];
   for (std::size_t j = 0; j < kThrough; ++j) {
     for (std::size_t k = 0; k < j; ++k) {

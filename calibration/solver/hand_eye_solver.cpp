@@ -31,13 +31,13 @@ using Indices = std::vector<std::size_t>;
 // Lever arm that converts a rotation error to a displacement, as at a stylus, m.
 constexpr double kLever = 0.1;
 constexpr double kFloor = 1e-13;  // rad and m, smallest noise that is assumed, because of rounding errors
-// Number of random triples of pairs. If half of the pairs are good, no triple is good with a probability of 1e-23.
+// Number of random triples of pairs. If half of the pairs are good, the probability that no triple is good is 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;     // number of best random samples that concentrate() improves
 constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is rejected
 // From this number of pairs on, noise is a full 6×6 matrix.
 constexpr std::size_t kMinForFullNoise = 20;
-// With smaller rms rotations, X and Z are not determined, rad.
+// Smallest rms rotations that determine X and Z, rad: about the main axis, and about the second axis.
 constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
 // If the ratio of the arm's rms rotation to the rotation noise is below this, X and Z are not determined.
 constexpr double kTurnOverNoise = 4;
@@ -349,7 +349,7 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // The mean of an inverse Wishart distribution is too large by ν / (ν - 7).
+    // The mean of an inverse Wishart distribution is too large by the factor ν / (ν - 7).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kMinForFullNoise ? 1 : nu / (nu - 7);
     // Divides rows and columns of H by the square roots of its diagonal, because the unknowns have different units.
@@ -427,7 +427,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The most frequent mistake is that the tracker poses are inverted. It is reported if their inverses fit.
+      // Most frequent mistake: the tracker poses are inverted. This mistake is reported if the inverse poses fit.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

@@ -13,12 +13,12 @@ namespace typodont::calibration {
 struct Split {
   Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
-  double sigma = 0;                        // m per axis, standard deviation of a pair's residual after its motion
+  double sigma = 0;                        // m per axis, standard deviation of residuals under the nearer motion
   double log_nfa = 0;                      // logarithm of the expected number of equally good splits by chance
 };
 
 /// Best split of `pairs`, if it fits better than one motion with noise, also with noise that is larger along one axis.
-/// `known_sigma`: m per axis, 0: estimated; `rounding`: m.
+/// `known_sigma`: m per axis, 0: estimated; `rounding`: m, rounding error of the coordinates.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 

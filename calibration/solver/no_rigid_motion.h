@@ -13,7 +13,7 @@ bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 /// Returns true if a mirror image fits more pairs, or fits them better. For data with outliers.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Scale: distances in D / distances in H. Empty unless it fits much better than 1 and differs from 1 by at least 2 %.
+/// Scale: distances in D / distances in H. Empty unless this scale fits much better than 1 and differs from 1 by ≥ 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
 /// The same scale for data with outliers: median of distance between two points in D / distance between them in H.

@@ -59,7 +59,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Small eigenvalues suffer from rounding, so they are summed again perpendicular to the main axis.
+  // Rounding makes the small eigenvalues inexact, so they are summed again from the coordinates along their axes.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -157,7 +157,7 @@ class Registration {
     return rival;
   }
 
-  // Looks for two similar motions. With known noise, only if the residuals contradict it (5 %).
+  // Looks for two similar motions. If the noise is known: only if the residuals contradict it (significance 5 %).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {

@@ -49,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// 1 - I_x(a, b), accurate also if it is tiny.
+// 1 - I_x(a, b), where I_x is the regularised incomplete beta function; accurate also if the result is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;

@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// An undo or redo of a stroke. For an exact replay, its place among the cuts and tissue patches is recorded.
+/// An undo or redo of a stroke. For an exact replay, its position in the order of cuts and tissue patches is recorded.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;

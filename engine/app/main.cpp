@@ -65,7 +65,7 @@ static void print_harmless_text() {
 }
 
 /// Prevents any write to standard error, even by a library, from waiting for a reader. A pipe or terminal is opened
-/// again for this, because other programs share the mode of the file that was opened first.
+/// again for this, because the non-blocking mode of the inherited file would also affect other programs.
 static void never_wait_for_standard_error() {
   struct stat info {};
   if (::fstat(STDERR_FILENO, &info) != 0 || !(S_ISFIFO(info.st_mode) || S_ISCHR(info.st_mode))) return;
@@ -75,8 +75,8 @@ static void never_wait_for_standard_error() {
   ::close(own);
 }
 
-/// Opens /dev/null for each closed standard stream. Otherwise the next opened file would get its number, and text for
-/// the terminal would be written into that file.
+/// Opens /dev/null for each closed standard stream. Otherwise the next opened file would get the number of this stream,
+/// and text for the terminal would be written into that file.
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;

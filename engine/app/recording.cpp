@@ -18,7 +18,7 @@ namespace typodont {
 
 namespace {
 
-/// The address of a hand's device, without the folders of a file in it: their names can identify users and patients.
+/// The address of a hand's device. If it names a file, the folders are left out: they may identify users and patients.
 std::string without_folders(const std::string& address) {
   std::error_code code;
   for (const std::size_t start : {std::size_t{0}, address.find(':') + 1}) {
@@ -28,8 +28,8 @@ std::string without_folders(const std::string& address) {
   return address;
 }
 
-/// The file that a text of the scene names, and its name in a recording. Empty if the text names no file, or an asset
-/// that refers to further files.
+/// The file to which a text in the scene refers, and the file's name in a recording. Empty if the text refers to no
+/// file, or to an asset that refers to further files.
 std::optional<std::pair<std::filesystem::path, std::string>> named_file(const std::string& text,
                                                                         const ScenePlace& place) {
   namespace fs = std::filesystem;
@@ -393,7 +393,7 @@ void SessionRecorder::store(const display::HmdTiming& timing) {
 
 void SessionRecorder::turn() {
   const auto store_event = [this](const auto& event) { store(event); };
-  // Reads the servo's event log first: an edit is in the carver's event log before the servo uses its tissue patch.
+  // Servo events first: the carver's log then already contains each undo or redo whose tissue patch the servo used.
   for (ServoEvent event; servo_.next(event);) std::visit(store_event, event);
   for (CarverEvent event; carver_.next(event);) std::visit(store_event, event);
   for (ViewEvent event; view_.next(event);) std::visit(store_event, event);

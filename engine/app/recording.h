@@ -63,7 +63,7 @@ std::optional<LoosePiece> piece_of(const session::SessionEvent& event);
 /// Reads all event logs of a session and writes its file. Only one thread at a time may use it.
 class SessionRecorder {
  public:
-  /// Records the second hand and the eyes' positions only if `header.streams` names them. `sound_latency`: returns the
+  /// Records the second hand and the eyes' positions only if `header.streams` lists them. `sound_latency`: returns the
   /// time from a tick to its sound, s; empty: unknown. Throws Error.
   SessionRecorder(const std::filesystem::path& file, const Scene& scene, const session::SessionHeader& header,
                   const EventLogs& event_logs, const session::WriterOptions& options = {},

@@ -39,7 +39,7 @@ class ServoSide {
   /// If the carver offers a tissue patch that the servo must use from this tick on, adopts it. `t`: any steady clock,
   /// ns.
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
-  /// Writes the tissue patch that the next tick uses.
+  /// Writes to the event log that the servo uses a new tissue patch from the next tick on.
   void write(const PatchUse& use) noexcept { event_log_.write(use); }
   /// Writes a tick and its cut. `cut`: null: none was made.
   void write(const ServoTick& tick, const Cut* cut) noexcept;

@@ -106,7 +106,7 @@ struct Wiring {
   /// Carver thread → computing thread of LiveViews: number that increases whenever the tissue changes.
   std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
-      /// Saving thread → user interface: numbers of successful and of failed saves of the tissue.
+      /// Saving thread → user interface: number of saves of the tissue that succeeded (`saved`) and that failed.
       not_saved{0};
   // Render thread → carver thread: tolerance of the mesh, voxels (picture/detail.h).
   std::atomic<float> tolerance{0.1f};
@@ -124,7 +124,7 @@ struct Wiring {
       /// session has not begun.
       0};
   std::atomic<bool> stop{false};  // any thread → all threads: end the session
-  /// → recorder and stream threads: all other threads have ended, so no more data will come.
+  /// To the recorder and stream threads: all other threads have ended, so no more data will come.
   std::atomic<bool> nothing_more{false};
   std::atomic<bool> servo_ended{
       false};  // servo thread → render thread: the hand was disconnected, or its script has ended

@@ -268,7 +268,7 @@ void Workbench::Impl::set_up() {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
       sound.emplace(address, voice_of(scene), s.wiring.event_logs, !address.starts_with("wav:"), options.binaural);
-      // Without a picture, no other code records the eyes' position.
+      // Without a picture, no other code writes the eyes' position, which the binaural sound needs.
       if (rig && !s.draw)
         s.wiring.event_logs.view.write(SeenFrom{0, rig->head.eye_center, rig->head.right, rig->head.ipd});
       explain("sound: on, " + address + (options.binaural ? ", for two ears" : ""));

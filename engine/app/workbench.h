@@ -155,7 +155,7 @@ class Workbench {
   /// The instructor's brush strokes in order, without undone ones. Call after stop().
   std::vector<PaintStroke> painted() const;
 
-  /// Sections, inner tissues and score, for pictures of the running session; null: no window and no operator.
+  /// Sections, inner tissues and score, for pictures of the running session; null: no window shows the session.
   LiveViews* views();
   /// Draws a second picture from a free viewpoint, on the GPU device of WorkbenchOptions::device. If `embedded` is
   /// true, only this picture is drawn, without the trainee's. A size of 0 switches the second picture off.

@@ -38,7 +38,7 @@ std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   Sha256 hash;
-  std::array<char, 1 << 16> piece;  // on the stack: most files of driver caches are small
+  std::array<char, 1 << 16> piece;  // on the stack, because allocating it for many small files takes time
   while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0)
     hash.bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
   if (in.bad()) return std::nullopt;

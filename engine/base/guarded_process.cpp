@@ -35,7 +35,7 @@ void limit_process(const ProcessLimits& limits) {
   lower(RLIMIT_CORE, 0);
   lower(RLIMIT_CPU, limits.seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  // No limit of the address space: a sanitizer reserves more than any limit.
+  // The address space is not limited, because a sanitizer reserves more than any useful limit.
 #else
   lower(RLIMIT_AS, limits.memory);
 #endif
@@ -142,8 +142,8 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // Errors go to /dev/null: the C library's messages about a damaged heap help nobody. Standard output goes to `output`
-  // if it is given.
+  // Error messages go to /dev/null: users cannot use the C library's messages about a damaged heap. Standard output
+  // goes to `output` if this is given.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {

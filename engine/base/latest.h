@@ -39,7 +39,7 @@ class Latest {
       back_ = there & kIndex;
     }
   }
-  /// Makes the last published value back() again. False: the reader has already fetched it.
+  /// Makes the slot of the last published value back() again. False: the reader has already fetched this value.
   bool take_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;

@@ -18,8 +18,8 @@ enum class Over {
 
 /// Writes a file: first a temporary file in the same folder, which keep() renames. Refuses to replace inputs, files of
 /// another kind, write-protected files and directories.
-/// Follows links to regular files. Keeps mode and, where permitted, owner and group. Devices and FIFOs are copied into.
-/// The temporary name is random and new (O_EXCL, O_NOFOLLOW). Any thread, one at a time.
+/// Follows links to regular files; keep() copies into devices and FIFOs. Keeps mode and, where permitted, owner and
+/// group. The temporary name is random and new (O_EXCL, O_NOFOLLOW). Any thread, one at a time.
 class PartialFile {
  public:
   /// Checks the target and creates the temporary file. `part` distinguishes several temporary files of one target.

@@ -83,8 +83,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Plans the particle's next full update in steps / 2 to `steps` steps. Its step is a multiple of a power of two,
-  // minus an offset per group. So one group is updated together, and different groups in different steps.
+  // Plans the particle's next full update in steps / 2 to `steps` steps. The update's step is a multiple of a power of
+  // two, minus an offset per group. So one group is updated together, and different groups in different steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMaxSteps;

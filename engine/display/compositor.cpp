@@ -382,7 +382,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // `slot` selects the buffers. If the CPU never composed the last frame of this slot, all parts are missing.
+    // `slot` selects the buffers. If the CPU has not composed this slot's last frame, all parts are composed.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
@@ -399,7 +399,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  // If the target's width or height is odd, the eyes' regions leave a column or row, which must be black.
+  // If the target's width or height is odd, the eyes' regions do not cover one column or row, which must be black.
   const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
   for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,

@@ -112,7 +112,7 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // Result of `calibrate register`: X_DH, the haptic base in the headset's space D.
+    // The file is a result of `calibrate register`. X_DH: pose of the haptic base in the headset's space D.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -241,7 +241,7 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell: the image is displaced by t (1 − cos θ / √(n² − sin² θ)) along the normal, towards the eye.
+  // Snell: shift towards the eye, t (1 − cos θ / √(n² − sin² θ)). t: thickness; n: refractive index; θ: ray to normal.
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -255,8 +255,8 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // Axes: right, up and towards the eye. A mirror image emits light against v_r × v_u, so the frame is left-handed
-  // (determinant −1); nothing else differs.
+  // Axes: right, up and towards the eye. A mirror image emits light in the direction −(v_r × v_u). So with a mirror,
+  // v_n is reversed, and the frame is left-handed (determinant −1).
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
@@ -288,7 +288,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m; eyes nearer to the screen are errors
+  constexpr double kNearest = 0.05;  // m, smallest allowed distance of the eyes from the screen
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
@@ -344,7 +344,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Of the projection's elements, only P23 is a length.
+  // P23 is the only length in the projection; row_major_mm() converts it to mm.
   return row_major_mm(vulkan_projection(frustum));
 }
 

@@ -32,8 +32,8 @@ struct Screen {
   Layout layout = Layout::kSideBySide;
 };
 
-/// Plane normal · p = offset in W. The glass displaces the image of the hand; glass_shift() displaces the picture by
-/// the same amount.
+/// A mirror in the plane normal · p = offset (frame W). The glass displaces the image of the hand; glass_shift()
+/// displaces the picture by the same amount.
 struct Mirror {
   dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in frame W
   double offset = 0;           // m, distance of the plane from W's origin along the normal

@@ -32,8 +32,8 @@ struct HeadMotion {
 /// 360°, or not finite.
 std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet);
 
-/// Kalman filter for constant velocity, with measurement noise `sigma` and acceleration density `agility`² (Bar-Shalom,
-/// Li & Kirubarajan 2001, section 6.2.2). Samples may be irregular or missing.
+/// Kalman filter for constant velocity, with measurement noise `sigma` and spectral density `agility`² of the
+/// acceleration (Bar-Shalom, Li & Kirubarajan 2001, section 6.2.2). Samples may be irregular or missing.
 class MotionFilter {
  public:
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
@@ -78,7 +78,7 @@ class HeadTracker {
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
-  // Factor for the measured motion: DisplayRig::scale.
+  // Factor by which the measured motion is multiplied: DisplayRig::scale.
   double scale_;
   MotionFilter center_, right_;
   Stats stats_;

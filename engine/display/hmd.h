@@ -70,13 +70,13 @@ class Hmd {
   virtual gpu::DeviceOptions device_options() = 0;
   /// Creates the session. `work_W`: point that recentring brings in front of the user, m. Throws Error.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
-  /// Waits until the user wears the headset. Throws Error if it stays idle.
+  /// Waits until the user wears the headset. Throws Error if the headset stays idle.
   virtual void wake() = 0;
   virtual void end() = 0;
 
   /// Handles events. Returns false if the session has ended; throws RunFailure if the headset is lost.
   virtual bool poll() = 0;
-  /// Returns false while no frames are wanted; then sleep briefly and call poll() again.
+  /// Returns false while the runtime wants no frames; the caller then sleeps briefly and calls poll() again.
   virtual bool running() const = 0;
   /// Waits for the next frame; returns it with the poses of head and hands.
   virtual HmdFrame wait() = 0;
@@ -95,7 +95,7 @@ class Hmd {
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
   virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
-  /// Triangles that neither eye can see, for Renderer::set_hidden; nullopt: unchanged since the last call.
+  /// Triangles that the lenses hide from each eye, for Renderer::set_hidden; nullopt: unchanged since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;

@@ -54,9 +54,9 @@ class Compositor {
   /// Texts for both eyes; null: no text. If both eyes share a region, only the first is used.
   using Huds = std::array<const Hud*, 2>;
 
-  /// Records the composition. `pictures`: one or two layers, layout SHADER_READ_ONLY; `first_row`: panel row of the
-  /// target's first row, for interleaved rows; `changed`: parts changed since the last record(). Returns the parts
-  /// drawn; nullopt: all.
+  /// Records the composition. `pictures`: one or two layers, layout SHADER_READ_ONLY; `first_row`: for
+  /// interleaved rows, the screen's row that shows the target's first row; `changed`: parts changed since the last
+  /// record(). Returns the parts drawn; nullopt: all.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
@@ -137,7 +137,7 @@ bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 
-/// Keys that must not wait for a frame, with the codes of UserInput::pressed.
+/// Keys that are handled at once, without waiting for a frame. Codes as in UserInput::pressed.
 struct UrgentKeys {
   std::vector<int> codes;
   std::function<void(int code)> pressed;  // must not block

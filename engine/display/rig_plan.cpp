@@ -19,7 +19,7 @@ struct Limit {
   std::string name;
 };
 
-/// Limit whose plane goes through a, b and c; the point `inside` fulfils it.
+/// Limit whose plane goes through a, b and c; the point `inside` lies in the half-space.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;

@@ -40,11 +40,11 @@ struct BenchPlan {
   /// Corners of the glass, m, frame W: near left, near right, far right, far left.
   std::array<dvec3, 4> glass{};
   double glass_width = 0, glass_length = 0;  // m, width and length of the smallest glass
-  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, frame W, corners of the workspace; equal: there is none
+  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, frame W, corners of the workspace; equal: no workspace
   std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
-  std::vector<std::string> conflicts;        // reasons why the bench cannot be built; empty: it can
+  std::vector<std::string> conflicts;        // reasons why the bench cannot be built; empty: the bench can be built
 };
 
 BenchPlan plan_bench(const BenchSpec& spec);

@@ -32,7 +32,7 @@ struct Hud {
   bool force_shown = true;
   double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at which the bar is full
-  std::string hint;        // hint; lines may break at three spaces
+  std::string hint;        // hint; lines may break where the text has three spaces
   HudWords words;
   // smallest height of letters in units of half the picture's height, from readable_letters()
   double min_letters = 0;

@@ -57,7 +57,7 @@ struct DeviceOptions {
   std::vector<const char*> instance_extensions;  // instance extensions that a window needs
   bool present = false;                          // true: the device must support swapchains
   bool doubles = false;                          // true: the device must support double precision in shaders
-  std::string prefer;                            // part of the preferred device's name; empty: GPUs come first
+  std::string prefer;                            // part of the preferred device's name; empty: GPUs are preferred
   // A headset's runtime creates the instance and the device with these functions (XR_KHR_vulkan_enable2). Empty: the
   // program creates them.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
@@ -77,7 +77,7 @@ struct Device {
   // true: one pass can draw both eyes. False for lavapipe 22.3: clipped triangles lose their view index, and of a
   // multisampled pass only layer 0 is resolved.
   bool multiview = true;
-  bool processor = false;  // true: software renderer, for which details are omitted
+  bool processor = false;  // true: software renderer; some details are not drawn with it
   int max_samples = 1;
   // pipelines stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
@@ -145,7 +145,7 @@ struct FrameRing {
   void submit(Device& device, VkSemaphore wait = VK_NULL_HANDLE, VkSemaphore signal = VK_NULL_HANDLE);
   /// Ends the command buffer without submitting it.
   void abandon(Device& device);
-  /// Waits for a slot's last submission (frame in flight).
+  /// Waits until the GPU has finished the last submission of a slot (frame in flight).
   void wait(Device& device, int of_slot);
   void wait_idle(Device& device);
 };

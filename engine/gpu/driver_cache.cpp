@@ -82,7 +82,7 @@ void check_driver_cache() {
       std::error_code kept;
       if (name == kList || name.starts_with("mesa_") || name.starts_with(kPipelines)) fs::remove_all(it->path(), kept);
     }
-    fs::create_directories(g_folder, code);  // Mesa creates only its own folder, not those above
+    fs::create_directories(g_folder, code);  // Mesa creates only its own folder, not the folders above it
     return;
   }
   const auto now = files_now();

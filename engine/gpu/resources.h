@@ -92,7 +92,7 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets, and push constants for the same shader stages.
+  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets, and push constants for the bindings' shader stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
   /// Writes a buffer into a set. Must not be called while a frame reads the set.
@@ -121,7 +121,7 @@ struct PipelineOptions {
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // faces that are not drawn; commands set the front's corner order
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // faces that are not drawn; a command sets the winding of front faces
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

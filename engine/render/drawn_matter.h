@@ -1,5 +1,5 @@
-// Materials that are only drawn, not simulated. Their numbers follow those of contract/tissue.h, and occur only in
-// render::Vertex.
+// Materials that are only drawn, not simulated. Their numbers begin after the last tissue of contract/tissue.h, and
+// occur only in render::Vertex.
 #pragma once
 
 #include <array>

@@ -18,7 +18,7 @@ using glm::dvec2;
 constexpr int kMinAround = 8, kMaxAround = 40;
 // Distance between rings on smooth parts, in units of a triangle's side.
 constexpr double kLongStep = 2;
-// Angle between pieces of the outline above which they meet in an edge, rad.
+// Two pieces of the outline that meet at a larger angle than this form an edge, rad.
 constexpr double kSharp = 35 * kDegree;
 constexpr double kBandEdge = 0.02e-3;        // m, width of the soft edge of a coloured band
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
@@ -84,8 +84,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Unit direction of the path (x, z) at ring i. Around the tool's axis, rings may come in any order of z, so it is
-  // always +z.
+  // Unit direction of the path (x, z) at ring i. Around the tool's axis, rings may come in any order of z, so the
+  // direction is always +z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -108,7 +108,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // The first and the last corner of a ring are the same point with different `grip`.
+    // The first and the last corner of a ring lie at the same point, but have different values of `grip`.
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;

@@ -26,11 +26,11 @@ constexpr double kInside = 0.25;
 // together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
 constexpr int kImageRays = 384;  // rays per sample that find the light arriving from a mirror's direction
-// Exponent of the cosine that weights these kImageRays rays; half of the weight is within 10°.
+// Exponent n of the weight cosⁿ of these kImageRays rays; rays within 10° have half of the total weight.
 constexpr float kImageLobe = 48;
 // distance, in grid spacings, between samples in open space that have light for mirror reflections
 constexpr int kImageStep = 2;
-constexpr float kMargin = 20e-6f;  // m, distance from a surface at which its rays start, so that they do not meet it
+constexpr float kMargin = 20e-6f;  // m; rays start at this distance from a surface, so that they do not meet it
 constexpr int kLampRays = 4;
 // Margin around the points at which the shaders look up a triangle's light, grid spacings. On a curved surface, the
 // lookup points may lie outside the box of the flat triangle.
@@ -308,7 +308,7 @@ glm::vec3 mirrored_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n,
   // Weights of the lower and upper neighbour along each axis.
   const std::array<glm::vec2, 2> u{1.0f - f, f};
   const std::array<glm::vec3, 2> w{1.0f - g, g};
-  const std::size_t next = grid.image_index({1, 0}, glm::ivec3(0));  // index of the next node in the same image
+  const std::size_t next = grid.image_index({1, 0}, glm::ivec3(0));  // index step in `images` to the next node along x
   glm::vec3 sum(0);
   for (std::size_t z = 0; z < 2; ++z)
     for (std::size_t y = 0; y < 2; ++y)
@@ -486,7 +486,7 @@ struct LightScene::Impl {
       for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
         met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
     });
-    // Numbers the triangles that rays met 0, 1, 2 …, and stores these numbers instead of their indices.
+    // Gives the triangles that rays met the numbers 0, 1, 2 …, and stores these numbers instead of indices.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     const auto renumber = [&](std::int32_t& m) {
       if (m < 0) return;

@@ -18,7 +18,7 @@
 namespace typodont::render {
 
 /// Light that a smooth surface or its saliva mirrors onto others. `film`: mirrored fraction of diffuse light. The lamp
-/// is mirrored in one direction, often out of the mouth, so only kLampKept of it reaches others.
+/// is mirrored in one direction, often out of the mouth, so only the fraction kLampKept reaches others.
 inline glm::vec3 mirrored_by_film(float film, const glm::vec3& lamp, const glm::vec3& diffuse) {
   constexpr float kLampKept = 0.5f;
   return film * (kLampKept * lamp + diffuse);

@@ -36,7 +36,7 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   const auto scatters = [&](Tissue t, double red, double green, double blue) {
     looks[static_cast<std::size_t>(t)].extinction = 1e3 * dvec3(red, green, blue);
   };
-  // Softer caries is darker: 0.3 N/mm has the material's colour, 0.5 (nearly dentin) is light brown, 0.1 nearly black.
+  // Softer caries is darker. Stiffness 0.3 N/mm: the material's colour; 0.5 (nearly dentin): light brown; 0.1: black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
@@ -79,7 +79,7 @@ inline double dry_reflectance(const Look& look) {
   return look.metal > 0.5 ? 1.0 : r * r;
 }
 
-/// Fraction of diffuse light that surface or saliva reflects; 0 for metal, whose colour contains it. The last line fits
+/// Fraction of diffuse light that surface or saliva reflects; 0 for metal, whose colour includes it. The result fits
 /// the hemispherical mean of Fresnel's reflectance for indices 1.33 to 1.5.
 inline double hemispherical_reflectance(const Look& look) {
   if (look.metal > 0.5) return 0;

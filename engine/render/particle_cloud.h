@@ -1,5 +1,5 @@
-// Particles on the GPU, moved by compute shaders with the physics of engine/debris. Without particles, it uses no
-// memory, pipeline or time. Render thread only.
+// Particles on the GPU, moved by compute shaders with the physics of engine/debris. Without particles, a cloud uses
+// no memory, pipeline or time. Render thread only.
 #pragma once
 
 #include <array>

@@ -178,7 +178,7 @@ struct Renderer::Impl {
 
   /// Effects that this frame needs; shaders omit all others.
   SurfaceEffects effects(const Frame& frame) const {
-    // The light grid contains no light inside bodies.
+    // The light grid contains no light inside bodies, so views of the inside do not use it.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
     return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
@@ -217,7 +217,7 @@ struct Renderer::Impl {
     inputs.fill(device, i, 7, linear, images.view);
   }
 
-  /// Uploads a grid of `texels` per axis; 0: one empty texel. `texel(i)`: packed value of texel i of `count`.
+  /// Uploads a grid of `texels` per axis; 0: one empty texel. `texel(i)`: packed value of texel i, 0 ≤ i < `count`.
   template <class Texel>
   void upload(VolumeImage& image, const glm::ivec3& texels, std::size_t count, const Texel& texel) {
     image.create(device, count > 0 ? texels : glm::ivec3(1), kLightFormat);

@@ -39,7 +39,7 @@ struct Vertex {
   float cut = 0;                // 0..1, fraction of cut surface around the vertex
   float thin = 0;               // 0..1, thinness; 0: thicker than kTranslucentThickness
   float lesion = 0;             // 0..1, nearness of caries; 0: farther than kLesionReach
-  glm::vec4 paint{0};           // sRGB, colour over that of the tissue; w: 0..1, its fraction
+  glm::vec4 paint{0};           // sRGB, colour mixed into the tissue's colour; w: 0..1, fraction of this colour
   float difference = 0;         // m, tissue still to remove (> 0) or removed too much (< 0), for View::kDifference
 };
 
@@ -48,7 +48,7 @@ inline constexpr double kTranslucentThickness = 1.6e-3;
 /// Distance up to which caries discolours sound tissue, m.
 inline constexpr double kLesionReach = 0.8e-3;
 
-/// New content of a brick; no triangles: it is removed.
+/// New content of a brick. Without triangles, the brick is removed.
 struct MeshUpdate {
   std::uint64_t brick = 0;  // unique in the mesh
   std::vector<Vertex> vertices;
@@ -221,7 +221,7 @@ struct FrameStats {
   int views = 0;
   double redrawn = 1;  // fraction of the pictures' pixels that was redrawn
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
-  int bricks_unchanged = 0;  // bricks in view that were not redrawn
+  int bricks_unchanged = 0;  // number of visible bricks that were not redrawn
   std::uint64_t triangles = 0;
   int passes = 0;           // number of recorded render passes
   int commands = 0;         // number of recorded draw calls
@@ -269,8 +269,8 @@ class Renderer {
   /// Declares that original bricks of the mesh that lie completely at dot(beyond, (p_W, 1)) < 0 are inside another
   /// body. Until these bricks change, kLook and kDifference do not show them. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// Sets the tool and the handpiece that holds it; a handpiece without parts is none. Throws Error for too many
-  /// triangles.
+  /// Sets the tool and the handpiece that holds it; without parts, there is no handpiece. Throws Error for too
+  /// many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
   /// Sets the grid of the film and clears it. Size 0: no film, which costs no time.
   void set_film(const FilmGrid& grid);

@@ -10,7 +10,7 @@ using glm::vec4;
 #endif
 
 // Lamp and room. `typodont render` writes these values to frame.json for the reference pictures.
-const float kLampHalfAngle = 0.12f;                // rad, half the lamp's angle at the tissue
+const float kLampHalfAngle = 0.12f;                // rad, half the angle that the lamp subtends at the tissue
 const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // colour of the lamp's light, linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
@@ -52,7 +52,7 @@ struct FrameData {
   vec4 lamp_middle;       // middle of the spot, m, frame W
   vec4 lamp_right;        // unit vector along the spot's width
   vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
-  // x: roughness; y: dry reflectance at normal incidence (metal: 1); z: wetness; w: 1 if in the TissueLightGrid.
+  // x: roughness; y: dry reflectance at normal incidence (metal: 1); z: wetness; w: 1 if TissueLightGrid has its light.
   vec4 tissue_look[16];
   vec4 film_origin;          // water film: first sample, m, frame W; w: samples per m
   vec4 film_size;            // water film: number of samples per axis

@@ -409,7 +409,7 @@ struct TissueLight::Impl {
     for (const CellBox& box : std::exchange(moved, {})) changed.take(follow_tooth(box));
     if (lit && !changed.empty()) find_clear_blocks(changed);
   }
-  /// Computes these distances in one box of cells. Returns the box of the cells whose distance changed.
+  /// Computes the distances to the working tooth in one box of cells. Returns the box of the cells that changed.
   CellBox follow_tooth(const CellBox& box) {
     std::vector<std::span<const LitTriangle>> parts;
     for (const auto& [number, brick] : bricks)
@@ -474,8 +474,8 @@ struct TissueLight::Impl {
       near_surface[block(b)] = near;
     });
     for (std::size_t b = 0; b < clear.size(); ++b) clear[b] = near_surface[b] ? 0 : kMaxClear;
-    // The distance in blocks is the largest of those along the axes, so it is found along one axis at a time, in
-    // ascending and then in descending order.
+    // The distance in blocks is the largest of the distances along the three axes. So it is found along one axis at a
+    // time, in ascending and then in descending order.
     for (int axis = 0; axis < 3; ++axis) {
       for (const int by : {1, -1}) {
         each_cell({glm::ivec3(0), blocks - 1}, [&](glm::ivec3 b) {
@@ -493,8 +493,8 @@ struct TissueLight::Impl {
     return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= static_cast<float>(grid.size.x - 1) &&
            q.y <= static_cast<float>(grid.size.y - 1) && q.z <= static_cast<float>(grid.size.z - 1);
   }
-  /// Returns the element at a point of the surface (in cells), or kNone if no surface is within kSearched or a cell
-  /// edge.
+  /// Returns the element at a point of the surface (in cells), or kNone if no surface is within the larger of
+  /// kSearched and a cell edge.
   std::int32_t element_at(const glm::vec3& q) const {
     const glm::vec3 p = origin + spacing * q;
     const float reach = std::max(kSearched, spacing);
@@ -775,8 +775,8 @@ struct TissueLight::Impl {
       e.leaves = leaving(e, exits.data());
       walked.push_back(e.cell);
     };
-    // New parts of the surface get their light at once. Other cells first all find their arriving light, because the
-    // next bounce comes from them.
+    // New parts of the surface get their light at once. For other cells, the arriving light is computed first, because
+    // the light that leaves a cell is computed from the light that arrives at other cells.
     for (const std::size_t at : fresh)
       if (Element* const e = element(at)) gather_now(*e);
     for (const std::size_t at : fresh)

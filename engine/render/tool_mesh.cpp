@@ -16,9 +16,9 @@ constexpr double kMark = 0.4e-3;          // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;     // m, width of the soft edge of a depth mark
 constexpr int kRingsPerTurn = 10;         // number of rings per turn of a thread
 constexpr int kFluteRings = 16;           // number of rings along a fluted head
-constexpr double kCrease = 30 * kDegree;  // angle of the outline above which it has an edge
+constexpr double kCrease = 30 * kDegree;  // rad; at a larger angle of the outline, the head has an edge
 constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
-constexpr double kCoarsest = 5e-4;        // lower limit of kChord divided by the radius, for large heads
+constexpr double kCoarsest = 5e-4;        // for large heads, this fraction of the radius is used instead of kChord
 
 /// Number of corners of a ring: a multiple of 24, so that 2, 6, 8 or 12 flutes have equal numbers of corners.
 int corners_around(double radius) {

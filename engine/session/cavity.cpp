@@ -21,8 +21,8 @@ const double kFloor = std::cos(30 * kPi / 180);
 // A facet is wall if the |cosine| between its normal and the axis is smaller than this: inclination below 30°.
 constexpr double kWall = 0.5;
 // Facets near an edge are not measured: there, the distance field's gradient is shorter than kShortest (on a flat face
-// it is 1) or more than 10° off the normal. Ripples left by a bur also shorten the gradient, so kShortest is well below
-// 1.
+// its length is 1) or more than 10° off the normal. Ripples left by a bur also shorten the gradient, so kShortest is
+// well below 1.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
@@ -431,7 +431,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // At the floor's edge, the gradient mixes floor and wall.
+    // At the floor's edge, the gradient depends on floor and wall, so facets there are left out.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);

@@ -21,8 +21,8 @@ constexpr float kUnchangedBand = 1.8f;
 // Voxels; a distance below kUnchangedBand is kept if the seed's surface point is at most this much farther away.
 constexpr float kSeedGap = 0.4f;
 
-/// For each voxel: index and surface point (voxels) of its nearest seed (voxel beside the surface), and a bound. A new
-/// seed replaces it only if its squared distance is below the bound. Arrays, so that vector instructions can be used.
+/// For each voxel: index and surface point (voxels) of its nearest seed (voxel beside the surface), and a bound. A
+/// nearer seed (squared distance below the bound) replaces this seed. Arrays, so that vector instructions can be used.
 struct Nearest {
   float *bound, *x, *y, *z;
   std::uint32_t* seed;

@@ -27,7 +27,7 @@ struct HeatConstants {
   ThermalTable tissue{};
   double fraction = 0;  // fraction of the cutting power that heats the tissue
   double dry_film = 0,
-         wet_film = 0;   // W/(m² K), heat transfer coefficients of a cell's face beside air: dry, in the spray
+         wet_film = 0;   // W/(m² K), heat transfer coefficient of a face beside air: dry, and in the spray (wet)
   double wet_flow = 0;   // m³/s, flow to which wet_film refers; wet_film grows with the square root of the flow
   double wet_reach = 0;  // m, radius around the tool's head that the spray wets
 };

@@ -105,7 +105,7 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the drilled hole. A shallow hole counts as deep as it is wide.
+  // The heated bone is a shell around the drilled hole. The smallest depth used for it is the hole's diameter.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // Heat capacity of the heated bone, J/K.
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;

@@ -203,7 +203,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   if (!options.whole_or_nothing && !options.named_by_start) take_name();
 }
 
-/// From here on, the file can be opened even if the program is killed.
+/// Gives the file its final name. From here on, it can be opened even if the program is killed.
 void SessionWriter::Impl::take_name() {
   if (journal) journal->start();
   partial->keep();

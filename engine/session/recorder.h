@@ -29,7 +29,7 @@ struct WriterOptions {
   bool named_by_start = false;
   // True: the file has a temporary name until finish(). For computed results, not for live sessions.
   bool whole_or_nothing = false;
-  // True: copies a recording. The caller passes the events; otherwise they are derived from the ticks.
+  // True: copies a recording. The caller passes the events; otherwise the events are derived from the ticks.
   bool rewrites = false;
   Lost lost_before;  // losses of the recording that is copied
 };

@@ -339,7 +339,7 @@ const Measure* find_measure(std::string_view name) {
 }
 
 /// Completed fraction of the task. Exploration: mean of lesions found and surface explored. Implant: finished phases.
-/// With a target shape: the changes that it requires. Otherwise: removed caries, or 1 once anything was cut or filled.
+/// With a target shape: the changes that it requires. Otherwise: removed caries; without caries, 1 after any change.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -419,8 +419,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal shape: some healthy tissue must be removed to reach the caries. Points are lost only if its
-  // removed volume is larger than the volume of the caries.
+  // Without an ideal shape: to reach the caries, some healthy tissue must be removed. Points are lost only if the
+  // removed healthy tissue has a larger volume than the caries.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -468,8 +468,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// Reads rules. A rule without target gets the ideal shape's value, or the default: for measures of the hand, for
-/// explorations, and without an ideal shape. `input`: nullptr if nothing is measured yet.
+/// Reads rules. A rule without target gets the ideal shape's value. Without an ideal shape (as in explorations) and for
+/// measures of the hand, it gets the default target. `input`: nullptr if nothing is measured yet.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -562,7 +562,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // A measure without value is left out, unless the task asks for it and the cavity was measured: then no points.
+    // A measure without value is left out. But if the task asks for it and the cavity was measured, it gives no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;

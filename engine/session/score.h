@@ -116,7 +116,7 @@ inline constexpr std::string_view kDefaultPassSource =
 /// On which side of the target a value loses points.
 enum class Best { kAtMost, kAtLeast, kNear };
 
-/// A value that is off the target by `tolerance` gets half of the points; by twice that, a third.
+/// A value that is off the target by `tolerance` gets half of the points; a value off by 2 × `tolerance`, a third.
 struct ScoreRule {
   std::string name;  // name of the measure, one of known_score_names()
   double target = 0;
@@ -160,8 +160,8 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
-  // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. By the
-  // task, fraction of lesions and surface, of phases, of required changes, or of caries; otherwise 1 after any change.
+  // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. Depends
+  // on the task: fraction of lesions and surface, of phases, of required changes, or of caries; else 1 after a change.
   double completion = 1;
   PassMark pass;
 

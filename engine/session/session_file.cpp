@@ -636,7 +636,7 @@ bool repair_session(const std::filesystem::path& file) {
       write_again(reader, partial->path());
     }
   }
-  // Another file may have this name by now.
+  // Another file may have got this name in the meantime; it must not be replaced.
   struct stat opened {
   }, named{};
   if (::fstat(bytes.fd(), &opened) != 0 || ::stat(file.c_str(), &named) != 0 || opened.st_ino != named.st_ino ||

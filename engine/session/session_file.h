@@ -65,10 +65,10 @@ class SessionReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Recovers an unsigned recording whose program was killed or lost power. Writes it again, with the changes of its
-/// journal, as an ordinary file that every HDF5 program can open, and replaces it completely or not at all. It remains
-/// marked as truncated. False if the file is intact or is still being recorded. Throws Error if it is signed, or cannot
-/// be read or written.
+/// Recovers an unsigned recording whose program was killed or lost power. Writes the recording again, with the
+/// changes of its journal, as an ordinary file that every HDF5 program can open. Replaces the old file completely or
+/// not at all; the new file remains marked as truncated. False if the file is intact or is still being recorded.
+/// Throws Error if the file is signed, or cannot be read or written.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

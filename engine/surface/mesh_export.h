@@ -20,7 +20,7 @@ struct WholeMesh {
     glm::vec3 position{0};
     glm::vec3 normal{0};
     Tissue tissue = Tissue::kAir;  // the most frequent tissue around the vertex
-    glm::vec4 paint{0};            // sRGB over the tissue's colour; w: fraction, 0 to 1
+    glm::vec4 paint{0};            // sRGB, colour mixed into the tissue's colour; w: fraction of this colour, 0 to 1
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // triangles, counter-clockwise as seen from outside

@@ -244,7 +244,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
     if (vertex == kSeveral) {
       const int found = contour ? contour->find(index) : -1;
-      // If the neighbouring brick is missing, there is a hole until put() adds it.
+      // If the neighbouring brick is missing, the mesh has a hole until put() adds this brick.
       if (found < 0) return false;
       const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
       // number of the edge among the cell's four edges parallel to `axis` (cell_shapes.h)

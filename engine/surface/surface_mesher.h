@@ -22,7 +22,7 @@ namespace typodont::surface {
 /// Vertex of 28 bytes, as in the vertex buffer. Positions are in the voxel frame: p_W = frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels, position of the vertex
-  glm::vec3 normal{0};    // unit normal, pointing outwards; on a crease, that of this triangle's side
+  glm::vec3 normal{0};    // unit normal, pointing outwards; on a crease, the normal of this triangle's side
   // The two tissues are equal for all corners of a triangle. The border between them lies where `second` is 0.5.
   Tissue tissue[2]{};       // the two tissues, in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex

@@ -69,7 +69,7 @@ struct Contact {
   double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for methods with several; 0: finest
-  // Unit normal of a boundary to harder tissue that stops the tool like a wall, out of the harder tissue. Zero: none.
+  // Unit normal of a boundary to harder tissue that stops the tool like a wall; points out of this tissue. Zero: none.
   dvec3 side_normal{0};
   // Smallest allowed stiffness of the coupling (spring between hand and proxy) in the direction of side_normal, divided
   // by ServoSettings::stiffness.

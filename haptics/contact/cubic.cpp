@@ -38,7 +38,7 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// Added to a double below 2, this rounds it to a multiple of 2^-29; products with floats are then exact without FMA.
+// Adding kGrid rounds a double below 2 to a multiple of 2^-29. Its products with floats are then exact without FMA.
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// For each sample j, sums of the weights from j to the last sample. A weight is the difference of two rounded sums, so

@@ -48,7 +48,7 @@ struct MadeCut {
 };
 
 /// Counts removed volume so that the count never decreases: if a cut of a mesh adds a little volume, the next cuts
-/// count that much less.
+/// count less by this volume.
 class RisingCount {
  public:
   /// Returns the volume (m³) to count for a cut.

@@ -5,7 +5,7 @@
 
 namespace typodont::haptics {
 
-// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
+// initial-exec: with the default TLS model, each access from a shared library (libtypodont.so) calls a function.
 [[gnu::tls_model("initial-exec")]] extern constinit thread_local SearchCounts t_search_counts;
 
 }  // namespace typodont::haptics

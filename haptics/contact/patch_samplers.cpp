@@ -14,7 +14,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
+// initial-exec: with the default TLS model, each access from a shared library (libtypodont.so) calls a function.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 

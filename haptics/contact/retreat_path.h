@@ -59,7 +59,7 @@ class RetreatPath {
   std::vector<dvec3> points_;
   double longest_ = kSpacing;  // voxels, largest distance between consecutive points
   // All points of the path before index far_ are farther than kFar + kSamePlace from the point far_from_. So a proxy
-  // within kFar of far_from_ is not near them.
+  // within kFar of far_from_ is not near these points.
   std::size_t far_ = 0;
   dvec3 far_from_{0};
 };

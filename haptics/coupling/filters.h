@@ -9,16 +9,16 @@ namespace typodont::haptics {
 enum class ForceFilter {
   kNone,
   kSlew,  // Wang 2009: the force changes by at most δ (`step`) per tick, in any direction
-  // Vertex deformation: the force is constant until the computed force differs from it by `renewal`.
+  // Simulator with vertex deformation: the force is constant until the computed force differs from it by `renewal`.
   kStroke,
 };
 
 struct ForceFilterLaw {
-  double step = 0.02;    // N, δ: limit of the change per tick
-  double still = 0.001;  // N, ξ: a smaller computed force counts as zero
+  double step = 0.02;    // N, largest change per tick (the paper's δ)
+  double still = 0.001;  // N; a smaller computed force counts as zero (the paper's ξ)
   // N; the force changes only if the computed force differs from it by more than this
   double renewal = 0.10;
-  double cap = 3.0;  // N, λ: limit of the magnitude of the force
+  double cap = 3.0;  // N, largest magnitude of the force (the paper's λ)
 };
 
 /// Filtered force, N. `wanted`: computed force; `last`: filtered force of the last tick.

@@ -50,7 +50,7 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= kept / length;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // The adhesion point follows the contact, which is at the distance z, slowly. α = fraction / z_max rises from 0 at
+    // The adhesion point slowly follows the contact, which is displaced by z. α = fraction / z_max rises from 0 at
     // the threshold to 0.5 / z_max at break-away, so slow motion also breaks away and gets dynamic friction.
     const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     const dvec3 step = tangential(x - previous);

@@ -111,8 +111,8 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double distance, 
   state.heading = moved;
 }
 
-/// Returns how likely a reversal is, 0..1. 1 after a recent reversal, in jumps, at rest, or with an irregular or slow
-/// clock. `uneven_clock`: ticks differ from the nominal length.
+/// Probability (0..1) that the hand reverses its motion. 1 after a recent reversal, in jumps, at rest, or with an
+/// irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
 inline double reversal_probability(const PassivityLaw& law, double tick, bool uneven_clock,
                                    const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.speed.most * tick * state.speed.most * tick;
@@ -123,7 +123,7 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Predicted motion out of tissue in the next tick, m: the velocity changes as much as recently, and the speed is at
-/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m that any hand can move.
+/// most slightly above the largest recent one. `along`: m/s outwards; `twitch`: m that any hand can move in a tick.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % tolerance for a clock in ns

@@ -30,13 +30,13 @@ inline double band_weight(double frequency, double band) noexcept {
   return x * x * (3 - 2 * x);
 }
 
-/// Phase in rad, modulo 2π, after `dt` (s) at `speed` (rad/s). With a whole number of edges, nothing jumps at 2π.
+/// Phase in rad, modulo 2π, after `dt` (s) at `speed` (rad/s). The number of edges is whole, so no force jumps at 2π.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
 /// Force on the tool in N, frame W. `band`: Hz, also limited by the servo's rate. `phase`: rad. `speed`: rad/s. `axis`:
-/// of the shank. `normal`: out of the tissue, zero without contact. `cutting`: tangential cutting force, N.
+/// shank's axis. `normal`: out of the tissue, zero without contact. `cutting`: tangential cutting force, N.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);

@@ -56,7 +56,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  // groups that changed, with the removed volume of each sample
+  // for each changed group: removed volume of its samples
   I8 moved_taken[Work::kGroups];
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
@@ -124,7 +124,7 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
 }
 
 /// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. A continued
-/// sweep examines only samples ahead of A outside the ball that is empty already. Returns true if a sample changed.
+/// sweep examines only samples ahead of A that are outside the emptied ball at A. Returns true if a sample changed.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -147,7 +147,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // Computed once for each possible start of a group, so that rounding does not depend on the row's first sample.
+  // z is computed once for each possible start of a group, so that rounding does not depend on the row's first sample.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -156,7 +156,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // Each row's interval [low, high) of samples that can change, without the hole that is empty already.
+      // Each row's interval [low, high) of samples that can change. hole_from to hole_to: part that is already empty.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -331,7 +331,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetches one column near the ball's surface; it was last read many cuts ago.
+  // Prefetches a column of blocks near the ball's surface, because they were last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -409,7 +409,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance by which the ball must approach a sample until it changes; a sample at kInner never changes.
+            // Distance by which the ball must approach before the sample changes; a sample at kInner never changes.
             F8 safe_travel = (raised ? now : least) - depth;
             safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables extend beyond the sweep's box: groups may end outside it, and lists serve up to one more voxel of path.
+  // The tables extend beyond the sweep's box: groups may end outside it, and lists are used for up to one more voxel.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

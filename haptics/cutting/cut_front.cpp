@@ -155,8 +155,8 @@ int CutFront::renewed_early(double travel) const noexcept {
   if (outdated() > 0 || !(travel > 0)) return -1;
   std::array<double, kMaxParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - path_length_) / travel;
-  // At most one part's list is renewed early per tick. If at most n lists expire in the next n ticks, for every n, all
-  // can be renewed in time; otherwise the list that expires first is renewed now.
+  // At most one part's list is renewed early per tick. All lists can be renewed in time if, for every n, at most n of
+  // them expire in the next n ticks. Otherwise the list that expires first is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

@@ -150,7 +150,7 @@ class CutFront {
   /// get lists, so that the first cut in new tissue is fast. Parts that it does not reach get empty lists.
   class Renewal {
    public:
-    /// `travel`: length of the cut, voxels; `listed`: path length of a list's validity, voxels.
+    /// `travel`: length of the cut, voxels; `listed`: path length for which a list is valid, voxels.
     Renewal(const CutFront& front, const Blocks& reached, double travel, double listed) noexcept;
     /// Returns true if this cut keeps the part's list.
     bool keeps(int part) const noexcept {

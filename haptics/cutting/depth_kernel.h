@@ -1,5 +1,5 @@
 // Included once in each namespace of lane_ops.h. Depth in the head at rho (distance from its axis) and z (along it).
-// The depth depends only on voxel and pose: without the pieces that cannot be nearest, it is bit-identical.
+// To omit pieces that cannot be nearest does not change the depth: the result is bit-identical.
 
 TYPODONT_INLINE Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -10,7 +10,7 @@ TYPODONT_INLINE Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of a point from the nearest of some meridian pieces; whether the point is outside at least one.
+/// Squared distance of a point from the nearest tested piece of the meridian; whether it is outside any tested piece.
 struct NearestPiece {
   Floats square;
   Mask outside;

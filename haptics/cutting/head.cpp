@@ -22,11 +22,11 @@ namespace {
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // `at` may be outside the array
+  std::ptrdiff_t at, stride_x, stride_y;  // `at`: index of the first sample; can be outside the array
   int from[3], to[3];                     // range of samples to process along each axis
   glm::ivec3 first;                       // first sample relative to HeadPose::base
-  // Upper bound of the depths as a linear function: value at the block's centre, and slopes. Valid because heads are
-  // convex, so depth is concave.
+  // Upper bound of the depths as a linear function: value at the block's first sample, and slopes. Valid because heads
+  // are convex, so depth is concave.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // Piece of the meridian that is nearest to all samples, if all lie between its ends; otherwise kManyPieces + bit mask
@@ -50,7 +50,7 @@ struct BlockSafeTravel {
   // input: length of the path, in voxels, for which `live` will be valid
   float ahead = 0;
   float safe_travel = kNoEnd;  // voxels of motion until a processed sample can change
-  // Output (may be null): for each row of the column (y is fastest), a bit mask of the samples that may change.
+  // Output (may be null): for each of the 4 × 4 rows along z (y is fastest), a bit mask of the samples that may change.
   std::uint64_t* live = nullptr;
   int shift = 0;         // bit of the first sample in each element of `live`
   bool emptied = false;  // true if a sample became air
@@ -230,8 +230,8 @@ TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Distances of a point from both ends of a meridian piece, along the piece (negative beyond the ends), and its depth
-/// below the piece. T: one or eight floats.
+/// Distances of a point from both ends of a meridian piece, along the piece (negative beyond the ends), and depth of
+/// the point below the piece. T: one or eight floats.
 template <class T>
 TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -298,7 +298,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Computes distances from the head and nearest pieces of the added blocks; call it before near() and what().
+  /// Computes the distances of the added blocks from the head and from its pieces. Call it before near() and what().
   void examine() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -307,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// The piece of the meridian that is nearest to all samples of the group from `first_voxel`; `kind` if no piece is.
+  /// Index of the meridian's piece that is nearest to all samples of the group from `first_voxel`; if none is: `kind`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -571,7 +571,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       pass.examine();
       for (int lane = 0; lane < lanes; ++lane) {
         const float safe_travel = carve_block(lane, *added[lane].leaf);
-        // After pose A (k = 0), no block may be skipped, because pose B must examine all of them.
+        // At pose A (k = 0), no path length is stored, because pose B must examine all blocks again.
         if (k > 0) *added[lane].due = path + (safe_travel - slip);
       }
     };
@@ -678,8 +678,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// For heads too fast for sample lists. The samples of a large head exceed the near caches, so blocks are processed
-/// in batches of eight: prefetch one sample of each block; decide, and prefetch rows; cut.
+/// For heads too fast for sample lists. A large head's samples do not fit into the fast caches, so blocks are processed
+/// in batches of eight: prefetch one sample of each block; decide which blocks to cut, prefetch their rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();

@@ -42,13 +42,13 @@ TYPODONT_INLINE bool any_of(const I8& mask) {
 }
 
 TYPODONT_INLINE void take_root(D8& v) {
-  asm("" : "+m"(v));  // through memory; otherwise some roots are computed one by one
+  asm("" : "+m"(v));  // stores v in memory; otherwise some roots are computed one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 TYPODONT_INLINE void take_root(F8& v) {
-  // Through memory; otherwise the compiler splits the vector and computes some of the roots one by one.
+  // Stores v in memory; otherwise the compiler splits the vector and computes some of the roots one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);

@@ -1,7 +1,7 @@
 // Included once in each namespace of lane_ops.h, after cut_kernel.h. Cuts by a ball in a leaf.
 
 /// Centres of the groups of a leaf, relative to its first sample. A group is one or two rows along y at constant x; the
-/// third coordinate is 3.5.
+/// z coordinate is 3.5.
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
@@ -110,7 +110,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   if (any(raised)) return {true, any(emptied), 0};
   Floats min_safe_travel = never;
   const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // voxels by which the ball must approach until the sample changes; a sample at kInner (3) never changes
+    // voxels by which the ball must approach before the sample changes; a sample at kInner (3) never changes
     const Floats now = load(at);
     min_safe_travel =
         lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));

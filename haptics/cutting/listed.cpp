@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-// Compiled for each vector width. Samples are independent, volumes are integers, FMA is off: bit-identical.
+// Compiled for each vector width. Results are bit-identical: samples are independent, volumes integers, FMA is off.
 namespace halves {
 namespace {
 

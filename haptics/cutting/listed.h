@@ -61,7 +61,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples at the start of a group have one label, at most `lanes`. Empty air matches every label.
+/// Returns how many samples at the start of a group have one label, at most `lanes`. Air counts as any label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;

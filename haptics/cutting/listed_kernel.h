@@ -26,7 +26,7 @@ struct BallRows {
 };
 
 /// Cuts groups. `capsule` false: only with the ball at B. `ahead`: all samples are ahead of A; `whole`: all may change.
-/// If `ahead` or `whole` is true, its test is left out.
+/// If `ahead` or `whole` is true, this condition is not tested for each sample.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -127,7 +127,7 @@ struct BelowLine {
     return below;
   }
 };
-/// A line perpendicular to the axis, the end of many heads: the distance rho from the axis does not matter.
+/// Depth below a line perpendicular to the axis, the flat end of many heads; independent of rho (distance from axis).
 struct BelowEnd : BelowLine {
   TYPODONT_INLINE Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -190,8 +190,8 @@ struct BelowAny {
   }
 };
 
-/// Values of kChunk groups in frame T, voxels: terms that do not depend on z, and the motion of the first sample back
-/// to the last pose.
+/// For kChunk groups, in frame T, voxels: terms of the position that are equal along z of frame V, and motion of the
+/// first sample back to the last pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
@@ -199,7 +199,7 @@ struct HeadRows {
 
 /// Bounds of the motions of all samples in a group; only the motion of the group's middle is computed.
 struct HeadSides {
-  // voxels: half the length of a group along z, and the component of this vector perpendicular to the head's axis
+  // Voxels. half: half a group's length along z. off: component of this vector across the head's axis, plus the motion.
   float half, off;
   float across;  // voxels, motion perpendicular to the axis
   // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the

@@ -19,8 +19,8 @@ struct MeridianPiece {
   // At the corners a and b: tan(φ/2), where φ is the angle between the neighbouring normals.
   float corner_a, corner_b;
 };
-// A kind below this value is the index of the one smooth piece that is nearest. Other kinds are kManyPieces plus a bit
-// mask of the pieces that can be nearest.
+// The kind of a block or group tells which pieces can be nearest to its samples. Below this value: index of the only
+// one. Otherwise: kManyPieces plus a bit mask of these pieces.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
 /// Pose of a head in voxels, relative to the voxel `base`, which is so near that floats are precise enough.
@@ -38,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels of motion until a sample can change; this value stands for never
+// voxels, used as the motion until a sample can change; this value means that the sample never changes
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

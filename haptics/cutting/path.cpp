@@ -85,7 +85,7 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// For each of eight samples, searches its largest depth on the path (error: kTop); stops if it is below `needed` or
+/// Searches each of eight samples' largest depth on the path (error: kTop); stops if this depth is below `needed` or
 /// above `most`. Steps alternate: intersection of two tangents of the depth (upper bound), maximum of a parabola.
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
@@ -196,7 +196,7 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
     s = above + at_end * path.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * path.x, from.y + s * path.y, from.z + s * path.z}, none, none, none};
-  // The maximum is located on the straight path; its small error has no first-order effect on the depth.
+  // The position of the maximum is that on the straight path; its small error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -247,7 +247,7 @@ void examine_centres(const Straight* path_at, Centres* centres) {
   centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Like examine_centres(), but in closed form, for blocks in which the line `line` alone decides.
+/// Like examine_centres(), but in closed form, for blocks in which the line `line` alone determines the depth.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_line(const Straight* path_at, Centres* centres, int line) {
   const Straight& path = *path_at;
@@ -274,13 +274,13 @@ void examine_line(const Straight* path_at, Centres* centres, int line) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // For each block: the meridian's line that alone decides its samples' depths up to Sweep::kInner; index, -1: none.
+  // For each block: index of the meridian's line that alone determines the depths up to Sweep::kInner; -1: none.
   int line[8];
   F8 rho;  // voxels, distance from the axis
   // true: the head recedes from every sample, so by concavity the depth is largest at the start
   I8 recedes;
 
-  /// Bit mask of the pieces of the meridian that can be nearest to a point within `reach` of the centre's start.
+  /// Bit mask of the pieces that can be nearest to a point within `reach` of the block's centre at the path's start.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -335,7 +335,7 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
 }
 
 /// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. Below a line they are concave
-/// along the path, so they are smallest at one of its ends.
+/// along the path, so they are smallest at one end of the path.
 TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -347,7 +347,7 @@ TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
     const MeridianPiece& line = path.pieces[i];
     const bool round = has_round_end(path.pieces, i);
     if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
-    // distances of the centres along the meridian's line from its two ends
+    // distances of the block centres from both ends of the meridian's line, measured along this line
     const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
     const F8 reach_beside = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
     I8 alone = from_b > reach_beside + Sweep::kInner * line.corner_b;
@@ -364,12 +364,12 @@ TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Called only if a block's centre is inside the head, which is rare.
+/// Computes AtStart::to_piece, recedes and line. Not needed if none of the eight blocks can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
   const Straight& path = *path_at;
   for (int i = 0; i < path.count; ++i) {
-    // The second end of an arc usually belongs to the next piece, but is needed here.
+    // depth_below_pieces() ignores the end b of an arc, because it belongs to the next piece; here it is included.
     const F8 depth = eight::depth_below_pieces(path.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - path.pieces[i].bx, off_z = found->at.z - path.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -378,8 +378,8 @@ void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
   find_lines(path, *found);
 }
 
-/// Smallest depth of a block at the start of the path. Depth is concave, so it occurs at a corner. `first`: relative to
-/// HeadPose::base of the first pose.
+/// Smallest depth of a block at the start of the path. Depth is concave, so this is the depth of a corner. `first`:
+/// relative to HeadPose::base of the first pose.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float min_depth_at_start(const Straight* path_at, const glm::ivec3* first) {
   const Straight& path = *path_at;
@@ -407,7 +407,7 @@ struct PathBlock {
   float bent;
   float* due;    // path length at which the block must be examined next; null: not stored
   unsigned set;  // bit mask of pieces that can be nearest
-  // index of the line that alone decides all depths of this block (AtStart::line); -1: none
+  // index of the line that alone determines all depths of this block (AtStart::line); -1: none
   int line;
   bool emptied;
 
@@ -437,7 +437,7 @@ void fetch(const PathBlock& block) {
 }
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
-/// Returns true if a sample changed. `safe_travel`: voxels until a sample can change.
+/// Returns true if a sample changed. `safe_travel`: voxels of motion until a sample can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_path_block(const Straight* path_at, const PathBlock* block_at, RemovedVolume* removed, float* safe_travel) {
   const Straight& path = *path_at;
@@ -566,8 +566,8 @@ Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* 
     for (int j = 0; j < 3; ++j)
       path.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // Half the sum of squares of R − 1 is the squared chord of the angle. A sample may be up to `beyond` (voxels) outside
-  // the head.
+  // The squared chord of the rotation angle is half the sum of the squared elements of R − 1. A sample may be up to
+  // `beyond` (voxels) outside the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   path.turned = static_cast<float>(std::sqrt(turned / 2));
   path.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
@@ -611,8 +611,8 @@ namespace {
 class PathPass {
  public:
   /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
-  /// sample and the centre; `rounding`: voxels, rounding error along a normal; `known`: receives when blocks must be
-  /// examined next; null if another part follows.
+  /// sample and the centre; `rounding`: voxels, rounding error along a normal; `known`: receives the path lengths at
+  /// which blocks must be examined next; null if another part follows.
   PathPass(const Straight& part, bool cut_before, float turned, float rounding, const HeadTarget& target,
            RemovedVolume* removed, const DueBlocks* known)
       : path_(part),
@@ -625,7 +625,7 @@ class PathPass {
         outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
         emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
 
-  /// Adds the block that starts at voxel `first`. `due` (may be null): receives when it must be examined next.
+  /// Adds the block whose first voxel is `first`. `due`: receives the path length of its next examination; may be null.
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;
@@ -801,7 +801,7 @@ bool Sweep::carve_path(const HeadTarget& target, RemovedVolume* removed, const D
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(path.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + path.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kRowLength));
-    // The last part determines when blocks must be examined next.
+    // Only the last part stores the path lengths at which blocks must be examined next.
     PathPass pass(path, continues_ || k > 1, turned, rounding, target, removed, k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Motion between two poses, in either direction: a sample moves from p to p + shift + turn p, in frame T, voxels.
+/// Motion from one pose to another, seen in frame T: a sample moves from p to p + shift + turn p, voxels.
 struct Straight {
   HeadPose from;
   float shift[3], turn[9];  // turn: column by column; shift: voxels
@@ -35,8 +35,8 @@ void bend(Straight& path, const Pose& X_VA, const Pose& X_VM, double reach);
 /// Returns true if a round end continues the flank (piece `i` of the meridian) at its lower end.
 bool has_round_end(const MeridianPiece* pieces, int i);
 
-/// Path lengths at which blocks of 4 × 4 × 8 voxels must be examined (CutFront); z is the fastest index. A sweep leaves
-/// them unchanged where it has no result.
+/// Path lengths at which blocks of 4 × 4 × 8 voxels must be examined (CutFront); z is the fastest index. A sweep does
+/// not change the path length of a block for which it computes no result.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // index of the first block; number of blocks along each axis
@@ -57,7 +57,7 @@ inline constexpr float kNear = 0.01f;
 /// most L² / (4 r) deeper than at the ends, which is below kTop.
 inline float smooth_from(const Straight& path, const MeridianPiece& piece) {
   const float least = path.longest * path.longest / (3.6f * kTop);
-  // 4 voxels, because a cut reaches 3.
+  // 4: samples are at most kInner (3 voxels) below an arc, so at least 1 voxel more than `least` from its centre.
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 

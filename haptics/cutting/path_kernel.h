@@ -67,10 +67,10 @@ TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// A sample's distance from the nearest piece; its motion away from the piece, times rho (distance from the axis).
+/// A sample's distance from the nearest piece of the meridian, and its motion away from this piece, scaled.
 struct NearestOnPath {
   NearestPiece nearest;
-  /// component of the motion away from the piece × distance from the piece × rho
+  /// component of the motion away from the piece × distance from the piece × rho (distance from the axis)
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }

@@ -1,4 +1,4 @@
-// Included after cut_kernel.h, with eight lanes. Rows of samples that may lie partly outside the processed region.
+// Rows of samples that may lie partly outside the processed region. Eight SIMD lanes; included after cut_kernel.h.
 
 /// A row with one sample per lane; only the lanes `from` to `to` - 1 are processed.
 struct Row {
@@ -6,7 +6,7 @@ struct Row {
   int from, to;
   bool whole;  // true if all samples are processed
 
-  /// Reads the row's samples; the lanes that are not processed get a value that never rises.
+  /// Reads the row's samples. Lanes that are not processed get 1e9, a distance that no cut can increase.
   TYPODONT_INLINE Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);

@@ -10,16 +10,16 @@
 
 namespace typodont::haptics {
 
-/// Safe travel of the samples in 16 rows: voxels that the head must approach until a sample can change.
+/// Safe travel of the samples in 16 rows: distance (voxels) that the head can move before a sample can change.
 class SafeTravelRows {
  public:
   static constexpr int kStretch = 64;  // largest number of samples of a row that are listed together
 
-  /// Stores the safe travel (motion of the head until a sample can change) of eight samples.
+  /// Stores the safe travel of eight samples: how far the head can move before each sample can change.
   TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {
     std::memcpy(rows_ + row * kRow + z, &safe_travel, sizeof safe_travel);
   }
-  /// Smallest safe travel (motion until a sample can change) of the row's samples from z on that `which` selects.
+  /// Smallest safe travel (head motion before a change) among samples z to z + 15 of a row whose bit in `which` is set.
   TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -35,15 +35,15 @@ class SafeTravelRows {
   }
 
  private:
-  // elements per row; more than kStretch, because a group may extend beyond it
+  // elements per row; more than kStretch, because a group of 8 or 16 samples may extend beyond kStretch
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// The list's lifetime `ahead` (voxels) is divided into CutFront::kStages stages. Returns the first stage in which a
-/// sample with this safe travel can change.
+/// A list of samples is valid while the head moves `ahead` voxels. This path is divided into CutFront::kStages equal
+/// stages. Returns the first stage in which a sample with this safe travel can change.
 inline int stage_of(float safe_travel, float ahead) {
   const float stage = safe_travel / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

@@ -30,7 +30,7 @@ std::atomic<bool> forbidden{false};
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // A sanitizer or debugger has already set a stack.
+  // If a sanitizer or debugger has already set a stack, keeps it.
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
@@ -96,8 +96,8 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // Repeats after a pause: a running servo may have sent a force after the first zero. By now it has seen the flag
-    // and sends zero itself.
+    // Repeats zero force after a pause: a running servo may have sent a force after the first zero. By now the servo
+    // has read `forbidden` and sends zero itself.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

@@ -27,8 +27,8 @@ class Descriptor {
 /// remedy), or in use.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// Locks a device that has no node: only one program can hold `name`, until the descriptor is closed. Throws Error with
-/// `where`.
+/// Locks a device that has no node: only one program can hold `name`, until the descriptor is closed. Throws Error;
+/// `where`: place that its message states.
 Descriptor claim(const std::string& name, const std::string& where);
 
 /// Opens a serial port in raw mode. Throws Error.

@@ -1,4 +1,4 @@
-// Access to HID devices through hidapi. If it was built without hidapi, there are no devices, and opening one throws
+// Access to HID devices through hidapi. In a build without hidapi, there are no devices, and opening one throws
 // Error.
 #pragma once
 

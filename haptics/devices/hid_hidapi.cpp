@@ -43,7 +43,7 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Writes to a second descriptor, because hid_write() allocates; watchdog and signal handlers may call this.
+  // Writes to a second descriptor, because hid_write() allocates; watchdog and signal handlers may call write().
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

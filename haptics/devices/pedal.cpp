@@ -57,7 +57,7 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
     if (id == std::pair{vendor, product}) return PedalKind{PedalKind::Type::kKeyboard, {}};
   }
   if (vendor == 0x05f3 && product == 0x00ff) return PedalKind{PedalKind::Type::kInfinity, {}};
-  // Accepts a simulation axis, or a generic axis if the device has at most three; so no joystick or mouse.
+  // Accepts a simulation axis, or a generic axis if the device has at most three. This excludes most joysticks.
   const std::vector<HidField> fields = parse_descriptor(descriptor);
   std::size_t axes = 0;
   for (const HidField& f : fields) axes += std::count(kAxes.begin(), kAxes.end(), f.usage);

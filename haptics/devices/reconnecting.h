@@ -33,7 +33,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Servo thread only, as device_ may change. Other threads reach the guarded device inside (device_safety.h).
+  /// Servo thread only, because device_ may change. Other threads call release_all_devices() (device_safety.h).
   void release() noexcept override {
     if (device_) device_->release();
   }

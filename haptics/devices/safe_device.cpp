@@ -17,7 +17,7 @@ namespace {
 // Longest plausible time between two samples, s; a longer time is a clock jump or a stopped loop.
 constexpr double kLongestGap = 0.1;
 constexpr double kNoise = 5e-4;             // m, largest noise of the position of a resting hand
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns, interval of the watchdog's checks without force
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns, interval of the watchdog's checks while no force is applied
 constexpr double kPedalReleased = 0.05;
 
 std::atomic<bool> all_stopped{false};
@@ -203,7 +203,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time that counts as free of contact; at most two periods, because samples are missing if it is longer
+    // s, time that counts as free of contact; at most two sample periods, because a longer dt_ has missing samples
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

@@ -26,7 +26,7 @@ class SafeDevice : public HapticDevice {
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
     std::function<Nanos()> clock;  // returns the current time; if empty, now() is used
   };
-  /// Options for the device's own limits. Also installs the exit guard (device_safety.h).
+  /// Options for the device's own limits. The constructor installs the exit guard (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -57,8 +57,8 @@ class SafeDevice : public HapticDevice {
  private:
   void disarm(SafetyEvent event) noexcept;
   void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
-  /// Disarms the motors if the servo was late: the watchdog has noticed it, or the time t shows it. read() calls it
-  /// too, because the delay would otherwise look like a clock fault.
+  /// Disarms the motors if the servo was late: the watchdog has noticed it, or the time t shows it. read() calls this
+  /// function too, because the delay would otherwise look like a clock fault.
   void notice_delay(Nanos t) noexcept;
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;

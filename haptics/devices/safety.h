@@ -19,7 +19,7 @@ struct SafetyLimits {
   // Largest speed of the hand, m/s; above it, an encoder is broken or the arm out of control.
   double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises to its full value after the motors were armed
-  double free_force = 0.02;  // N, computed force below which there is no contact
+  double free_force = 0.02;  // N, computed force below which the tool counts as free of contact
   double free_time = 0.05;   // s, time free of contact after which the force returns
   double silence = 1.8e-3;   // s, time without a write after which the watchdog sends zero force
   double pedal_time = 120;   // s, time after which a pressed pedal counts as stuck
@@ -42,8 +42,8 @@ inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   return start + clip_length(wanted - start, step);
 }
 
-/// Thermal model of the motors as one body, heated in proportion to force². heat = 1 is the limit, which a lasting
-/// force `continuous` reaches in the end.
+/// Thermal model of the motors as one body, heated in proportion to force². The limit is heat = 1; a constant force
+/// of SafetyLimits::continuous approaches it.
 struct ThermalModel {
   double heat = 0;
 

@@ -14,8 +14,8 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// Lists the devices. `plain`: what is known without opening. `ask` opens device i, describes it and closes it. If it
-  /// fails, the next call asks again; exceptions are passed on.
+  /// Lists the devices. `plain`: what is known without opening. `ask` opens device i, describes it and closes it. If
+  /// the device cannot be opened, the next call asks again; exceptions of `ask` are passed on.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// Exists while this process has a device open.

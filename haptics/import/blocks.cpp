@@ -190,7 +190,7 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Flood fill of a mask. A block that is not stored is filled in one step; so is a full block, if only faces connect.
+// Flood fill of a mask. Fills a block in one step if it is not stored, or if it is full and only faces connect samples.
 // The stack contains sample indices, or −1 − block index.
 class Spread {
  public:

@@ -114,7 +114,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan's surface in frame C, with the part that shows crowns.
+/// The scan's surface in the CT's frame C, with the part that shows crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -139,7 +139,7 @@ class Crowns {
     // Weight of the scan's surface in the fused surface: 1 inside a crown, 0 at its rim and outside it.
     double weight = 0;
   };
-  /// Nearest point on the scan within `reach`; p and `reach` in m, frame C.
+  /// Nearest point on the scan within `reach`; p and `reach` in m; p in the CT's frame C.
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;
@@ -312,7 +312,7 @@ class Crowns {
   const FuseOptions& options_;
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
-  std::vector<dvec3> points_;           // m, frame C, corners of the scan's triangles
+  std::vector<dvec3> points_;           // m, corners of the scan's triangles in the CT's frame C
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;

@@ -22,7 +22,7 @@ struct ArchSurface;
 /// A point on a scan's surface.
 struct ScanPoint {
   dvec3 p_S;  // m, frame S
-  dvec3 n_S;  // unit normal of the surface in frame S, pointing outward
+  dvec3 n_S;  // unit normal of the surface in the scan's frame S, pointing outward
 };
 
 /// Returns the area (m²) of a mesh.
@@ -41,9 +41,9 @@ class IntraoralScan {
   /// Points on the scanned surface, without the base; each represents the area area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², area of the scanned surface
-  /// The scanned surface without the base, frame S.
+  /// The scanned surface without the base, in the scan's frame S.
   TissueMesh mesh() const;
-  /// Direction from the border or base to the teeth, frame S; zero if unknown.
+  /// Direction from the border or base to the teeth, in the scan's frame S; zero if unknown.
   const dvec3& up() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }

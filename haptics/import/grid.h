@@ -64,7 +64,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma);
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
-  Grid<std::int32_t> label;         // 1, 2, …; 0 outside the mask
+  Grid<std::int32_t> label;         // number of each sample's component, from 1; 0 outside the mask
   std::vector<std::size_t> voxels;  // number of voxels of each component; element 0 is unused
   std::int32_t largest() const;     // number of the largest component; 0: none
 };

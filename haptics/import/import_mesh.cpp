@@ -221,7 +221,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   });
   // Largest depth of the base's triangles below its plane, m.
   constexpr double kDeep = 1.5e-3;
-  // Smallest cosine of the angle between the normal of one of these triangles and the base's normal.
+  // Smallest cosine of the angle between the normal of a triangle of the base and the base's normal.
   constexpr double kSlope = 0.9;
   constexpr double kMin = 0.08;      // smallest area of the base, as a fraction of the mesh's area
   constexpr double kClear = 1.3;     // factor by which the base's area must exceed that of any other side
@@ -249,7 +249,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // Sides within this cosine of the base's direction count as the base itself.
+  // A side counts as the base itself if the cosine of the angle between their directions is at least this.
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -345,8 +345,8 @@ double redness(const Color& c) {
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// Plane z = a·x + b·y + c through the upper points: repeats the fit without points more than 2 mm below. Nullopt: no
-/// plane, or steeper than 30°.
+/// Plane z = a·x + b·y + c through the upper points: repeats the fit without points more than 2 mm below the
+/// plane. Nullopt: no plane, or a slope of more than 30°.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
   // Points more than kBelow (m) below the plane are dropped. kSteepest: tangent of the largest slope.
@@ -535,8 +535,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (options.progress) options.progress(0.2);
 
   // Rules for labels; lengths in m. Tooth: enamel of thickness `shell` on the crown, which is kCrownShare of the
-  // length; thinner within kTaper of the crown's border. Pulp in hollows, or without hollows below kPulpDepth; dentin
-  // elsewhere. Bone: a cortical layer of thickness `shell`, cancellous bone inside.
+  // length; thinner within kTaper of the crown's border. Pulp: in hollows; without hollows, deeper than kPulpDepth.
+  // Elsewhere dentin. Bone: a cortical layer of thickness `shell`, cancellous bone inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {

@@ -125,7 +125,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
 }
 
 // Closes canals that a wall (outer face) of the scan cuts, which would count as outside. Dark holes in the wall (grey
-// up to `bound`, width up to `widest`, m) get lids of grey value `fill` in the next two planes.
+// up to `bound`, width up to `widest`, m) get lids of grey value `fill` in the two planes beyond the wall.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
   constexpr int kRim = 2;  // samples by which a lid extends beyond its hole
@@ -522,7 +522,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     }
   });
 
-  // Uncertainty of volumes. In a jaw, that of the random walker between teeth and bone is added.
+  // Uncertainty of volumes. In a jaw, adds the volume that may be mislabelled between teeth and bone.
   const double contrast = levels.dense ? *levels.dense - levels.soft : levels.soft - levels.outside;
   report.volume_uncertainty = volume_uncertainty(
       out, report.jaw ? report.jaw->border : working * border_uncertainty(levels.noise / contrast, s.blur));
@@ -533,7 +533,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (tooth && levels.dense) {
     constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
     const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
-    // Half of the volume `unseen`, so that twice the uncertainty covers all canals that are not seen.
+    // Adds half of the volume `unseen`, so that twice the uncertainty covers all canals that are not found.
     for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
     if (unseen >= 1 * kCubicMillimetre)

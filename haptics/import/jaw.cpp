@@ -156,8 +156,8 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 // Returns Segmentation::grey, but in dark valleys (gaps between roots and sockets) with the grey value of the scan.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
-  // Smallest curvature of a valley, per voxel², as a fraction of the contrast between hard and soft. A ligament of one
-  // voxel has three times this.
+  // Smallest curvature of a valley, per voxel², as a fraction of the contrast between hard and soft tissue. A ligament
+  // that is one voxel wide has three times this curvature.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -249,7 +249,7 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // Smallest depth in voxels: kBlurs × `blur` + 0.5, but at most kBlurs. 0.5: depth starts at a sample outside.
+    // Smallest depth, voxels: kBlurs × `blur` + 0.5, at most kBlurs. 0.5: from the next sample outside to the border.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -361,8 +361,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
-  // Depth of dentin that blur does not change, and the smallest depth if roots are thin; voxels. greys.hard cannot
-  // replace it, because it is mostly bone.
+  // Depth of dentin that blur does not change, and the smallest depth if roots are thin; voxels. The grey value of
+  // dentin is measured there, because greys.hard comes mostly from bone.
   constexpr double kUnblurred = 3, kMinFar = 1.5;
   SparseMask core_mask;
   std::vector<float> dentin_greys;
@@ -641,7 +641,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs it.
+  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs the walk.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });

@@ -80,8 +80,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Adds bins to peaks, highest bin first. A peak that rises above the valley beside a higher peak by less than 40 % of
-  // its height is joined to it.
+  // Adds bins to peaks, highest bin first. If a peak rises above the valley beside a higher peak by less than 40 %
+  // of its own height, it is joined to the higher peak.
   struct Hill {
     int top;
     double pass = 0;
@@ -177,7 +177,7 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   constexpr double kMinBone = 300, kMost = 8000;
   // Smallest fraction of all voxels that each of the two peaks (air, soft tissue) contains.
   constexpr double kMinMass = 0.01;
-  // Usual grey values of 0 Hounsfield units, most frequent first; an offset within kNear of one is set to it.
+  // Usual grey values of 0 Hounsfield units, most frequent first. If one is nearer than kNear, the offset is set to it.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {

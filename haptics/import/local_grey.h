@@ -46,8 +46,8 @@ class LocalGrey {
       sum_[cell] += static_cast<float>((grey(p) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Standard deviation of the smoothing, cells. Together with cell and interpolation, it smooths over about four
-    // samples.
+    // Standard deviation of the smoothing, cells. Averaging in cells, this smoothing and the interpolation together
+    // smooth over about four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);

@@ -59,7 +59,7 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // Not exactly the centre, because the centres of opposite faces may coincide.
+    // Test point near the centre; not exactly the centre, because the centres of opposite faces may coincide.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
     // Distances of test points from the triangle, voxels. A side of the triangle is outside if the point at the
     // distance kAround is in no part. If the points of both sides are in one part, the winding numbers at kBeside
@@ -82,7 +82,7 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Fills cracks: samples between two different parts at most three voxels apart join the part on the positive side.
+/// Fills cracks: samples between two different parts at most three voxels apart join the part at the higher index.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;

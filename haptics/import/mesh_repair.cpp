@@ -22,7 +22,7 @@ using glm::dvec3;
 struct EdgeUse {
   int low, high;  // indices of the edge's two points; low < high
   std::size_t triangle;
-  bool up;  // in the triangle's order of corners, `high` follows `low`
+  bool up;  // true: in the triangle's order of corners, `high` follows `low`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {

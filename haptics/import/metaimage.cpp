@@ -1,5 +1,5 @@
 // MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib data. Other libraries do not check the header, so
-// this reader does.
+// Typodont has its own reader.
 #include <fmt/format.h>
 #include <zlib.h>
 

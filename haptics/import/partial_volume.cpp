@@ -62,7 +62,7 @@ float exceeded_by(std::span<Ranked> samples, double volume) {
     std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(half), greater);
     const double larger = std::accumulate(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(half), above,
                                           [](double sum, const Ranked& s) { return sum + s.weight; });
-    // A sample counts with half of its own weight.
+    // The volume above a sample is the weight of all larger samples plus half of its own weight.
     if (larger + 0.5 * samples[half].weight >= volume) {
       samples = samples.first(half + 1);
     } else {

@@ -216,7 +216,7 @@ class Segmenter {
     if (!true_widths.empty()) {
       const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
       std::nth_element(true_widths.begin(), middle, true_widths.end());
-      // Differences over two voxels widen an edge: σ² + 1/3 at samples, almost nothing between them. The mean is used.
+      // Differences over two voxels widen an edge: σ² grows by 1/3 at samples, hardly between them; 1/6 is the mean.
       constexpr double kInterpolation = 1.0 / 6;
       const auto width = static_cast<double>(*middle);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
@@ -364,7 +364,7 @@ class Segmenter {
     smooth_ = {};
   }
 
-  // Returns the filled grey values between two limits, smoothed.
+  // Returns the grey values without the dim edge (filled_), limited to lo … hi and smoothed.
   Sparse<float> limited(double lo, double hi) const {
     Sparse<float> g(set_, filled_.outside, filled_.inside);
     for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {

@@ -17,7 +17,7 @@ struct Segmentation {
   // Fraction of tissue minus its value at the surface: positive in the body, including its cavities. Empty if distances
   // were requested.
   Sparse<float> phi;
-  // A field that is positive in the denser tissue, also for some voxels outside.
+  // A field that is positive in the denser tissue, and at samples just outside the surface beside it.
   Sparse<float> dense;
   Sparse<float> cavity;  // a field that is positive in pulp or marrow spaces
   // Grey values without the dim edge of the body.

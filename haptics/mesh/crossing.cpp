@@ -15,7 +15,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// True if the segment from–to passes through the triangle a, b, c. `s`, `e`: volume6(a, b, c, end), of different sign.
+/// True if the segment passes through the triangle a, b, c. `s`, `e`: volume6(a, b, c, from or to); their signs differ.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
   constexpr double kTouches = 1e-12;  // m; points nearer to a plane count as lying in it
@@ -54,7 +54,7 @@ TYPODONT_INLINE void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   v = a[0] * (b[1] * c[2] - c[1] * b[2]) + a[1] * (b[2] * c[0] - c[2] * b[0]) + a[2] * (b[0] * c[1] - c[0] * b[1]);
 }
 
-/// Sets the lanes in which an edge of `from` changes from one side of t to the other.
+/// Sets each lane of `some` in which an edge of `from` leads from one side of t's plane to the other side.
 TYPODONT_INLINE void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
   D8 v[3];
   for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);

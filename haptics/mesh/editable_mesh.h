@@ -135,8 +135,8 @@ class EditableMesh {
     std::int64_t left = std::numeric_limits<std::int64_t>::max();
     near_in_part(search, left, fn);
   }
-  /// Continues a search until it is complete or `left` (cells and faces) is used up. Returns true if complete. The mesh
-  /// must not change meanwhile.
+  /// Continues a search. Stops when it is complete (returns true), or after `left` cells and faces, and subtracts them
+  /// from `left`. The mesh must not change before the search is complete.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);
@@ -197,7 +197,7 @@ class EditableMesh {
   std::uint64_t hash() const noexcept;
 
  private:
-  /// Prefetches the lists of several cells along z, from `at` to `last`, so that linked reads overlap. Returns the
+  /// Prefetches the lists of several cells along z, from `at` to `last`, so that memory accesses overlap. Returns the
   /// first z that was not read.
   int fetch_cells(int level, const glm::ivec3& at, int last) const noexcept {
     constexpr int kCells = 8;

@@ -24,8 +24,8 @@ struct ChipParameters {
   static constexpr double chip_space = 3.1e-3, max_full = 1.2;
 };
 
-/// Chip thickness, m; `feed`: m per turn. Bur with N blades: feed / N. Diamond of radius r whose grains are a apart:
-/// a √(feed / (2π r b)), b = chip_width.
+/// Chip thickness, m; `feed`: m per turn. Bur with N blades: feed / N. Diamond bur of radius r: a √(feed / (2π r b)),
+/// a: distance between neighbouring grains; b = chip_width.
 inline double chip_thickness(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (tool.blades > 0) return feed / tool.blades;

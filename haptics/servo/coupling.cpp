@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 using P = CouplingParameters;
 
-/// Means over the tissues under the head, and the most frequent tissue (the first of equal ones). Tissues with fraction
-/// 0 are skipped.
+/// Means over the tissues under the head, and the most frequent tissue (if several are equally frequent, the first).
+/// Tissues with fraction 0 are skipped.
 Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
   TissueMeans mean;
   double total = 0, most = 0;
@@ -172,7 +172,7 @@ void Servo::State::take_force(ContactTick& now) noexcept {
 }
 
 /// Change of the normal force (N) that stiffness and damper may still cause in this tick: the limit P::waiting_slew
-/// (N/s) minus the change by `depth` (m).
+/// (N/s) minus the change that the penetration depth `depth` (m) causes.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -227,7 +227,7 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// After contact, reduces a remaining force of the cutting edges gradually; at once without a snapshot of the tissue.
+/// After contact, reduces a remaining force of the cutting edges gradually. Without a tissue snapshot, sets it to zero.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
@@ -299,7 +299,7 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
 }
 
 /// Vibration, caused by the same contact as the sound. The ledger counts its energy as energy from the spindle. A
-/// period has at least five ticks.
+/// period of the vibration lasts at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

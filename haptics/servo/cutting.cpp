@@ -49,7 +49,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // Without contact, stored energy is lost. If only the shank has contact, the head keeps it.
+    // Without contact, stored energy is lost. If only the shank has contact, the stored energy is kept.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =

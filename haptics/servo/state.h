@@ -69,7 +69,7 @@ struct Servo::State {
   struct Motion {
     Pose X_WG;                   // pose of the proxy
     bool placed = false;         // true if X_WG is valid
-    bool began_at_hand = false;  // true: the proxy started at the hand; not tested yet whether in tissue
+    bool began_at_hand = false;  // true: the proxy started at the hand, maybe inside tissue; tested later
     bool inside = false;         // true: the tool started inside tissue and is not out yet, so it does not cut
     bool started = false;        // true if the last tick had a valid pose
     Nanos began = 0;             // ns, start of the current sequence of valid poses
@@ -107,7 +107,7 @@ struct Servo::State {
     // Unit vector, direction in which the contacts push the head. The limit for a bur with an energy deficit (energy
     // used before the motor supplied it) counts as a contact.
     dvec3 pressed{0};
-    double pressing = 0;  // N, component of head_force along `pressed` × `teeth_fraction`
+    double pressing = 0;  // N, `teeth_fraction` × component of head_force along `pressed`
     // 0..1, fraction of the coupling's force that presses the cutting edges. For rotating burs (lands()): felt force
     // divided by the force before its limits, but rises to 1 if the hand feels little force for long (press_teeth()).
     double teeth_fraction = 1;
@@ -200,7 +200,7 @@ struct Servo::State {
   double cancelled_deficit() const noexcept { return sums.energy < -max_deficit() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
-  /// Handles a tick without a valid pose or hand: zero force; the next valid tick starts again.
+  /// Handles a tick without a valid pose or hand: zero force. The next valid tick starts a new sequence of poses.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// Adds the energy that the device gave to the hand since the last tick to the ledger. Always inlined, because a
@@ -230,7 +230,7 @@ struct Servo::State {
   void wear_grains(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.
-  /// Computes forces of coupling, damper, friction and cutting edges. A penalty method's force replaces the first two.
+  /// Computes forces of coupling, damper, friction and cutting edges. A penalty method replaces coupling and damper.
   void feel(ContactTick& now) noexcept;
   /// Lets the tip sink into softened tissue, where it sticks.
   void sink_tip(ContactTick& now) noexcept;

@@ -19,7 +19,7 @@ struct SoftParameters {
   static constexpr double max_force = 3;
   // N, largest change of the force per tick in addition to the change that the tool's motion causes.
   static constexpr double free_step = 0.02;
-  // Largest plausible speed of the hand, m/s. A deeper new overlap was not caused by the hand.
+  // Largest plausible speed of the hand, m/s. If a new overlap is deeper than this motion, the hand did not cause it.
   static constexpr double hand_speed = 0.6;
   // If an overlap was not caused by the hand, its force grows with this time constant, s.
   static constexpr double ignored_time = 0.2;
@@ -28,7 +28,7 @@ struct SoftParameters {
   static constexpr double min_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
-  // At this height above the end of a head, the head should be as thick as the distance between points, m.
+  // m. A head is enlarged if its radius at this height above its end is less than the distance between points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch soft tissue
   // Largest half distance between neighbouring centres of the balls that enclose the tool, m.

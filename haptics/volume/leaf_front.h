@@ -42,7 +42,7 @@ class LeafFront {
     float* due;
   };
 
-  /// Call it after any change except the cuts of one stroke, and after a leaf was replaced.
+  /// Forgets the last sweep. Call it for every change except cuts of the current stroke, and for a replaced leaf.
   void forget() noexcept { last_.reset(); }
 
   /// Updates path length and head position after `sweep`, and moves the stored box so that it contains leaves lo to hi.

@@ -46,7 +46,7 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Grows `part` in layer x: first by samples that touch an adjacent layer, then by all samples connected to them.
+/// Grows `part` in layer x: first by samples beside those of `part` in layers x ± 1, then by all connected samples.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -75,8 +75,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Grows forward and backward; a few rounds are enough. Usually all samples are connected, which half a round
-      // finds.
+      // Grows forward and backward; a few rounds are enough. Usually all samples are connected; then growing forward
+      // once finds them all.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       if (part == left) break;
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
@@ -86,8 +86,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// Samples on each face of a block (first and last x, y, z), and number of samples. Touching samples of two blocks have
-/// the same bit.
+/// Samples on each face of a block (first and last x, y, z), and number of samples. Where two blocks touch,
+/// samples that touch each other have the same bit.
 struct Shape {
   std::array<std::uint64_t, 6> faces{};
   std::int64_t samples = 0;
@@ -478,7 +478,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // Finding a block by its key is slow. Skips the box all_seen_lo_ to all_seen_hi_, read before.
+        // Finding a block by its key is slow, so the box all_seen_lo_ to all_seen_hi_, already read, is skipped.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {
@@ -498,7 +498,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (emptied_.empty() || credit_ <= 0) return {};
 
   const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
-  // Blocks are usually visited in this order, so usually nothing must be sorted.
+  // Blocks are usually visited in the order of their keys, so usually nothing must be sorted.
   if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();
   for (auto next = emptied_.begin(); next != emptied_.end();) {

@@ -27,7 +27,7 @@ struct BlockPart {
 using TissuePiece = std::vector<BlockPart>;
 
 /// Tissue is connected over the six faces of voxels. After a cut, flood fills start around the emptied samples and grow
-/// equally fast until they meet. One that ends alone has filled a loose piece. Deterministic.
+/// equally fast until they meet. A flood fill that ends without meeting others has filled a loose piece. Deterministic.
 class LoosePieces {
  public:
   /// Searches the whole volume once for its bodies.

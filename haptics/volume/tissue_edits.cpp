@@ -59,7 +59,7 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// initial-exec: the default model would call a function for each access in a shared library (libtypodont.so).
+// initial-exec: with the default TLS model, each access from a shared library (libtypodont.so) calls a function.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -296,7 +296,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Replaces distances. Has the same member functions as a removal (for example Sweep), for the same templates.
+/// Replaces distances. Has the member functions of a removal (for example Sweep), so the same templates accept it.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -583,7 +583,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // There is no undone stroke. An unfinished stroke is not ended.
+  // If there is no undone stroke, changes nothing; an unfinished stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

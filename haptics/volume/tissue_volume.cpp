@@ -437,7 +437,7 @@ void prefetch_leaf(const Leaf* leaf) {
 /// Calls load(source) a few leaves before copy(source); otherwise copying mostly waits for memory.
 template <class Sources, class Load, class Copy>
 void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
-  constexpr std::size_t kAhead = 4;  // leaves that are prefetched before they are copied; more are not faster
+  constexpr std::size_t kAhead = 4;  // number of leaves that are prefetched ahead; a larger number is not faster
   for (std::size_t i = 0; i < sources.size() + kAhead; ++i) {
     if (i < sources.size()) load(sources[i]);
     if (i >= kAhead) copy(sources[i - kAhead]);
@@ -492,7 +492,7 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
   return sources;
 }
 
-/// Copies whole leaves (has_whole_leaves()). The caller has already found them, so that memory accesses overlap.
+/// Copies whole leaves (has_whole_leaves()). The caller has already found the leaves, so memory accesses overlap.
 void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
   const auto place = [&](const LeafSource& source) {
@@ -865,7 +865,7 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
 
 namespace {
 
-/// Sums volume inside × `weight` (a function of the label's value) for each tissue, m³.
+/// For each tissue, sums (volume inside the surface × `weight`), m³. `weight`: function of the label grid's value.
 template <class Weight>
 PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
                       const Weight& weight) {

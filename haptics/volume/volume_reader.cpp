@@ -80,7 +80,7 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-/// Ends without cleanup: a sanitizer would use forbidden system calls.
+/// Ends the process without cleanup, because a sanitizer's cleanup would use forbidden system calls.
 int main(int argc, char** argv) {
   _exit(run(argc, argv));
 }

@@ -58,7 +58,7 @@ std::vector<std::string> teeth_of(const Json& family) {
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m; w of the surface; below it: depth of the dentin, of the lesion's end
+  double top = 0, border = 0, depth = 0;  // m: w of the surface; below it, depths of the dentin and the lesion's end
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
   /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
@@ -186,7 +186,7 @@ void lesion(Draft& draft) {
   const glm::dvec2 at(0, tooth.fissure(0));
   Lesion lesion{at, at, tooth.surface(at.x, at.y)};
   lesion.border = draft.enamel_depth(at, lesion.top) + 0.1e-3;
-  double deepest = lesion.border;  // m below the top; increased as long as the distance to the pulp is large enough
+  double deepest = lesion.border;  // m below the top, limit of the lesion's depth; grows until the pulp is too near
   while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, lesion.top - deepest}) > draft.mm("pulp_left_mm"))
     deepest += 0.02e-3;
   lesion.depth = std::min(draft.mm("lesion_depth_mm"), deepest);

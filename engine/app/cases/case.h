@@ -1,4 +1,4 @@
-// Generates an exercise from family, seed and difficulty (docs/cases.md).
+// Generates an exercise from a case family, a seed and a difficulty (docs/cases.md).
 #pragma once
 
 #include <filesystem>

@@ -65,7 +65,7 @@ ToothForm resized(ToothForm form, const CaseTooth& tooth, const glm::dvec2& neck
   return form;
 }
 
-/// Adds the pulp: chamber, horns and canals. `size`: size of the chamber at the neck, m.
+/// Adds the pulp: chamber, horns and canals. `size`: size of the chamber at the neck, m. `shrink`: factor for the age.
 void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   const glm::dvec2 half = 0.5 * size * shrink;
   // Molars: height of the chamber 1.6 to 1.9 mm, its roof at the neck (Deutsch & Musikant 2004).

@@ -1,4 +1,4 @@
-// `typodont case`: generates an exercise from family, seed and difficulty.
+// `typodont case`: generates an exercise from a case family, a seed and a difficulty.
 #include "engine/app/cases/case.h"
 
 #include <fmt/format.h>

@@ -26,7 +26,7 @@ void require_memory_to_start() {
   [[maybe_unused]] const ssize_t written = ::write(2, kWords.data(), kWords.size());
   ::_exit(1);
 }
-// The loader calls the functions of this section before those of any library.
+// The loader calls functions in the section .preinit_array before the initialisation functions of all libraries.
 [[gnu::section(".preinit_array"), gnu::used]] void (*const g_before_libraries)() = require_memory_to_start;
 
 // If this function were inlined, GCC would warn wrongly that memory from operator new is passed to free.
@@ -42,9 +42,9 @@ std::atomic<void*> g_reserve{std::malloc(kReserve)};
 /// other threads may have used the first reserve.
 std::atomic<void*> g_reserve_for_destructors{std::malloc(kReserve)};
 
-/// Handler for failed allocations (std::new_handler). Frees a reserve, then throws OutOfMemory. Exception: while
-/// destructors run because of another exception, it returns, so that its caller tries to allocate again; a second
-/// exception would end the program. If no reserve is left, it always throws.
+/// Handler for failed allocations (std::new_handler). Normally frees a reserve and throws OutOfMemory. While
+/// destructors run because of an earlier exception, a second exception would end the program: the handler then frees a
+/// reserve and returns, and its caller tries again. Without a reserve, it throws in both cases.
 void make_room() {
   const bool destructors_run = std::uncaught_exceptions() > 0;
   void* reserve = g_reserve.exchange(nullptr);
@@ -53,7 +53,7 @@ void make_room() {
   if (!reserve || !destructors_run) throw typodont::OutOfMemory();
 }
 
-// The library calls this handler also where it requests memory from the operating system itself (map_twice()).
+// The module haptics calls this handler where it requests memory from the operating system itself (map_twice()).
 [[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
 /// Calls `get` until it returns memory. After each null, calls make_room(), which frees a reserve or throws

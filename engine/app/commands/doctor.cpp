@@ -153,8 +153,8 @@ Check vulkan() {
   return c;
 }
 
-/// Draws a molar in its mouth under a moving tool, at better and better quality levels while they reach `rate` (Hz).
-/// Returns the best such level as text; empty: none.
+/// Draws a molar in its mouth under a moving tool, with better and better quality levels, until a level does not reach
+/// `rate` (Hz). Returns the best level that reaches `rate`, as text; empty: none.
 std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, display::DisplayRig rig, double rate,
                        Nanos until) {
   using namespace literals;

@@ -86,7 +86,7 @@ std::string text_of(const Row& row) {
 }
 
 /// Scores a session in a separate process, so that a crash does not affect the other sessions. Returns the process's
-/// exit status. `said`: receives its messages, then its output.
+/// exit status. `said` receives the process's messages, then its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});

@@ -40,9 +40,9 @@ struct PsychometricFit {
 inline constexpr double kMaxLapses = 0.06;  // upper limit of the lapse rate (Wichmann & Hill 2001)
 
 /// Fits by maximum likelihood, with intervals from the profile likelihood (χ², one degree of freedom). Needs a
-/// judgement with a difference other than 0. The bias is limited to the range of differences.
-/// Staircases bias the just-noticeable difference by −5 to −10 % after 80 trials (Kaernbach 2001); the interval still
-/// covers it in 95 % of cases.
+/// judgement with a difference other than 0. The bias is limited to the range of differences. Staircases bias the
+/// just-noticeable difference by −5 to −10 % after 80 trials (Kaernbach 2001); the interval still covers the true
+/// difference in 95 % of cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// The fraction chosen / count with its exact 95 % interval (Clopper & Pearson 1934).

@@ -27,7 +27,7 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// second stimulus minus first, in the question's unit. % refer to the smaller stimulus.
+/// second stimulus minus first, in the question's unit. Percentages refer to the smaller stimulus.
 double nominal_difference(const Trial& trial);
 
 /// Properties measured during one stimulus.

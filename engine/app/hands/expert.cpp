@@ -21,7 +21,7 @@ namespace {
 
 /// Factors for the force of cuts. ExpertHand moves ahead of the tool so far that the coupling gives this force.
 struct CutForce {
-  // Force of a coarse diamond bur's side / task's mean force: 1.71 N on a crown's axial walls, mean force 1 N.
+  // Force at a coarse diamond bur's side / mean force of the task: 1.71 N on axial walls of a crown / 1 N.
   static constexpr double coarse = 1.71;
   // Upper limit of a cut's force, as a fraction of the task's largest force.
   static constexpr double below_max = 0.9;
@@ -31,8 +31,8 @@ struct CutForce {
 struct Joining {
   // Cosine of the angle between two strokes: full speed above straight_on, slowest speed below `turn`.
   static constexpr double straight_on = 0.9, turn = 0.3;
-  // Speed at the joint of two strokes, m/s. aside_pace: the cosine is between the two limits above; turn_pace: it is
-  // below `turn`.
+  // Speed at the joint of two strokes, m/s. aside_pace: for a cosine between `turn` and straight_on; turn_pace: for a
+  // cosine below `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // factor on aside_pace and turn_pace for a coarse tool
   // m; if the gap between two strokes is smaller, the tool goes directly from the first stroke to the second.
@@ -112,7 +112,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // Limit for the length of the distance field's gradient, which is 1 near one surface and less midway between two.
+  // If the distance field's gradient is shorter than this, the point is midway between two surfaces (near one: 1).
   static constexpr double one_surface = 0.5;
   // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
@@ -422,7 +422,7 @@ class Plan {
     std::optional<Portion> portion;
   };
 
-  /// Plans portions for the lowest voxels first, because later filling would make them unreachable.
+  /// Plans portions for the lowest voxels first, because filling above these voxels would make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);

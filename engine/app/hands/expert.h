@@ -58,8 +58,8 @@ class Expert {
  public:
   /// `start`: the tissue at the session's start. Throws Error if the task has no target shape (ideal).
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// Plans one layer of filling, or all cutting and carving. Empty if nothing improves the result. Throws Error if no
-  /// tool can begin.
+  /// Plans one layer of filling, or all cutting and carving. Empty if no tool improves the result; throws Error if this
+  /// is so in the first plan.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
   /// The tissue that results if the last plan is followed exactly.
@@ -73,7 +73,7 @@ class Expert {
   double whole_;  // m³, volume that differs from the ideal shape at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
-  int layers_ = 0, cuts_ = 0;  // number of plans so far
+  int layers_ = 0, cuts_ = 0;  // number of plans so far that fill, and that cut
   /// Number of layers at the last carving. 0 from the first carving until filling continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far

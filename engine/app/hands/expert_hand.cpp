@@ -35,8 +35,8 @@ struct Lead {
   // Largest number of repetitions of one run of scraping.
   static constexpr int most_times = 3;
   static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
-  // The lead is the displacement from the target point to the hand. It is a gain times the displacement from the tool
-  // to the target. The coupling converts it to a force.
+  // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
+  // displacement from the tool to the target. The coupling converts the lead to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
   // For a cut: lead (distance from the target point to the hand) / distance from the tool to the target point.
   static constexpr double gain = 50;
@@ -53,19 +53,19 @@ struct Lead {
   static constexpr double least_most_lead = 0.25, max_lead = 3;
   // The lead's upper limit may always grow to this, m: soft bone needs a longer lead for the same force.
   static constexpr double always_allowed_lead = 2e-3;
-  // In the air, the hand slows if the tool falls behind by `waits_from` (m), and over the next `waits_over` (m) to the
-  // fraction `min_pace` of its full speed.
+  // In the air, the hand slows if the tool is more than `waits_from` (m) behind. At `waits_from` + `waits_over` (m),
+  // the hand has the fraction `min_pace` of its full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, min_pace = 0.02;
 };
 
 /// Contacts and tremor of a hand on a tooth, as measured in hands (docs/reality.md, "Hands").
 struct Rhythm {
-  // s, longest contact and the pause after it: 1.36 contacts a second; a coarse diamond stays longer.
+  // s; longest contact; the same for a coarse diamond bur; pause after a contact, which gives 1.36 contacts per second
   static constexpr double contact = 0.37, coarse_contact = 10, pause = 1 / 1.36 - contact;
   static constexpr double release = 0.08;  // s, from the end of the push to the end of the contact
   // m, distance from the tissue in the first and in the second half of a pause
   static constexpr double away = 0.3e-3, near = 0.05e-3;
-  // Force of a coarse diamond bur's end / force of its side: 0.45 N on a crown's occlusal surface, 1.71 N on its walls.
+  // Force at a coarse diamond bur's end / force at its side: 0.45 N on a crown's occlusal surface, 1.71 N on its walls.
   // The end has contact if the cosine between contact normal and tool axis exceeds `end`.
   static constexpr double end_force = 0.45 / 1.71, end = 0.7;
   static constexpr double tremor = 8.1;              // Hz

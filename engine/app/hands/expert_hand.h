@@ -76,8 +76,8 @@ class ExpertHand final : public haptics::HapticDevice {
 /// it makes the next plan from the current tissue, until a plan is empty.
 class PlanningExpert final : public haptics::HapticDevice {
  public:
-  /// The carver must outlive this object. Throws Error if the task has no target shape (ideal), or if no tool can
-  /// begin.
+  /// The carver must outlive this object. Throws Error if the task has no target shape (ideal), or if no tool brings
+  /// the tissue nearer to it.
   PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
   bool read(haptics::HandSample& sample) noexcept override;

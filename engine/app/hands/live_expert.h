@@ -14,7 +14,7 @@ namespace typodont {
 /// copies of the tissue, while the hand waits above the tooth. The hand rests during an emergency stop. An empty plan
 /// ends the session.
 /// `paced`: read() waits for real time; otherwise it waits only for plans.
-/// Throws Error if the task has no ideal shape, or if no tool can begin.
+/// Throws Error if the task has no ideal shape, or if no tool brings the tissue nearer to this shape.
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced);
 

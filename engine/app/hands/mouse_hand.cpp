@@ -20,7 +20,7 @@ constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m of tool motion per 
 // Time constant with which the tool follows the pointer, s.
 constexpr double kFollowTime = 15e-3;
 constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen's plane, and of the wheel's motion
-// m, clearance along the shank from tissue that hides the tool. It keeps a tilted head free of oblique surfaces.
+// m; a tool that tissue hides is moved this far out of the surface along its shank, so that its tilted head is free.
 constexpr double kClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;

@@ -30,7 +30,7 @@ constexpr double kRow = 0.6;  // distance between rows (parallel passes) of a la
 constexpr double kSameLevel = 10e-6;
 // Smallest flat floor that gets passes along its walls, m².
 constexpr double kMinFlat = 0.1e-6;
-// Smallest flat part of the floor that counts, as a fraction of the head's cross-section.
+// Smallest flat part of the floor that gets passes along its walls, as a fraction of the head's cross-section.
 constexpr double kFlatShare = 0.15;
 // A row ends at this distance from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
@@ -297,7 +297,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// The last free position between a free position and one inside the ideal shape, by bisection.
+  /// The last free position on the way from a free position to a position inside the ideal shape, by bisection.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);

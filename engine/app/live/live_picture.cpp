@@ -28,7 +28,7 @@ constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures fro
 // then share the processors with the servo thread and the window.
 constexpr Nanos kProcessorInterval = 30'000'000;
 constexpr int kImplantSections = 2;  // sections through an implant: along and across the arch
-// The section follows the drill only after a rotation or motion larger than this.
+// The section follows the drill only after a rotation or motion larger than these limits.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation of the drill that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest motion of the drill that the section follows
 
@@ -205,7 +205,7 @@ void LivePicture::record_water() {
   water_ = current;
 }
 
-/// Tells the carver thread which pictures show the tissue. That thread meshes the surface only if one does.
+/// Tells the carver thread which pictures show the tissue. If none does, that thread does not mesh the surface.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);

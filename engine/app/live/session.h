@@ -25,7 +25,7 @@
 
 namespace typodont {
 
-/// The data of a session; outlives the threads, which refer to it. While a thread runs, no other thread uses the
+/// The data of a session, which outlives its threads. While the servo or carver thread runs, no other thread uses the
 /// members marked "… thread only" for it.
 struct LiveSession {
   const Scene& scene;

@@ -114,7 +114,7 @@ struct Reader {
   std::string asked;     // the part of the request that has arrived
   std::string waiting;   // data that is not yet sent
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // Time since which there is no progress: the reader receives nothing, or its request is incomplete.
+  // Start of the time without progress: the reader receives nothing, or its request is incomplete. Empty: not stuck.
   std::optional<Nanos> stuck;
   bool gone = false;
 };

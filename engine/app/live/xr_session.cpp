@@ -43,7 +43,7 @@ constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm: a time (s) and a distance (m). The tip counts as still if it moves less than
 // this distance in this time.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-// Longest time for a frame, s. After it, the GPU is assumed to hang; software rendering on a slow CPU takes less.
+// Longest time for a frame, s. If a frame takes longer, the GPU is assumed to hang. Software rendering takes less time.
 constexpr double kLongestFrame = 20;
 // Longest wait for the headset's runtime to end the session, s.
 constexpr double kLeaveTime = 2;
@@ -100,7 +100,7 @@ struct XrSession::Thread {
   std::vector<Touch> touches;
   std::string notice;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counters of the thread's work; only the thread uses them until it ends
+  WorkCounts work;  // counters of the work; only this thread uses the counters until it ends
 
   std::thread thread;
 

@@ -95,7 +95,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     if (e.stiffness[i] == 1) continue;
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     // The stiffness in `servo.materials` already includes the factor of the paint file's strokes. Reading the scene
-    // applies this factor again, so the stiffness is divided by it here.
+    // applies this factor again, so the stiffness is divided by this factor here.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =

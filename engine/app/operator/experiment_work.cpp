@@ -68,7 +68,7 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  // If no rig file is selected, the separate process opens the scene's usual rig: it can't draw in this window.
+  // Without a selected rig file, the separate process uses the scene's usual rig, because it can't draw in this window.
   if (!rig.file.empty()) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
 constexpr double kZoom = 1.15;  // factor on the picture's scale per wheel step
-// Mouse motion in pixels. A longer one turns the surface, a shorter one picks a point.
+// Mouse motion, pixels. A longer motion turns the surface; a shorter motion picks a point.
 constexpr float kClick = 4;
 
 /// A click picks a point, a drag turns the surface, the wheel zooms.

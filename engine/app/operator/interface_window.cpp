@@ -347,7 +347,7 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // A new picture may get the handle of a destroyed one, so the number also contains the count of uploads.
+  // A new picture may get the handle of a destroyed one, so the content's number also contains the count of uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

@@ -7,8 +7,8 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// Number of frames that ImGui needs to move the focus or to open a list. Only after them, fields accept text, and lists
-// accept arrow keys.
+// Number of frames that ImGui needs to move the focus or to open a list. Only after these frames, fields accept text,
+// and lists accept arrow keys.
 constexpr int kFocusFrames = 3;
 
 /// True if ImGui sends this key to the focused element.

@@ -28,7 +28,7 @@ glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Dragging the apex tilts the implant, dragging elsewhere moves it; the wheel moves it along its axis.
+/// Dragging the apex tilts the implant, dragging elsewhere moves it; the wheel moves the implant along its axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {

@@ -16,7 +16,7 @@ using namespace widgets;
 namespace {
 
 constexpr double kZoom = 1.15;  // factor on the width that a section shows, per wheel step
-// If the mouse is nearer to an edge of the region's box than this, it drags this edge; in text heights.
+// Largest distance from an edge of the region's box at which the mouse drags this edge, in text heights.
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};

@@ -1,4 +1,4 @@
-// The picture of the selected exercise. Only this one is shown, so only this one is loaded or drawn. Main thread only.
+// The picture of the selected exercise. Only this picture is shown, so no other is loaded or drawn. Main thread only.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Makes the user's own exercises in the background: from a scan, a mesh, or an author's work. Main thread only.
+// Makes the user's exercises in the background: from a scan, a mesh, or a scene from authoring mode. Main thread only.
 #pragma once
 
 #include <memory>
@@ -25,7 +25,7 @@ void propose_name(OperatorState& s);
 /// Converts the import form to the arguments of import_tooth().
 NewTooth tooth_of(const ImportForm& form);
 
-/// Imports a tooth by OperatorState::import, and selects the new scene.
+/// Imports a tooth with the settings in OperatorState::import, and selects the new scene.
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Imports the region of the scan with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
@@ -33,7 +33,7 @@ void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, c
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves OperatorState::plan as an exercise, and selects this exercise on the start page.
 void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
-/// Saves the author's work when the program ends, under a name that contains the date, so that no file is replaced.
+/// Saves the scene edited in authoring mode when the program ends. The name contains the date, so no file is replaced.
 /// Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);
 

@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// Buttons in a row, which may wrap.
+/// A row of buttons, which continues on the next line if the window is too narrow.
 class Flow {
  public:
   struct Item {
@@ -27,7 +27,7 @@ class Flow {
   std::vector<Item> items_;
 };
 
-/// The controls of one frame.
+/// Measures and draws the session's controls in one frame.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);

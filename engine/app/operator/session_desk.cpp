@@ -105,8 +105,8 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  // This step has used the motion of the mouse wheel. It is set to zero, because the next step may come before the next
-  // page is drawn.
+  // This step has used the motion of the mouse wheel. The value is set to zero, because the next step may come before
+  // the next page is drawn.
   s_.live_input.wheel = 0;
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;

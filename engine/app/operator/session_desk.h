@@ -47,7 +47,7 @@ class SessionDesk {
   /// data for a score if no recording is kept. Returns null if one is kept, and after authoring mode or a failure.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// Executes a request. False: it concerns no running session.
+  /// Executes a request that concerns the session. False: a request of another kind; nothing was done.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
@@ -76,7 +76,7 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      /// Final path of the recording, its path during the session, and path of the saved tissue.
+      /// recording_: final path of the recording; written_: its path during the session; saved_: path of saved tissue.
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   Nanos picture_time_ = 0;  // ns, time of the last new picture

@@ -190,7 +190,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos(at);
     ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
     // After a navigation key such as Page up, ImGui ignores the mouse until it moves. The wheel must still move the
-    // tool, so the rectangle of the picture decides.
+    // tool, so this test uses only the rectangle of the picture.
     const bool over = ImGui::IsMouseHoveringRect(ImGui::GetItemRectMin(), ImGui::GetItemRectMax()) &&
                       !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
     s.live_hovered = over || ImGui::IsItemActive();

@@ -14,7 +14,7 @@
 
 namespace typodont {
 
-/// The cached score; empty if file or program has changed.
+/// The cached score; empty if the session's file or the program has changed since, or no score was cached.
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);

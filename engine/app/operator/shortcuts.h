@@ -10,7 +10,7 @@
 namespace typodont {
 
 struct Shortcut {
-  int code = 0;  // key code of display::keys
+  int code = 0;  // key code, as in display::keys
   bool control = false;
   std::string_view name;      // key's name, on buttons and in the list of keys
   std::string_view help;      // key of the explanation in the text catalogue

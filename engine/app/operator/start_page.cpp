@@ -38,7 +38,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // "中文" is shown only if a font has it.
+  // The name "中文" is shown only in the Chinese window, whose font contains these characters.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };

@@ -97,7 +97,7 @@ struct SceneChoice {
   int picture = -1;   // index in OperatorState::pictures; -1: none
   std::string model;  // contact model of the scene, or the default
   bool own = false;   // true: made by the user; false: shipped
-  // True: implants can be planned in this scene, an implant exercise or an imported volume.
+  // True: implants can be planned in this scene: it is an implant exercise or an imported volume.
   bool jaw = false;
 };
 struct HandEntry {
@@ -106,7 +106,7 @@ struct HandEntry {
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // empty: the exercise's usual rig for a window is used
+  std::filesystem::path file;  // display rig file; empty: the exercise's default rig for a window
   std::string title;
   bool embedded = false;  // true: drawn in the operator's window
 };
@@ -125,7 +125,7 @@ struct ExerciseForm {
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // the steps of the exercise, one per line
   IdealFrom ideal = IdealFrom::kDrilled;
-  bool base_aims = false;  // true: the base scene has a target shape
+  bool base_aims = false;  // true: the scene on which the exercise is based has a target shape
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
   std::array<char, 512> mesh{};  // file with the ideal shape's mesh
   FileChooser chooser;
@@ -151,9 +151,9 @@ enum class ScanTool { kLook, kBrush, kSeed };
 /// The scan page. The page changes the ScanReview; ScanDesk computes labels and draws sections between frames.
 struct ScanForm {
   ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
-  std::size_t large = 0;         // index of the larger section
+  std::size_t large = 0;         // index of the section that is drawn larger
   ScanTool tool = ScanTool::kLook;
-  int kind = 0;  // a haptics::LabelKind: what the tool paints
+  int kind = 0;  // label that the tool paints: a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
   // Limits within which labels spread from a seed: distance in mm, and difference of grey values.
@@ -164,7 +164,7 @@ struct ScanForm {
   std::array<const gpu::Image*, kScanSections> pictures{};  // null until drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
 };
-/// The fusion page changes the ScanFusion; FuseDesk registers and draws.
+/// The fusion page. The page changes the ScanFusion; FuseDesk registers the surfaces and draws them.
 struct FuseForm {
   std::array<char, 512> file{};  // mesh of the intraoral scan
   FileChooser chooser;

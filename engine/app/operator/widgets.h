@@ -23,8 +23,8 @@ void end_page();
 
 /// Begins a page with a heading. Returns its body's size.
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
-/// Ends the page with the message line, or the progress of a long task (Esc cancels), and the button back to the start.
-/// `can_leave`: the button is enabled. `more`: draws further buttons of the given size.
+/// Ends the page with the message line, or the progress of a long task (Esc cancels), and the button to the start page.
+/// `can_leave`: this button is enabled. `more`: draws further buttons of the given size.
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
                      const std::function<void(ImVec2 size)>& more = {});
 
@@ -82,8 +82,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
-/// A permission of the servo loop, such as real-time scheduling, and whether the system granted it, as in the report.
-/// granted_lines() returns none before the first tick.
+/// A permission of the servo loop, such as real-time scheduling, and whether the system granted it. The names are those
+/// of the report. granted_lines() returns an empty list before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

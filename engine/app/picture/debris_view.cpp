@@ -12,7 +12,7 @@ namespace {
 // Grid spacing of the distance field from which chips bounce off, m. It may be coarse, because details of a cavity do
 // not matter for bouncing.
 constexpr double kCoarse = 4e-4;
-// Grid spacing of the distance field on which the film of water flows, m. It is smaller than a cavity, which must be
+// Grid spacing of the distance field on which the film of water flows, m. It must be so fine that a cavity is
 // several cells wide.
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;  // s, interval of updates of the water film's picture

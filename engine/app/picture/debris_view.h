@@ -22,7 +22,7 @@
 
 namespace typodont {
 
-/// Parameters of the particles' motion, in the GPU's form.
+/// Parameters of the particles' motion, in the layout that the shaders read.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double min_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
@@ -44,7 +44,7 @@ struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
-  std::uint64_t events_lost = 0;  // number of lost servo events; at most that many cuts made no chips
+  std::uint64_t events_lost = 0;  // number of lost servo events; each may be a cut, whose chips are then missing
 };
 
 /// Creates, moves and draws chips and water. With nozzles, the CPU moves the chips, because they become part of the

@@ -1,4 +1,4 @@
-// Replaces the rig file's size of an eye's picture.
+// Sets the size of each eye's picture, in place of the size that the rig file states.
 #pragma once
 
 #include <string>

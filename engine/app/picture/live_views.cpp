@@ -119,7 +119,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // shows the mesh bricks again that the gum had hidden
+    if (!p.replaced) all_again(p);  // sends all mesh bricks again; some may have been hidden by the gum
   }
   Wish wish;
   wish.look.view = wanted.view;

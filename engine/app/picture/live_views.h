@@ -1,7 +1,7 @@
-// Everything in a session's pictures except the tooth's surface: section, inner tissues, difference from the target
-// shape; also the score so far. A separate thread computes it from copies of the tissue, so that the servo never waits.
-// All drawn mesh bricks are stored, so that a picture can be added or changed at any time. The thread starts with the
-// session if the score is shown; otherwise it starts when a picture needs its result.
+// Computes section, inner tissues and difference from the target shape for a session's pictures, and the current score.
+// A separate thread computes them from copies of the tissue, so that the servo never waits. All drawn mesh bricks are
+// stored, so that a picture can be added or changed at any time. The thread starts with the session if the score is
+// shown; otherwise it starts when a picture needs its result.
 #pragma once
 
 #include <condition_variable>

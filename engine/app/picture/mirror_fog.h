@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// What fogs or clears the mirror.
+/// Conditions that fog or clear the mirror.
 struct MirrorAir {
   bool in_mouth = false;  // true: glass in the mouth of a breathing patient
   double water = 0;       // spray's current flow, as a fraction of its full flow
@@ -33,7 +33,7 @@ class MirrorFog {
   /// `fog`: fog at the start, 0 to 1. `mouth`: position of the patient's mouth, m, frame W; empty: nobody breathes.
   explicit MirrorFog(double fog = 0, const std::optional<dvec3>& mouth = {}, const MirrorFogLaw& law = {})
       : law_(law), mouth_(mouth), fog_(fog) {}
-  /// What fogs or clears the mirror at this tick. `spraying`: the water is on.
+  /// The conditions for the fog at this tick. `spraying`: the water is on.
   MirrorAir air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const;
   /// Advances by `dt` (s). One long step gives nearly the same result as several short ones. A mirror of diameter 0 is
   /// absent and outside the mouth.

@@ -87,7 +87,7 @@ class PictureStage {
     bool window = false;    // false: the pictures are drawn offscreen; the user's head is tracked only with a window
     bool embedded = false;  // true: only pictures() are drawn, for the caller's window; no screen is composed
     gpu::Device* device = nullptr;  // the caller's GPU device; null: the PictureStage creates its own
-    display::UrgentKeys urgent;     // urgent keys of the window
+    display::UrgentKeys urgent;     // keys that the window handles at once, without waiting for a frame
     int monitor = -1;               // monitor number for full screen; −1: no full screen
     bool hud = true;
     bool force_in_hud = true;
@@ -211,7 +211,7 @@ class PictureStage {
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
-  std::optional<MouthLight> light_;  // only in scenes with a mouth
+  std::optional<MouthLight> light_;  // empty in scenes without a mouth
   bool coarse_around_ = false;
   ShownWorld shown_;
   MouthMirror mirror_;

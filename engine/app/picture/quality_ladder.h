@@ -15,7 +15,7 @@ class QualityLadder {
   /// higher level was too slow, the next attempt waits longer. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Limits for software rendering. The next better level takes up to twice as long, so it needs a mean below 1/75 s.
+  /// Limits for software rendering. A better level can take twice as long: quality rises only at a mean below 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   /// `level`: name of a level in render::kQualityLadder.
   static QualityLadder fixed_at(std::string_view level) {

@@ -104,8 +104,8 @@ constexpr int kSearchDepth = 14;
 // include vertices in fissures, because the opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // Bricks that are meshed again per update after a change of tolerance. This
-    // takes some milliseconds, so it does not delay the servo's next tissue patch.
+    // Number of bricks that are meshed again per update after a change of tolerance. They
+    // take only some milliseconds, so the servo's next tissue patch is not delayed.
     32;
 
 /// Depth through which the colour of an inner tissue is visible, m: dentin and caries through enamel, pulp through thin
@@ -287,7 +287,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Near caries, Vertex::lesion colours the tissue.
+      // Vertex::lesion also colours the tissue near caries, so the caries below shines through less there.
       if (found == Tissue::kCaries) v.shows *= 1 - v.lesion;
       break;
     }

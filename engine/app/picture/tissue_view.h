@@ -1,5 +1,5 @@
-// Converts changed bricks to triangles for the renderer: the triangles of a contact model (mesh_lod, vertex), or meshed
-// from the distance field. Only the thread that owns the tissue.
+// Converts changed bricks to triangles for the renderer. The contact models mesh_lod and vertex supply triangles;
+// otherwise, the distance field is meshed. Only for the thread that owns the tissue.
 #pragma once
 
 #include <filesystem>

@@ -145,7 +145,7 @@ void WorldReader::Next<Event>::fetch(int rank) {
   waits = true;
   const auto time = [&](const auto& e) {
     if constexpr (requires { e.t; }) return e.t;
-    return order.first;  // an event without time directly follows the event before it
+    return order.first;  // an event without a time has the time of the event before it
   };
   constexpr int kTickRank = 4;  // a tick comes after all other events of the same time
   if constexpr (requires { std::variant_size<Event>::value; }) {

@@ -28,7 +28,7 @@ struct ImplantProcedure {
 };
 /// Shipped procedures and those in ~/Typodont/implants/procedures, by name. Throws Error.
 std::vector<ImplantProcedure> implant_procedures();
-/// Reads a procedure. Its files are searched like those of a scene at `place`. Throws Error.
+/// Reads a procedure. Files that it names are searched in the folders of `place`, as for a scene. Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
 /// The scene's procedure; empty if it has none. Throws Error.
@@ -79,8 +79,8 @@ class ImplantPlanner {
   /// The nearest canal if it is closer than 25 mm to the implant; otherwise empty.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
-  /// The scene's plan; if it has none, a proposal: the vertical implant with the most
-  /// surface in bone; of implants with equal surface, the one farthest from canals and teeth.
+  /// The scene's plan; if it has none, a proposal: the best position of a vertical implant. A large surface in bone
+  /// has the largest weight; the distances to canals and teeth have small weights.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 

@@ -23,7 +23,7 @@ dvec3 top_of(const haptics::DenseTissue& tissue) {
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
 }
 
-/// Makes a task: cuts inside the boxes are damage.
+/// Makes a task in which cuts inside the boxes count as damage.
 nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegion>& boxes) {
   nlohmann::ordered_json task = {
       {"goal",

@@ -141,7 +141,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         }
         NerveCanal canal;
         double length = 0;
-        // The end sections of the canal are oblique, so they contain fewer voxels.
+        // The canal's end sections are oblique. Sections with too few voxels are not used.
         std::vector<double> sorted = counts;
         std::ranges::sort(sorted);
         const double whole = kWholeSection * sorted[sections / 2];

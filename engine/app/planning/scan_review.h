@@ -26,7 +26,7 @@ enum class LabelDetail { kNone, kCoarse, kFull };
 /// A request for tissue labels, computed with ScanVolume::import().
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // revision of region and preset
+  std::uint64_t revision = 0;  // version of region and preset for which labels are requested
   haptics::ImportOptions options;
 };
 

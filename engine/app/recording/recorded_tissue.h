@@ -39,7 +39,7 @@ class RecordedTissue {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
     std::size_t strokes;  // number of strokes (cuts without a pause) after the change
-    bool forgets;         // true: undone strokes were discarded; the carver cannot revert it
+    bool forgets;         // true: undone strokes were discarded, so the carver cannot revert this change
   };
   void restart();
   void go_back(Nanos t);

@@ -34,7 +34,7 @@ namespace {
 /// Private copies of the files that a recording depends on.
 struct CheckedFiles {
   TemporaryFolder folder;
-  std::map<std::string, std::filesystem::path> copies;  // the copies, by the recorded name
+  std::map<std::string, std::filesystem::path> copies;  // path of each copy; key: recorded name of the file
 };
 
 /// Files in `folder` and its subfolders with the same name or the same size as the recorded file.

@@ -73,7 +73,7 @@ void StreamCheck::end(const haptics::TissueVolume& tissue) {
   if (!session_.gaps().empty())
     differs(last_tick_, fmt::format("what follows tick {} is not checked: the recording has gaps, {}", last_tick_,
                                     in_words(session_.gaps())));
-  // An interrupted recording may contain cuts whose ticks are missing. They are not compared.
+  // An interrupted recording may contain cuts whose ticks are missing. Such cuts are not compared.
   if (cut_ < cuts.size() && (!session_.truncated() || cuts[cut_].tick <= now_))
     differs(cuts[cut_].tick, fmt::format("cut {}, which the replay does not make,", cuts[cut_].index));
   const auto& result = session_.result();

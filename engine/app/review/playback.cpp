@@ -97,7 +97,7 @@ class Side {
     stage_->show(surface, origin);
     if (view_ == "section" || view_ == "xray") look_inside();
   }
-  /// Chooses the level of detail of the next picture from the measured data of the previous picture.
+  /// Adapts the tolerance of the mesh to the size of a pixel at the tissue in the previous picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }

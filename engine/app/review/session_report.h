@@ -13,8 +13,8 @@ namespace typodont {
 
 class Progress;
 
-/// Computes the report's data that is not in the session file. A session of another force law is verified. If the
-/// tissue is not available, the report contains only the volumes in the file, and a message.
+/// Computes the report's data that is not in the session file. For a session of another force law, calls verify().
+/// If the tissue is not available, the report contains only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
 /// Replays a session, and compares the result with its recording. Throws Error.

@@ -21,7 +21,7 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// Each function names all members of a struct. If a new member is missing in the key, the code does not compile.
+// Each function names all members of its struct, so the code does not compile if the key lacks a new member.
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
@@ -46,7 +46,7 @@ void add(Sha256& key, const ToothRow& row) {
   for (const glm::dvec2& p : curve) add(key, p);
 }
 
-/// Key of the cached meshes. Empty if the volume cannot be read; building the meshes reports that.
+/// Key of the cached meshes. Empty if the volume cannot be read; the code that then makes the meshes reports the error.
 std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   // The meshes do not depend on `monitored` and `soft`.
   const auto& [volume, crown, arch, neighbours, row, mouth, dam, monitored, gum, margin, margin_normal, papilla,
@@ -117,7 +117,7 @@ struct Writer {
 
 struct Reader {
   std::ifstream in;
-  std::uintmax_t size;  // bytes, size of the file; a list with more elements is invalid
+  std::uintmax_t size;  // bytes, size of the file; a list that states more elements than this is invalid
   bool bytes(void* data, std::size_t count) {
     return static_cast<bool>(in.read(static_cast<char*>(data), static_cast<std::streamsize>(count)));
   }

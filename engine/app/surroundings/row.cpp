@@ -11,8 +11,8 @@ namespace typodont {
 
 namespace {
 
-/// Rotation from the row's frame to the form's frame: `turn` about z, `lean` to the tongue, `mirrored` for the other
-/// side.
+/// Rotation from the row's frame to a tooth form's frame. `turn`: about z; `lean`: towards the tongue; `mirrored`:
+/// with a reflection, for a tooth on the other side of the jaw.
 glm::dmat3 to_form(double turn, double lean, bool mirrored) {
   const double c = std::cos(turn), s = std::sin(turn), cl = std::cos(lean), sl = std::sin(lean);
   const double x = mirrored ? -1 : 1;

@@ -23,7 +23,7 @@ constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Largest distances of the triangles from the true surface, for the fine and the coarse mesh, voxels.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-// The cheek is fine in both meshes: long triangles with a vertex behind the gum would darken it.
+// The cheek is fine in both meshes: long triangles with a vertex behind the gum would make the cheek too dark.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // Depth of the coarse mesh below the surface where a fine mesh overlaps it, m.
 constexpr double kCoarseBelow = 0.5e-3;
@@ -234,7 +234,7 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The cut end of the root would show pulp; it shows dentin instead.
+    // At the cut end of the root, pictures show dentin in place of the pulp.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }
@@ -430,7 +430,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Gum or dam: fine near the working tooth.
+  // The gum, or the dam in its place, has a fine mesh near the working tooth.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
                         const auto& trim) {

@@ -14,7 +14,7 @@ namespace typodont {
 
 struct Surroundings;
 
-/// Signed distances to the bodies, m, negative inside. Exact only near a body; farther away, some positive number.
+/// Signed distances to the bodies, m, negative inside. Exact only near a body; farther away, only the sign is right.
 /// Thread-safe.
 class SurroundingsShape {
  public:

@@ -134,7 +134,7 @@ struct Region {
   double depth = 0;         // m, largest distance from the ideal shape
 };
 
-/// How far each voxel's result deviates from the target shape.
+/// For each voxel: the deviation of the result from the target shape.
 class Deviations {
  public:
   Deviations(const Preparation& in, double max_over, double max_under) : in_(in), limit_{0, max_over, max_under} {

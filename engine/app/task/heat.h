@@ -1,5 +1,5 @@
 // Computes the temperature of pulp and bone during a session from the ticks: cutting warms the tissue around the head,
-// the spray cools it. Takes 2 % of a core.
+// the spray cools it. Takes 2 % of a processor core.
 #pragma once
 
 #include <cstdint>

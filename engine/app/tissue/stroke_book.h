@@ -1,5 +1,5 @@
-// Records what each stroke removed or painted, so that the sums are right after an undo. Used only by the thread that
-// owns the tissue.
+// Records what each stroke removed or painted, so that TissueState has the right sums after an undo. Used only by
+// the thread that owns the tissue.
 #pragma once
 
 #include <vector>

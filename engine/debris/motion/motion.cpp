@@ -32,8 +32,8 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// For air that flows to the nozzle: its mean speed in a step, divided by its distance, 1/s. (1 − ∛(1 − 3q))/dt, q =
-/// pull·dt (pull: the ratio at the start); for q < 1/3 about pull·(1 + 2q), else the air reaches the nozzle.
+/// Mean speed in a step of air that flows to the nozzle, divided by its distance, 1/s. q = pull·dt; pull: this ratio at
+/// the start. Exact: (1 − ∛(1 − 3q))/dt. Here: pull·(1 + 2q) if q < 1/3; otherwise the air reaches the nozzle.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
@@ -62,8 +62,8 @@ double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// Table of schiller_naumann(). Its points are evenly spaced in each octave of Re, and linear interpolation lies between
-// them.
+// Table of schiller_naumann(). Its points are evenly spaced in each octave of Re, and values between
+// points are interpolated linearly.
 struct DragTable {
   static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // the table contains Re from 2^kLow to 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];

@@ -68,7 +68,7 @@ void ProcessorComposer::SourcePixels::fit(int source_size, int target_size) {
   from.resize(static_cast<std::size_t>(target));
   on.resize(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // Centre of the target pixel in source pixels. It is limited, so that the next source pixel always exists.
+    // Centre of the target pixel in source pixels, limited so that the next source pixel always exists.
     const double at = std::clamp((i + 0.5) * source / target - 0.5, 0.0, source - 1.0);
     const int lower = std::min(static_cast<int>(at), std::max(source - 2, 0));
     from[static_cast<std::size_t>(i)] = lower;

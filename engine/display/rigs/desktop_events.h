@@ -20,7 +20,7 @@ std::string x_server_name();
 /// Number of a window on the X server; 0: no X server.
 unsigned long x_window(GLFWwindow* window);
 
-/// Handles events of all windows. Returns a number that changes if there were any; without X11 it always changes.
+/// Handles events of all windows. Returns a number that changes after events; without X11, it changes at every call.
 std::uint64_t take_desktop_events();
 
 /// Waits for events, at most `most` nanoseconds.

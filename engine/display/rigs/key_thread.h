@@ -15,7 +15,7 @@ namespace typodont::display {
 class KeyThread {
  public:
   struct Key {
-    int scancode = 0;  // X11's keycode of the key's place, for keys without a Latin label
+    int scancode = 0;  // X11's keycode (position on the keyboard), for keys without a Latin label
     int code = 0;      // code of the label, in upper case; passed to `pressed`
   };
   /// `server`: name as in DISPLAY. `window`: X11's number of a window, which must exist until the destructor, which

@@ -34,8 +34,8 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
-/// Returns the code for UserInput::pressed: the key's label on the user's layout. For keys without a Latin label, and
-/// the row of digits, the key's place decides.
+/// Returns the code for UserInput::pressed: the key's label on the user's layout. For keys without a Latin label
+/// and for the row of digits, the code depends on the key's position on the keyboard.
 int code_of(int key, int scancode) {
   const bool digit = key >= GLFW_KEY_0 && key <= GLFW_KEY_9;
   const char* const label = key < GLFW_KEY_ESCAPE && !digit ? glfwGetKeyName(key, scancode) : nullptr;
@@ -270,7 +270,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Limits the frame rate, because some desktops (Xvfb) do not wait for the screen.
+  /// Limits the frame rate, because presenting does not wait for the screen on some desktops (Xvfb).
   void limit_frame_rate() {
     const Nanos period = from_seconds(1.0 / std::max(options_.max_frames_per_second, 1.0));
     const Nanos t = now();
@@ -297,7 +297,7 @@ class Window final : public Output {
     return false;
   }
 
-  /// Resizes the shared memory. Returns false if there is none; the next frame tries again.
+  /// Resizes the shared memory. Returns false if this fails; the next frame then tries again.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);

@@ -25,8 +25,8 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // Selects the best format: first the renderer's own (no conversion), last 8-bit linear, which the runtime takes for
-  // linear light.
+  // Selects the first format of this list that the runtime offers. The first one needs no conversion. The last ones are
+  // 8-bit formats without sRGB, whose values the runtime interprets as linear light.
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})

@@ -32,7 +32,7 @@ void Placement::recentre() {
 void Placement::place(const Pose& X_DV) {
   dvec3 forward = X_DV.R * dvec3(0, 0, -1);
   forward.y = 0;
-  // If the user looks straight up or down, uses the direction of the top of the head or the chin.
+  // If the user looks straight down or up, the top of the head or the chin points forward and gives the direction.
   if (glm::length(forward) < 0.05) {
     forward = X_DV.R * dvec3(0, (X_DV.R * dvec3(0, 0, -1)).y < 0 ? 1 : -1, 0);
     forward.y = 0;

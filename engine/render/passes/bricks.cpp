@@ -125,7 +125,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // As in meshoptimizer: if the cone faces away, all triangles do. The cone's tip is in the middle of the box.
+  // As in meshoptimizer: if the cone faces away, all triangles face away. The cone's tip is in the middle of the box.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;

@@ -170,7 +170,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // The ring's points are about one ring radius from the cursor's line; with the soft edge, less than two.
+  // The ring lies about one ring radius from the cursor's line; with its soft edge, less than two radii.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 

@@ -48,7 +48,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
 /// Returns true if the tool's shadow or occlusion may change a surface in this ball, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Part of the shadow map in which tissue has changed. It affects all points whose shaders read it.
+/// Part of the shadow map in which tissue has changed. All points whose shaders read this part may look different.
 struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners of the rectangle in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }

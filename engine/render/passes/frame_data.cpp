@@ -114,7 +114,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
       }
     }
     // Motion blur: the shutter is open for the time T. n blades at ω have the contrast |sin x / x|, x = n ω T / 2. The
-    // contrast is zero if one blade passes per exposure; for more blades it is neglected.
+    // contrast is zero if one blade passes per exposure; if more blades pass, it is set to zero.
     constexpr double kExposure = 1.0 / 60;  // s, exposure time T of the motion blur
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;

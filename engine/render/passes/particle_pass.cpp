@@ -50,7 +50,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // From centre to corner of the particle's square, pixels: √2 radii; 1.6, because perspective enlarges near corners.
+    // From centre to corner of a particle's square, pixels: √2 radii; with perspective, 1.6 at the picture's corners.
     const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||

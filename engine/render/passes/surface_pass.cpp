@@ -37,7 +37,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // Inner bodies have higher numbers, and must be drawn before the glass around them.
+  // Inner bodies have higher mesh numbers, and must be drawn before the glass around them.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {

@@ -42,7 +42,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                           static_cast<std::uint32_t>(std::max(1.0, std::round(frame_size.y * scale)))};
   const auto layers = static_cast<std::uint32_t>(views);
   context_.samples = std::clamp(context_.quality.samples, 1, std::min(device.max_samples, 4));
-  if (context_.samples == 2) context_.samples = 1;  // not all devices have 2; all have 1 and 4
+  if (context_.samples == 2) context_.samples = 1;  // not all devices support 2 samples; all support 1 and 4
   context_.view_mask = views == 2 && device.multiview ? 3 : 0;
   pictures = gpu::Image::create(device, {.size = extent,
                                          .layers = layers,

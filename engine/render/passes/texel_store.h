@@ -1,5 +1,5 @@
-// A grid of texels around the working tooth that changes while it is cut: film, or light inside tissue. Without a grid,
-// it has one empty texel, because descriptor sets need an image.
+// A grid of texels around the working tooth: film, or light inside tissue. Its values change while the tooth is cut.
+// Without a grid, the image has one empty texel, because descriptor sets need an image.
 #pragma once
 
 #include <cstring>

@@ -47,7 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // Radius of a slice: distance of the farthest vertex from the axis, of all triangles that overlap the slice.
+  // Radius of a slice: largest distance of a vertex from the axis, over all triangles that overlap the slice.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {

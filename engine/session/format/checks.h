@@ -25,7 +25,7 @@ struct RecordingLimits {
   double fastest_spindle = 1e6;                // rad/s, largest rotation speed of the spindle
   double max_volume = 1;                       // m³, largest volume that a recording may contain
   double lowest_rate = 1, highest_rate = 1e5;  // Hz, smallest and largest rate of the servo
-  std::uint64_t max_ticks = 864'000'000;       // largest number of ticks: those of a day at 10 kHz
+  std::uint64_t max_ticks = 864'000'000;       // largest number of ticks: one day at 10 kHz
   std::uint64_t max_rows_bytes = 4ull << 30;   // bytes, largest table that is kept in memory
 };
 inline constexpr RecordingLimits kRecordingLimits;

@@ -48,7 +48,7 @@ class Table {
   hsize_t written_ = 0, committed_ = 0;
 };
 
-/// Creates a scalar or one-dimensional dataset, overwritten in place.
+/// Creates a scalar or one-dimensional dataset, whose values overwrite() replaces later.
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
                     const void* initial, H5& dataset);
 bool overwrite(const H5& dataset, hid_t type, const void* value);

@@ -210,7 +210,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // The axis shows at least one decade: shorter axes may lack marks.
+  // The axis shows at least one decade (27 bins), because a shorter axis may have no marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *

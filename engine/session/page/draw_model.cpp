@@ -93,7 +93,7 @@ std::vector<std::uint8_t> draw_model_pixels(const ResultModel& model, const Mode
   for (const auto& triangle : model.triangles) {
     const Point &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
     const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
-    if (!(area < 0)) continue;  // triangle seen from behind; y points down
+    if (!(area < 0)) continue;  // the triangle is seen from behind (the picture's y points down)
     const int x0 = std::max(0, static_cast<int>(std::floor(std::min({a.x, b.x, c.x}))));
     const int x1 = std::min(fine.x - 1, static_cast<int>(std::ceil(std::max({a.x, b.x, c.x}))));
     const int y0 = std::max(0, static_cast<int>(std::floor(std::min({a.y, b.y, c.y}))));

@@ -109,7 +109,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Writes a page of its own about program and machine.
+  /// Writes the part about program and machine, which a screen shows as a separate page.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

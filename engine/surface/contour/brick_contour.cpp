@@ -66,9 +66,9 @@ struct Node {
   Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
-  glm::u8vec3 color_min{255}, color_max{0};  // range of colours in its tissue; red and blue to 31, green to 63
+  glm::u8vec3 color_min{255}, color_max{0};  // range of colours in its tissue; red, blue: 0..31, green: 0..63
 };
-// Largest range of colours in a merged block: a sixteenth of red, green and blue. kTissueColor matches only itself.
+// Largest range of colours in a merged block: 2 of 32 levels (green: 4 of 64). kTissueColor merges only with itself.
 constexpr int kColorRange = 2;
 glm::u8vec3 levels_of(VoxelColor color) {
   return color == kTissueColor ? glm::u8vec3(255) : glm::u8vec3(color >> 11, color >> 5 & 63, color & 31);
@@ -220,8 +220,8 @@ float field_at(const float* field, const glm::vec3& p) {
   return v0 + f.x * (v1 - v0);
 }
 
-// Corner (x, y, z) has the number (x·17 + y)·17 + z, and a cell has that of its lowest corner. The edge from corner n
-// along axis a has the number n + a·17³.
+// Corner (x, y, z) has the number (x·17 + y)·17 + z, and a cell has the number of its lowest corner. The edge from
+// corner n along axis a has the number n + a·17³.
 constexpr int kCornerCount = kCorners * kCorners * kCorners;
 // For each edge of a cell: its number minus the cell's number.
 constexpr std::array<int, 12> kEdgeNumber = [] {
@@ -453,7 +453,7 @@ void Contourer::Scratch::find_patches(bool merging) {
   }
 }
 
-// Marks patches with a crease. Most have nearly equal normals and need no closer test.
+// Marks patches with a crease. Most patches have nearly equal normals and need no closer test.
 void Contourer::Scratch::find_creases() {
   std::vector<Node>& patches = nodes[0];
   std::size_t cell_index = 0;

@@ -40,7 +40,7 @@ struct BrickContour {
 
   glm::ivec3 key{0};
   std::array<std::uint64_t, 64> active{};  // one bit per cell, set if the cell contains surface
-  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of earlier set bits
+  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of set bits in earlier words
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;

@@ -22,7 +22,7 @@ constexpr float kSlopeJump = 0.6f;
 // difference of |gradient|² from 1 that shows that the samples lie on both sides of a crease
 constexpr float kAcross = 0.05f;
 
-// Gradient at one or eight edges: `a` along the edge, `b` and `c` across it; `excess`: |length² − 1|.
+// Gradient at an end of one edge or of eight edges: `a` along, `b` and `c` across the edge; `excess`: |length² − 1|.
 template <class Real>
 struct Gradient {
   Real a, b, c, excess;
@@ -39,8 +39,8 @@ TYPODONT_INLINE void take_if(Mask condition, const Gradient<Real>& other, Gradie
   g.excess = condition ? other.excess : g.excess;
 }
 
-// Gradients by one-sided differences: with the lower or upper neighbour on both axes across the edge, four
-// combinations.
+// Four gradients at an end of an edge, by one-sided differences. On each of the two axes across the edge, a gradient
+// uses the lower or the upper neighbour.
 template <class Real>
 struct OneSided {
   Gradient<Real> pair[4];

@@ -7,7 +7,7 @@ namespace typodont::surface {
 namespace {
 
 // On a surface of curvature κ, a facet of side s sags by about s²κ/4, so vertices are put kLift·s²κ outside. They are
-// moved by kCentre of the way to the cell's middle, for even facets. Measured in tests/property/surface_mesh_test.cpp.
+// moved to the cell's middle by kCentre of the way, for even facets. Measured in tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 // largest distance of a vertex outside the surface, as a fraction of the block's side

@@ -13,7 +13,7 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// `can_begin`: the tool can drill the bone at its tip, and touches it with the tip. If `can_begin` is true and only
+/// `can_begin`: the tool's tip touches bone that the tool can drill. If `can_begin` is true and only
 /// criterion 4 (pushed) is met, the tool begins a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;

@@ -54,7 +54,7 @@ struct EndScan {
   CuttingWrench wrench;  // force and torque per feed speed along -z, frame T
   double free = 1e9;     // m, motion along -z until a voxel that cannot cut touches bone
   double engaged = 0;    // m², area of the end in contact
-  // m², area of the tool voxels that touch bone which they cannot cut: num_cd of Zhao 2020
+  // m², area of the tool voxels in contact with bone that they cannot cut (num_cd of Zhao 2020)
   double collided = 0;
   double max_grey = 0;   // Hounsfield units, largest grey value in contact
   PerTissue tissue{};    // m², part of `engaged` in each tissue

@@ -51,7 +51,7 @@ struct Parameters {
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, drag of sliding in the bed
   double steps = 1;         // voxels, largest motion per tick (Zhao 2020, eq. 9)
-  // true: eq. 7 of Zhao 2020 as printed, which moves only at an obstacle; false: corrected (README.md)
+  // true: eq. 7 of Zhao 2020 as printed, where the tool moves only at an obstacle; false: corrected (README.md)
   bool as_printed = false;
   // Hounsfield units, grey value of each tissue at hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,

@@ -18,7 +18,7 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth of the tip at which a thread engages
 // m; an implant counts as seated if it is nearer than this to its final depth or to the bottom of the bed
 constexpr double kSeated = 0.05e-3;
-// The motor keeps its full speed up to (1 - this) × stall torque; above, the speed decreases linearly to zero.
+// The motor has full speed up to the torque (1 - kSpeedHeldUpTo) × stall torque; above, its speed falls linearly to 0.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the filter for the axial torque
 // m, distance between samples along the axis when the depth of a bed is measured
@@ -373,7 +373,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   scan_ = bed.bore ? EndScan{} : scan_ahead(here, false, 1, bed.radius);
   if (bed.bore) scan_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // Before the thread engages, the tool slides, or is drawn in if it is pushed.
+    // Before the thread engages, the tool slides. If it is turned forward and pushed, it is drawn in.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -477,7 +477,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// If there is no bone ahead, reads the tissue from the wall beside the end. Returns the number of samples with tissue.
+/// If no bone is ahead, reads the tissue of the bed's wall beside the tip. Returns the number of samples with tissue.
 double ImplantModel::scan_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -508,7 +508,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // Only the axial torque is computed, not the wall's forces.
+  // Only the axial torque is computed, not the forces of the bed's wall.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

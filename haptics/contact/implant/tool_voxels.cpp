@@ -63,7 +63,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end has no voxels, because it touches only if the shank does.
+        // The head's upper end gets no voxels, because it touches bone only if the shank touches bone too.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
         // A voxel that is nearest to a sharp rim represents no area.

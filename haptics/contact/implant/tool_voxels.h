@@ -41,14 +41,14 @@ struct CuttingWrench {
   dvec3 torque{0};  // N·s, torque per feed speed
 };
 
-/// Adds to `sum` eq. 2 of Zhao 2020 for one voxel, if it faces the feed. `u`: specific energy, J/m³; `along`: unit
-/// vector of the feed, frame T; `speed`: rad/s about z; `alpha`: ratio of tangential to normal force.
+/// Adds force and torque on one voxel (Zhao 2020, eq. 2) to `sum`, if the voxel faces the feed. `u`: specific energy,
+/// J/m³; `along`: unit vector of the feed, frame T; `speed`: rad/s about z; `alpha`: tangential / normal force.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);
   const double facing = glm::dot(n, along);
   if (!(facing > 0)) return;
-  // In the paper, N is in revolutions per second: its 1/(2 pi N) is 1/speed here.
+  // The paper's N is in revolutions per second, so the paper's 1/(2 pi N) is 1/speed here.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
   // The tangential force acts against the motion of the edges.
@@ -56,7 +56,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // p may be half a layer away from the surface, so the lever arm is 1/inverse_r.
+  // The lever arm of the tangential force is 1/inverse_r, because p may be half a layer away from the surface.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

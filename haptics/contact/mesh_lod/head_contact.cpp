@@ -12,7 +12,7 @@ constexpr double kOverlap = 1e-9;
 // Tolerated overlap of a head at rest with tissue, divided by the head's radius. Without it, a head with a sharp rim
 // could not enter its own hole again, because the hole is as wide as the head.
 constexpr double kAllowedDepth = 0.01;
-// fraction of HeadPoints::kept that the head moves before the next list of contact points is begun
+// The next list of contact points is begun when the head has moved by this fraction of HeadPoints::kept.
 constexpr double kAhead = 0.4;
 // largest number of faces and points that are examined per tick for the next list of contact points
 constexpr int kMaxListed = 600;

@@ -77,9 +77,9 @@ class HeadLister {
 
   bool open_ = false;
   glm::dmat3 R_WT_{1};
-  std::vector<std::uint32_t> found_;  // faces near the head
+  std::vector<std::uint32_t> found_;  // faces near the head's bounding box
   std::size_t at_ = 0;                // index in found_ of the next face to examine
-  // faces of found_ that are near the head
+  // faces of found_ that are near the head itself; only those of the current work()
   std::vector<NearFace> near_;
   vertex::HeadDistances distances_{HeadPoints::kMost};
   // hash table: corner position → index of its contact point

@@ -189,7 +189,7 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // Returns true if a triangle's vertex indices, read from the smallest on, increase. Differs for opposite triangles.
+  // Returns true if a triangle's indices increase, read from the smallest on. Of opposite triangles, one gives true.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);

@@ -19,7 +19,7 @@ constexpr double kSearchDistance = SurfacePoint::kFarthest;  // m, search distan
 // m; tissue_at() uses the nearest face up to this distance
 constexpr double kNearby = 0.2e-3;
 constexpr double kMinStep = 1e-9;  // m; a cut with a shorter step is not made
-// weight of each new ratio in the running mean measured_ of measured to estimated removed volume
+// weight of a new value in measured_, the running mean of (measured / estimated removed volume)
 constexpr double kMeasuredShare = 0.3;
 // The snapshot may lack the last cuts; its faces then overlap the bur. Limits in radii of the bur:
 // kMaxOverlap: depth of a face in the bur's head. kMaxAdvance: distance that the bur may cut without a new snapshot.
@@ -296,7 +296,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const double left = glm::length(displacement);
   if (!(left > 0)) return false;
   // The head moves towards the hand as far as the energy allows. A step of length s removes A s + π r s² (A: contact
-  // area; r: head's radius). The second term lies below newly touched surface.
+  // area; r: head's radius). The second term is volume below the surface that the head newly touches.
   PerTissue area = point().engaged_area(grid(), displacement / left);
   double all = 0, work = 0;  // all: m², contact area; work: J/m, energy per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {

@@ -71,7 +71,7 @@ class MeshLodModel final : public ContactModel {
   /// Returns true if the head may move to `to`: faces of the snapshot, which may lack the last cuts, can still stop it
   /// there.
   bool may_penetrate_to(const dvec3& to) noexcept;
-  /// Returns true if the snapshot lacks some of the servo's cuts. While it does, faces that overlap the head count as
+  /// Returns true if the snapshot lacks some of the servo's cuts. In this state, faces that overlap the head count as
   /// removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }

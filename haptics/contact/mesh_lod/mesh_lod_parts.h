@@ -31,8 +31,8 @@ struct MeshSnapshot : Snapshot {
   dvec3 lo{0}, hi{0};               // m, box around the faces in `local`
   // m³, volume removed by the cuts in the snapshot, without undone cuts
   PerTissue removed{};
-  // Contact points around the tool of the last cut, if contact is computed for its whole head. Null before its first
-  // cut.
+  // Contact points around the tool of the last cut, if contact is computed for its whole head. Null until the
+  // first such list is made.
   std::unique_ptr<HeadPoints> points;
   std::uint32_t points_of = kNoTool;  // index of the tool of `points`; kNoTool: not valid
   static constexpr std::uint32_t kNoTool = ~0U;

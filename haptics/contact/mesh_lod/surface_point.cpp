@@ -409,7 +409,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kMinAlong)) return;
   const double direction = (glm::dot(plane.n, c_ - at.p) - plane.gap) / along;
   const dvec3 other = at.p + direction / size * off - c_;
-  // `other` ends on the line from at.p to the hand. If the extension is longer than `step`, at.p is too far away.
+  // `other` ends on the line from at.p to the hand. It is not used if it differs from `step` too much.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].gap - kStays) return;
@@ -486,7 +486,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall, both tissues may be equally near, so the tissue in contact remains.
+  // At a wall between tissues, both tissues may be equally near, so the tissue in contact (ground_) is not changed.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;

@@ -212,7 +212,7 @@ void FieldBody::cut_out(Snapshot& snapshot, std::uint32_t held) {
     coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
     if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
-    // The coarse tissue patch is never sent as a PatchStep: the servo's own differs, as it is cut in longer steps.
+    // The coarse patch is never sent as a PatchStep: the servo's coarse patch differs, because its cuts are longer.
     const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
     renew(coarse, center / n - coarse_.edge / 2, copy_part,
           [&](const TissueVolume::Written& written, const VoxelBox& inside) {
@@ -248,7 +248,7 @@ void FieldBody::cut_out_complete(TissuePatch& patch, const glm::ivec3& lo) {
 }
 
 /// Copies only the leaves (8³ samples) that the servo's patch, number `held`, lacks. Returns false if `held` is not the
-/// last copied patch, after a change that the servo did not make (foreign_changes), or if there are too many leaves.
+/// last copied patch, if the tissue has changes that the servo did not make, or if there are too many leaves.
 bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_t held) {
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};

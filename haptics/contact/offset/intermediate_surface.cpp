@@ -13,7 +13,7 @@ namespace typodont::haptics::offset {
 namespace {
 
 constexpr int kSide = PatchStep::kSide;
-// Largest number of leaves (8³ samples) that change gradually, about 0.1 ms a tick. Others change at once.
+// Largest number of leaves (8³ samples) that change gradually; this takes about 0.1 ms per tick. Others change at once.
 constexpr std::size_t kMaxMoving = 4096;
 
 /// For each row of eight samples in a leaf, calls visit(index of its first sample in the patch, index in the leaf).
@@ -78,7 +78,7 @@ auto IntermediateModel::with_shank(Call call) noexcept {
   return call();
 }
 
-/// Element of slots_ for a leaf. Leaves at equal positions modulo the patch's edge share it; the patch has only one.
+/// Element of slots_ for a leaf. Leaves at equal positions modulo the patch's edge share it; the patch has one of them.
 std::uint32_t& IntermediateModel::slot_of(const glm::ivec3& leaf) noexcept {
   const int edge = felt_.patch_.n / kSide;
   const glm::ivec3 at = ((leaf / kSide) % edge + edge) % edge;
@@ -119,7 +119,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   if (fresh.from != 0) {
     cutter_.adopt(fresh, removed);
     felt_.adopt(fresh, ignored);
-    // Both calls exchanged coarse tissue patches with `fresh`. Only cutter_ may keep one, so felt_ gives it back.
+    // Both adopt() calls swapped coarse patches with `fresh`. Only cutter_ may have one: felt_ gives its own back.
     felt_.patch_.coarse_levels.swap(static_cast<TissuePatch&>(fresh).coarse_levels);
   } else {
     auto& copy = static_cast<TissuePatch&>(fresh).intermediate.front();
@@ -235,7 +235,7 @@ void IntermediateModel::drop(std::size_t i) noexcept {
 
 void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept {
   since_update_ += in.dt;
-  const bool same = settled();  // both models then have the same tissue, so the same pose
+  const bool same = settled();  // true: both models have the same tissue, hence the same pose
   if (const double period = 1 / parameters_.update_rate; since_update_ >= period) {
     since_update_ = std::fmod(since_update_, period);
     hand_over();
@@ -250,7 +250,7 @@ void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept
   has_pose_ = true;
 
   ContactInput felt_in = in;
-  felt_in.cuts = in.cuts || (!settled() && !felt_.fills());  // true: no search for edges while the surface moves
+  felt_in.cuts = in.cuts || (!settled() && !felt_.fills());  // no search for edges while the surface moves
   felt_in.scrapes = felt_in.must_earn = false;
   felt_in.budget = felt_in.specific_energy = 0;
   with_shank([&] { felt_.constrain(felt_in, out); });

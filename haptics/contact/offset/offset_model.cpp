@@ -19,7 +19,7 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
   return all;
 }
 
-/// Lattice points in the head, frame T, voxels: the smallest spacing of whole voxels with at most kMaxInside points.
+/// Lattice points in the head, frame T, voxels. Spacing: the fewest whole voxels that give at most kMaxInside points.
 std::vector<dvec3> lattice_in(const Tool& tool, double voxel) {
   constexpr std::size_t kMaxInside = 2048;
   const HeadField head(tool, voxel);

@@ -92,7 +92,7 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Lower bound of the distance of the head with its centre at c from tissue, voxels. Valid if it is positive.
+  /// Lower bound of the distance of the head with its centre at c from tissue, voxels. Valid if positive.
   double free_distance(const dvec3& c) const noexcept { return min_distance(patch_, c) - reach(); }
   /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the same bound for the
   /// head alone.
@@ -185,7 +185,7 @@ class OffsetModel : public PatchModel {
     bool has_cut = false;  // true: the tool has cut since the recorded path began
     bool leading = false;  // true: the proxy is led back along its path
     std::size_t to = 0;    // index of the path point at which leading back ends
-    bool wedged = false;   // true: the hand has moved away, but there is no way back
+    bool wedged = false;   // true: the hand has moved away, but the path does not lead closer to it
   } retreat_;
   struct Fall {
     dvec3 push_mean{0};  // N, low-pass filtered contact force on the head

@@ -98,7 +98,7 @@ struct FallParameters {
   static constexpr double push_time = 0.05;
   // N/s; the bur has lost its support only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // Loss of support: smallest cosine between the mean contact force and the reversed gain of the hand's velocity.
+  // Loss of support: smallest cosine between the mean contact force and (mean - current velocity of the hand).
   static constexpr double along = 0.3;
   // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
@@ -112,9 +112,9 @@ struct FallParameters {
 struct WallParameters {
   // m, depth in harder tissue up to which its border still stops the head
   static constexpr double felt_depth = 0.1e-3;
-  // voxels; nearer to a border between tissues, a sample may have either label
+  // voxels; a sample nearer than this to a border between two tissues may have the label of either tissue
   static constexpr double border = 0.5;
-  // smallest fraction of a bur's power at a harder wall
+  // smallest fraction of its power with which a bur cuts at a wall of harder tissue
   static constexpr double min_power = 0.1;
   // A border is a wall if the ratio of the softer tissue's specific energy to that of the harder one is below this.
   static constexpr double from_ratio = 0.2;

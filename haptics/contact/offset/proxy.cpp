@@ -27,8 +27,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: `max_step`, or, if larger,
-/// slightly more than the smallest difference that a part of `step` can have, so that a stuck head can sink.
+/// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: `max_step`, or more if no
+/// part of `step` is so near to `shift`. A stuck head can then still sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -195,8 +195,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // In a narrow cavity, the search could alternate between two positions for ever, so it counts opposite long
-      // steps.
+      // In a narrow cavity, the search could alternate between two positions for ever, so it counts long steps that
+      // reverse the direction of the last long step.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (s.reversals > Q::reversals) {
@@ -435,7 +435,7 @@ double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_deficit + in.budget / in.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
 
-/// For a ball that was placed on one wall: returns true if it overlaps each of the planes that hold it by less than a
+/// For a ball that was placed on one wall: returns true if its overlap with each plane that holds it is below a
 /// tolerance. The tolerance is smaller for planes that do not belong to this wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
@@ -449,7 +449,7 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
 }
 
 /// Limits the change of the force: moves `next`, where contacts alone hold the head, to within `most` of `carried`
-/// (last position + motion of the hand). For this, moves the target from `pulled_to` towards `carried`; returns it.
+/// (last position + motion of the hand). For this, moves the target from `pulled_to` towards `carried`. Returns it.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;

@@ -23,7 +23,7 @@ constexpr double kNoteEvery = 0.03;
 constexpr double kAround = 1.8;
 // In radii of the packing's largest hole: distance up to which a cut sphere also empties the gaps around it.
 constexpr double kGapsAround = 2;
-// largest number of stored notes (positions of cutting balls); with more, they are used for the field and deleted
+// largest number of stored notes (positions of cutting balls); with more, the field is updated and they are deleted
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());

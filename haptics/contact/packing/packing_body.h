@@ -40,7 +40,7 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;  // sphere before the stroke; for an undone stroke: after it
+    CutSphere state;  // sphere before the stroke; for an undone stroke: after the stroke
     // m, centre of the cutting ball in the sphere's newest note
     dvec3 last_noted;
   };

@@ -30,7 +30,7 @@ constexpr double kDentalForces = 20;
 // m/s, largest speed of the tool's farthest point. Faster than any hand, so the proxy catches up soon after a jump.
 constexpr double kFastest = 5;
 
-// With a large contact, a tick advances about ten nanometres but changes thousands of spheres, so cuts are postponed.
+// With a large contact, the head advances only about 10 nm per tick but cuts thousands of spheres: cuts are postponed.
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
 constexpr double kMinStep = 1e-6;         // m; cuts with shorter steps are postponed
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
@@ -101,7 +101,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, their removed volume may be different.
+  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, they may remove another volume.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =

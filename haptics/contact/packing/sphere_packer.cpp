@@ -30,7 +30,7 @@ constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid divided 
 // In grid spacings. When the largest free radius of all nodes is smaller than this, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // spacing of a grid divided by the spacing of the next finer grid
-// Smallest radius of a sphere in grid spacings; a gap for a smaller sphere waits for a finer grid.
+// Smallest radius of a sphere in grid spacings. A gap for a smaller sphere is filled later, with a finer grid.
 constexpr double kMinRadius = 0.3;
 // Placing is postponed if the ratio of the sphere's radius to the stored free radius of its node is below this.
 constexpr double kAsExpected = 0.8;

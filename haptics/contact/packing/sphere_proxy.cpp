@@ -40,7 +40,7 @@ constexpr double kRounding = 1e-12;
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
-// m; a search in a long list for spheres up to a smaller gap uses only the stored gaps (listed_near)
+// m; in a long list, listed_near() compares only the stored gaps if its limit `gap` is below this
 constexpr double kFewOthers = 100e-6;
 // number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
@@ -340,7 +340,7 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips spheres whose
-/// stored gap is above `gap`. In a long list, the stored gap alone decides, because nearly all others are near.
+/// stored gap is above `gap`. In a long list, only the stored gap is tested, because nearly all the others are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -412,7 +412,7 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. (follow() lacks it if the head had contact earlier.) If the
+    // Adds the contact as a constraint and tries again. (follow() may have stopped before this contact.) If the
     // contact is a constraint already, the path was curved by rotation, so the constraint's gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);

@@ -176,7 +176,7 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Half of an overlap moves the sphere, the other half reduces its radius; so it protrudes from its old surface.
+  // Half of an overlap moves the sphere, the other half reduces its radius, so the sphere leaves its old surface.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -272,7 +272,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may own no voxel: its own volume counts. Then all are scaled to packing.solid_volume.
+  // A small sphere may own no voxel, so each cell has at least its sphere's volume. The sum becomes solid_volume.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

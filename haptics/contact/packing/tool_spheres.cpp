@@ -32,7 +32,7 @@ void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   }
 }
 
-/// Fills a head with rings (around the axis) of overlapping inscribed spheres. Each time it adds the ring that newly
+/// Fills a head with rings (around the axis) of overlapping inscribed spheres. Each step adds the ring that newly
 /// covers the most volume per sphere. The result is smoother than a packing.
 class Rings {
  public:

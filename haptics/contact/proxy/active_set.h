@@ -47,7 +47,7 @@ class ActiveSet {
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
   /// Computes the point nearest to `goal` that all planes allow. `active`: in: a guess of the active planes; out: these
-  /// planes. Returns false if there is none; `x` is then undefined.
+  /// planes. Returns false if no point is allowed; `x` is then undefined.
   bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
     count_ = 0;
     x = goal;

@@ -89,7 +89,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;
   sheet.n = n;
   sheet.x = dvec3(at) - value * n;
-  // Eigenvector of the larger curvature; of its two forms, the one that is not a difference of nearly equal numbers.
+  // Eigenvector of the larger curvature. Of its two formulas, uses that without a difference of nearly equal numbers.
   sheet.e1 = half < 1e-9 ? u : glm::normalize(along > 0 ? (along + half) * u + uv * v : uv * u + (half - along) * v);
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
@@ -135,7 +135,7 @@ struct Place {
   int group;
 };
 
-/// Searches a surface point in each direction around the crease at x. If it finds none, it starts again from below.
+/// Searches a surface point in each direction around the crease at x; if there is none, again from below the surface.
 void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
@@ -184,7 +184,7 @@ struct Groups {
   }
 };
 
-/// Fits the sheet `own` (smooth surface) at `place`, then farther from the other sheets until accepts() is true.
+/// Fits the sheet `own` (smooth surface) at `place`; until accepts() is true, again farther from the other sheets.
 template <class Accepts>
 bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {

@@ -15,7 +15,7 @@ struct FlatWalls {
   double height[kMost];
 };
 
-/// Finds the flat walls of a concave crease or corner, whose bottom interpolation fills with tissue. `at`: value and
+/// Finds the flat walls of a concave crease or corner. (Interpolation shows tissue at its bottom.) `at`: value and
 /// gradient of the field at the point `c`. Returns false if there are no such walls, or if another surface is nearer.
 bool walls_of_crease(const TissuePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 

@@ -221,8 +221,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // `fraction`, the weight of an area, decreases linearly from 1 at the surface to 0 one voxel away; `half` is 0 from
-    // half a voxel on. Normals have the weight 2 half − fraction: areas without contact cancel out on average.
+    // `fraction` (weight of an area) decreases linearly from 1 at the surface to 0 at one voxel; `half`: to 0 at half a
+    // voxel. The normals' weight 2 half − fraction has the mean 0 from 0 to 1 voxel: areas without contact cancel out.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;
@@ -469,7 +469,7 @@ Found HeadSamples::search_around(const TissuePatch& patch, const Pose& X_VT, flo
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
-  // A head completely outside a tissue patch that contains all tissue touches nothing; its indices could overflow.
+  // Skips a head completely outside a patch that contains all tissue: no contacts, and its indices could overflow.
   const int edge = 2 * (static_cast<int>(reach) + 8);
   if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
     return found;

@@ -13,7 +13,7 @@ struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-/// Copies the normals of the active planes to `held`. (To return a struct would be slower: store forwarding.)
+/// Copies the normals of the active planes to `held`. (Returning a struct would be slower: failed store forwarding.)
 void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
 /// Guesses the active planes of a new search: selects the planes whose normals are most similar to those in `before`.
 /// The result is the initial guess for nearest_allowed().

@@ -25,7 +25,7 @@ struct WallSeatParameters {
   static constexpr double min_height = 0.5;  // voxels, smallest height of the hand above a crease
   // Voxels. For a ball on a crease: a contact whose gap is below `near` is other tissue if it is farther than
   // `off_crease` from the smooth surfaces that form the crease. A search up to `ahead` more shows how far the ball may
-  // move before the next one.
+  // move before it touches other tissue.
   static constexpr double near = 0.05, ahead = 1, off_crease = 0.7;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is below this
   static constexpr double aligned = 1e-8;
@@ -105,18 +105,18 @@ struct HeadSampleParameters {
 
 /// Parameters of the smooth surfaces (sheets) that meet at a convex edge, rim or corner (crease.h). Voxels.
 struct CreaseParameters {
-  // An edge is sharp if the second difference of samples there exceeds one beside it by more than this.
+  // An edge is sharp if the samples' second difference there exceeds that beside the edge by more than this.
   static constexpr double sharp = 0.2;
   static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
   // Voxels, distances from the crease at which the surface is searched, in this order; usually the first suffices.
   static constexpr double aside[] = {4, 6.5, 5};
-  static constexpr double down = 0.8;     // second start of the search: this factor × `aside`, below the surface
+  static constexpr double down = 0.8;     // second start of the search: down × aside beside the crease, and below it
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
   static constexpr double landed = 0.1;   // largest distance from the surface of a point that counts as on it
   // Start points of a fit: distances from the surface point along the surface, and height above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
-  static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the others
+  static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the other surfaces
   static constexpr double away_step = 3;
   // smallest distance between a fit's samples and those of other smooth surfaces
   static constexpr double clear = 0.4;
@@ -135,7 +135,7 @@ struct CreaseParameters {
   // smallest depth of each smooth surface below the others beside the crease, so that the crease is convex
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the normals of two surfaces on their common line
-  // Samples within `around` of a crease, at depths shallowest..deepest, must differ from it by at most around_agrees.
+  // Samples within `around` of a crease, at depths shallowest..deepest, agree with its sheets within around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
@@ -213,7 +213,7 @@ struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse tissue patch
   // Coarse voxels; linear interpolation gives distances that are too large by at most this.
   static constexpr double overestimate = 0.5;
-  // Coarse voxels. A distance that differs from the largest stored distance (the band) by less counts as equal to it.
+  // Coarse voxels. A distance counts as equal to the largest stored one (the band) if they differ by less than this.
   static constexpr double at_band = 1e-3;
   // Coarse voxels. If the computed surface point is farther than this from the surface, the field is not a true
   // distance there, as at an intersection of solids.

@@ -18,7 +18,7 @@ struct FollowParameters {
   static constexpr double step = 0.15;
   // Iterations per round. After a round, the list of points is made again if the head has moved by more than `kept`.
   static constexpr int looks = 2;
-  // Largest number of rounds per tick; so near contact points, the head moves at most 16 × 2 × 0.15 = 4.8 radii.
+  // Largest number of rounds per tick. Near contact points, the head thus moves at most 16 × 2 × 0.15 = 4.8 radii.
   static constexpr int rounds = 16;
   // The head's motion ends after a step that is shorter than this × the longest allowed step.
   static constexpr double settled = 0.2;

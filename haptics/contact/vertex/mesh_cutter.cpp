@@ -97,7 +97,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
-/// Returns true if the angles of two faces at a common vertex overlap, seen against n. `i`, `j`: index of the vertex in
+/// Returns true if the angles of two faces at a common vertex overlap, seen along -n. `i`, `j`: index of the vertex in
 /// a and b.
 bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j, const dvec3& n) noexcept {
   const dvec3& p = a.p[i];
@@ -190,7 +190,7 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
 }
 
 /// Sorts by index, because the order must not depend on the grid. A radix sort: sorting by comparison would take a
-/// third of a cut.
+/// third of the time of a cut.
 void MeshCutter::sort_near() noexcept {
   constexpr int kDigit = 9;  // bits per pass of the sort
   constexpr Index kMask = (1u << kDigit) - 1;

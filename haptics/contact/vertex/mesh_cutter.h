@@ -26,7 +26,7 @@ struct CutParameters {
   static constexpr double shortest = 0.35;  // in target edge lengths; shorter edges are collapsed
   // In target edge lengths, motion of the head per step; short, so that no face turns far.
   static constexpr double step = 0.5;
-  // In target edge lengths, largest motion of a vertex per step; one that needs more belongs to another wall.
+  // In target edge lengths, largest motion of a vertex per step; a vertex that needs more belongs to another wall.
   static constexpr double farthest = 3;
   // smallest cosine between a face's normals before and after a step
   static constexpr double min_turn = 0.2;

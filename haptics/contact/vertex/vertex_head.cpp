@@ -59,8 +59,8 @@ void VertexHead::find_core() noexcept {
   core_low_ = std::min(low, 0.5 * (low + high)), core_high_ = std::max(high, 0.5 * (low + high));
 }
 
-/// Uses Newton iteration. The distance is convex along the line, so the iteration converges from outside without
-/// overshooting.
+/// Uses Newton iteration. The head's distance field is convex along `path`, so the iteration converges from outside
+/// without overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& path) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, path), c = glm::dot(p, p) - radius_ * radius_;

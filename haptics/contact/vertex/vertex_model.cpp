@@ -209,7 +209,7 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // lists a vertex only with the face stored in it
+    if (mesh.vertex(v).face != f) continue;  // lists each vertex only once, with one of its faces
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
@@ -401,8 +401,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Writes the force and torque of the springs to `out`, with a damper along the force that never reverses it (paper S4,
-/// eq. 4.1, 4.4 and 4.5).
+/// Writes the springs' force and torque to `out`, with a damper along the force that cannot reverse the force (paper
+/// S4, eq. 4.1, 4.4 and 4.5).
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -558,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits some ticks after the last one; `hurry` is the length b in FeelParameters (rest).
+    // A new cut waits some ticks after the last one, see FeelParameters::rest. `hurry`: the length b there.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;

@@ -19,7 +19,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// ns without a state message, after which the force is sent again, because the service only answers forces.
+// ns without a state message after which zero force is sent, because the service sends a state only as an answer.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
@@ -67,7 +67,7 @@ class HaplyDevice : public HapticDevice {
     faults_ = 0;
     // ns, total waiting time; a pause of this process counts as at most 2 × kWake
     Nanos waited = 0;
-    if (!started_) release();  // the service answers with the first state
+    if (!started_) release();  // sends zero force; the service answers with the first state
     started_ = true;
     bool fresh = false, rubbish = false;
     Nanos t = socket_.now();

@@ -19,7 +19,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns without a report, after which zero currents are sent again, because the board only answers commands.
+// ns without a report after which zero currents are sent, because the board sends a report only after a command.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kRestOfLine = 2'000'000;  // ns, longest waiting time for the rest of an incomplete line
 constexpr Nanos kLost = 100'000'000;      // ns without a valid report, after which the arm counts as lost
