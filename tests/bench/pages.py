@@ -362,7 +362,7 @@ def models(rows, origin, docs):
                  mesh; on exact shapes by less.""", "slide", "direction_rms_deg", TISSUES, 1),
                 ("Magnitude of the force", "Errors of the force's magnitude are in % of the exact magnitude (rms).", "slide",
                  "magnitude_rms_percent", TISSUES, 1),
-                ("Depth in the tissue", "The largest depth of the drawn tool (proxy) inside the exact shape is in mm.",
+                ("Depth in the tissue", "The table states the largest depth of the drawn tool (proxy) inside the exact shape, in mm.",
                  "slide", "penetration_mm", TISSUES, 1),
                 ("Friction", """Errors of the ratio of tangential to normal force are in % of the exact ratio (rms). In the groove, two walls touch the tool, so the tool has no single normal.""", "drag",
                  "friction_error_rms_percent", TISSUES, 1),
@@ -390,13 +390,13 @@ def models(rows, origin, docs):
         finest setting. Outside an implant bed (drilled hole), `implant` slides and drills like `offset`.""") + "\n\n"
     page += table(["task", "best", "value of the best", "second", "value of the second"], list(answer())) + "\n"
     page += paragraph(
-        f"""All models get the same tissue, simulated hand and servo rate (1 kHz). Among the tool's positions outside
-        the exact shape, the exact contact is the one nearest to the hand (sequential quadratic programming,
+        f"""All models get the same tissue, simulated hand and servo rate (1 kHz). The exact contact is the tool's
+        position outside the exact shape that is nearest to the hand (sequential quadratic programming,
         `tests/support/reference_contact.h`). Five tissues have an exact shape: a ball of 8 mm, a torus, a box, a sheet
         of 0.3 mm, and a groove of 60°. The molar is from a CT scan; its exact shape is the triangle mesh of its
         distance field. Lower arch and hip socket ("pelvis") are meshes; models without a mesh get voxels of 0.2 or 0.3
-        mm. So the columns "molar", "arch" and "pelvis" favour models that use a mesh. Direction and magnitude are those
-        of the model's force, before the servo's limits; other forces are the servo's output. `./run bench models`
+        mm. So the columns "molar", "arch" and "pelvis" favour models that use a mesh. The tables of direction and
+        magnitude use the model's force, before the servo's limits; other tables use the servo's output. `./run bench models`
         writes this page from [rows.csv](models/rows.csv), which has more settings and values. Measured on: {origin}.""") + "\n\n"
     page += f"![{title}. Least error in degrees, and time: {best(series)}](models/direction.svg)\n\n"
     page += "".join(tables())
@@ -453,8 +453,8 @@ CAMPAIGNS = {
     "nonsense": "the hands of \"hostile hand\" get invalid input in one tick of fifty: NaN, jumps of hand or clock, "
                 "undo",
     "carver stalls": "hands slide, drill and tap while the carver (tissue thread) stalls for 50 ms to 3 s",
-    "uneven clock": "the hands of \"carver stalls\" move without stalls; ticks differ from 1 ms by up to 20 or 50 %, one tick "
-                    "in a hundred lasts 5 ms",
+    "uneven clock": "the hands of \"carver stalls\" move without stalls; the length of a tick differs from 1 ms by up to 20 "
+                    "or 50 %, one tick in a hundred lasts 5 ms",
     "200 N": "a hand presses a head of 20 mm on bone with 200 N, and slides or reams",
     "fast probe": "a tip of 0.25 mm slides over edges, a groove and the dental arch at 30 to 120 mm/s",
     "thin wall": "hands move a ball through a sheet of 0.3 mm, by 1 mm per tick",

@@ -23,10 +23,10 @@ REASONS = {
     "leucite_ratio_heavy": "in the simulation, the ratio of the forces hardly depends on the load",
     "leucite_speed_drop": "the ceramic's ratio of the forces is an estimate",
     "artificial_energy_exponent": "the simulation uses the exponent of bone; the artificial femur is fitted at one speed",
-    "electric_holds": "the source states no load; at 10 N, a diamond needs 3.0 N mm, but the motor holds its speed up to 2.8 N mm",
+    "electric_holds": "the source states no load; at 10 N, a diamond needs a torque of 3.0 N mm, but the motor holds its speed only up to 2.8 N mm",
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
     "wear_super_coarse": "in the simulation, wear is proportional to 1 / grain size; measured wear falls faster with grain size",
-    "wear_20_cuts": "two studies of Macor disagree: the rate falls by 50 % over 39 mm, by 20 % over 220 mm; the grinding ratio is fitted to the first",
+    "wear_20_cuts": "two studies of Macor disagree: the rate falls by 50 % over a cut of 39 mm in one, by 20 % over 220 mm in the other; the grinding ratio is fitted to the first",
     "polymer_jaw": "the source states no density; the simulation uses the constants of the artificial femur",
 }
 # Figures of the expert: bench_expert prints them, and tests bound them.
@@ -38,10 +38,10 @@ HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth with f
         ["duration of a contact", "0.25 to 0.4 s, or 10 s (J Oral Rehabil 22 (1995) 67-72)", "0.33 to 0.35 s; crown 10 s"],
         ["contacts per second", "1.36 (temporal bone, PMID 34872376)", "1.36; crown 0.10"],
         ["tremor", "8.1 Hz (PMID 11568677), 38 µm rms (Riviere et al.)", "8.1 Hz, 38 µm rms"]]) + "\n" + paragraph(
-    """With this occlusal force, the expert prepares a crown in 15 minutes. The expert trembles only while drilling: if
+    """With the measured force on the occlusal surface, the expert prepares a crown in 15 minutes. The expert trembles only while drilling: if
     hand instruments tremble too, the points in `amalgam-filling` fall from 96 to 88. For implant beds and hip sockets,
     the expert uses the forces that the exercises cite. The careless hand of [cases](cases.md#a-valid-case) repeats the
-    expert's strokes, displaced and without forces.""") + "\n"
+    expert's strokes at displaced positions, without forces.""") + "\n"
 # Constants that are estimates: name, words in their source, and the experiment that would settle them.
 ESTIMATES = [
     ("friction", "friction|all values", "draw the steel or diamond tool over wet tissue with 0.1 to 3 N; measure both forces"),
@@ -164,13 +164,14 @@ def page(rows, origin, docs):
     text = "# Cutting against published experiments\n\n" + paragraph(
         f"""{len(agree)} of {len(tried)} simulated results agree with the published ones; {len(far)} {'differs' if
         len(far) == 1 else 'differ'} by more than a factor of two. {len(every) - len(tried)} more results are not
-        simulated; `tests/bench/reality/experiments.csv` has all results, and the reasons. `./run bench reality`
+        simulated; `tests/bench/reality/experiments.csv` lists all results, and why some are not simulated. `./run bench reality`
         simulates most experiments with a machine that presses the tool on a slab with the published load, or moves it
         with the published feed. If a condition is unknown, the simulation tries both ends of its range. A row agrees if
         the simulated values overlap the accepted range: the published value ± two standard deviations if the source
-        states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Constants may be
-        fitted to rows with "fit", not to rows with "test". The letter after a source means: A table or standard, B
-        abstract, C secondary source, E estimate, F fitted to rows of this page. Simulated with: {origin}.""") + "\n"
+        states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Constants of
+        the program may be fitted to rows marked "fit", but not to rows marked "test". The letter after a source states
+        its kind (A table or standard, B abstract, C secondary source, E estimate, F fitted to rows of this page).
+        Simulated with: {origin}.""") + "\n"
     for process, some in groups.items():
         known = [row for row in some if row.band]
         if not known:
