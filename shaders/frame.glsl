@@ -17,7 +17,8 @@ layout(push_constant) uniform Push { ObjectData object; };
 layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;
-layout(constant_id = 3) const int kView = 0;        // a value of View in renderer.h: look, section, x-ray, difference
+layout(constant_id = 3) const int kView = 0;        // a value of View in renderer.h: look, section, x-ray, difference,
+                                     // temperature
 // true: the tissue is drawn as glass, which is denser at grazing angles
 layout(constant_id = 4) const bool kGlass = false;
 layout(constant_id = 7) const bool kHandpieceShadow = false;

@@ -8,6 +8,7 @@
 #include "tooth.glsl"
 #include "gum.glsl"
 #include "film.glsl"
+#include "temperature.glsl"
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
@@ -53,6 +54,11 @@ vec3 with_cursor(vec3 color) {
 void main() {
   vec3 n = normalize(in_normal.xyz);
   vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
+  if (kView == 4) {
+    vec3 shown = temperature_picture(in_position, n, v, in_pair & 255u, in_pair >> 8, in_light.w);
+    out_color = vec4(with_cursor(shown), 1.0);
+    return;
+  }
   if (kView == 1 && !gl_FrontFacing) {
     // A section shows the inside of a body. It is drawn like the cut face, so that the body looks closed and solid.
     n = -frame.section.xyz;

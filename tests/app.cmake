@@ -1,5 +1,5 @@
 typodont_test(unit_app_surroundings KIND unit SOURCES unit/app_surroundings_test.cpp unit/split_edges_test.cpp unit/app_heat_test.cpp LIBS typodont_app)
-typodont_test(unit_app_looks KIND unit SOURCES unit/app_looks_test.cpp unit/app_handpiece_test.cpp unit/app_hud_test.cpp unit/color_vision_test.cpp LIBS typodont_test_stage typodont_app)
+typodont_test(unit_app_looks KIND unit SOURCES unit/app_looks_test.cpp unit/app_handpiece_test.cpp unit/app_hud_test.cpp unit/app_temperature_view_test.cpp unit/color_vision_test.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_soft_gum_test.cpp acceptance/app_expert_test.cpp acceptance/app_live_expert_test.cpp
               acceptance/app_files_test.cpp acceptance/app_recorded_files_test.cpp acceptance/app_options_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp

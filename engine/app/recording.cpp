@@ -182,6 +182,8 @@ std::string_view view_name(render::View view) noexcept {
       return "xray";
     case render::View::kDifference:
       return "difference";
+    case render::View::kTemperature:
+      return "temperature";
     case render::View::kLook:
       break;
   }

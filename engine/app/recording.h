@@ -33,7 +33,7 @@ session::StreamSpec left_hand_stream();
 session::StreamSpec head_stream();
 /// Stream with the state (0 or 1) of the handpiece's water and of the suction. One row per change.
 session::StreamSpec water_stream();
-/// A view's name: "look" (normal), "section", "xray" or "difference".
+/// A view's name: "look" (normal), "section", "xray", "difference" or "temperature".
 std::string_view view_name(render::View view) noexcept;
 /// Stream of frames on a screen. One row per frame.
 session::StreamSpec picture_stream();

@@ -28,7 +28,6 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/task/damage.h"
-#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
 #include "engine/base/check.h"
@@ -109,8 +108,8 @@ struct Workbench::Impl {
   std::optional<session::HandMeter> meter;
   // Measures the damage for the score; empty if no operator's window shows the session.
   std::optional<DamageMeter> damage;
-  // Computes the temperature of pulp and bone; empty if the scene does not ask for it.
-  std::optional<HeatMeter> heat;
+  /// The temperatures of pulp and bone; null if no picture shows them or the scene does not ask for them.
+  const HeatMeter* heat() const { return picture ? picture->world().heat() : nullptr; }
   // Determines the current phase of an implant exercise; empty in other exercises.
   std::optional<session::ImplantMeter> implant;
   // Volume of each tissue at the start, m³; used only if an operator's window shows the session.
@@ -289,7 +288,6 @@ void Workbench::Impl::set_up() {
     damage = damage_meter(scene);
   }
   if (scene.implant) implant.emplace(*scene.implant);
-  heat = heat_meter(scene, tissue);
   if ((s.draw && window) || s.operated) {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
@@ -302,6 +300,7 @@ void Workbench::Impl::set_up() {
                                          .quality = options.quality,
                                          .device = options.device},
                     s, tool_at_start());
+    picture->add_heat(hand.rate);
     if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   // The recording has a temporary name until the session's threads exist. A session that cannot start leaves no file.
@@ -449,7 +448,6 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     // If the score is computed (in the operator's window; `meter` exists), score() passes every tick to `implant`.
     // Otherwise the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
-    if (heat && !meter) heat->add({&tick, 1}, picture->world().water().spray);
     edit_tissue(over);
     picture->draw(hint(), summary.work);
     return true;
@@ -511,9 +509,9 @@ std::string Workbench::Impl::hint() const {
       if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
       parts.insert(parts.end(), keys.begin(), keys.end());
     }
-    if (heat && heat->pulp() > HeatMeter::kBody + HeatMeter::kPulpHarm)
-      parts.push_back(words("pulp_hot", number(heat->pulp() - HeatMeter::kBody, 1)));
-    if (heat && heat->bone() > HeatMeter::kBoneHarm) parts.push_back(words("bone_hot", number(heat->bone(), 0)));
+    if (heat() && heat()->pulp() > HeatMeter::kBody + HeatMeter::kPulpHarm)
+      parts.push_back(words("pulp_hot", number(heat()->pulp() - HeatMeter::kBody, 1)));
+    if (heat() && heat()->bone() > HeatMeter::kBoneHarm) parts.push_back(words("bone_hot", number(heat()->bone(), 0)));
     if (loop.bearable_force > 0) {
       parts.push_back(words("motors", number(100 * loop.heat, 0), number(loop.bearable_force, 1)));
       if (!loop.armed) parts.push_back(words("not_armed"));
@@ -613,7 +611,6 @@ void Workbench::Impl::score(ServoTick next) {
   session::set_scored_times({&next, 1}, hands.right->info().rate);
   meter->add({&next, 1});
   if (damage) damage->add({&next, 1});
-  if (heat) heat->add({&next, 1}, picture->world().water().spray);
   if (implant) implant->add({&next, 1});
   picture->views()->explore(next);
 }
@@ -854,7 +851,7 @@ session::Score Workbench::score_so_far() {
   }
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
-  if (m.heat) input.heat = m.heat->result();
+  if (m.heat()) input.heat = m.heat()->result();
   if (m.implant) input.implant = m.implant->result();
   return session::score_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input);
 }
@@ -863,7 +860,7 @@ FinishedHand Workbench::take_hand() {
   FinishedHand finished;
   if (m.meter) finished.input.hand = m.meter->result();
   if (m.damage) finished.input.damage = m.damage->result();
-  if (m.heat) finished.input.heat = m.heat->result();
+  if (m.heat()) finished.input.heat = m.heat()->result();
   if (m.implant) finished.input.implant = m.implant->result();
   std::tie(finished.explore, finished.unexplored) = std::move(m.explored);
   return finished;

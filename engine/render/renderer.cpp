@@ -24,7 +24,8 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT,
+                   kTemperatureFormat = VK_FORMAT_R16G16_SFLOAT;
 constexpr double kFullRedrawFraction = 0.8;  // fraction of the picture above which all is redrawn
 constexpr std::size_t kMaxTracked = 20'000;  // largest number of particles that are tracked one by one
 
@@ -38,7 +39,7 @@ struct Renderer::Impl {
 
   gpu::ShaderInputs inputs;  // for each frame in flight: inputs of the scene and of its mirror image
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
-  VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
+  VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_grid = VK_NULL_HANDLE;
   FrameTimer timer;
 
   Targets targets;
@@ -60,6 +61,7 @@ struct Renderer::Impl {
   LightGrid light_grid;                    // its member `faces` is empty: only `light` stores these data
   VolumeImage images;                      // LightGrid::images; without a grid one empty texel
   TexelStore<std::uint64_t> tissue_light;  // TissueLightGrid::values, each packed into four half floats
+  TexelStore<std::uint32_t> temperatures;  // two half floats in a texel
   std::optional<SceneBounds> bounds;       // bounds of this frame's scene
   std::uint64_t bounds_version = 0;        // version of the bricks from which `bounds` was computed
 
@@ -90,6 +92,7 @@ struct Renderer::Impl {
     create_pictures(2);
     shadow.create_map(context);
     film.set(device, FilmGrid{}, kFilmFormat);
+    temperatures.set(device, TemperatureGrid{}, kTemperatureFormat);
     set_light({}, {});
   }
 
@@ -109,8 +112,9 @@ struct Renderer::Impl {
     light.destroy(device);
     images.destroy(device);
     tissue_light.destroy(device);
+    temperatures.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
-    for (VkSampler s : {compare, nearest, linear, beyond_film}) vkDestroySampler(device.device, s, nullptr);
+    for (VkSampler s : {compare, nearest, linear, beyond_grid}) vkDestroySampler(device.device, s, nullptr);
     timer.destroy(device);
     inputs.destroy(device);
   }
@@ -119,7 +123,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(8, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(9, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
@@ -131,7 +135,7 @@ struct Renderer::Impl {
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
     nearest = gpu::create_sampler(device, {.filter = VK_FILTER_NEAREST, .beyond = kBorder, .border = kWhite});
     linear = gpu::create_sampler(device, {.beyond = kBorder});
-    beyond_film = gpu::create_sampler(device, {.beyond = kBorder, .border = VK_BORDER_COLOR_FLOAT_TRANSPARENT_BLACK});
+    beyond_grid = gpu::create_sampler(device, {.beyond = kBorder, .border = VK_BORDER_COLOR_FLOAT_TRANSPARENT_BLACK});
     timer = FrameTimer::create(device);
   }
 
@@ -167,6 +171,10 @@ struct Renderer::Impl {
       data.film_origin = glm::vec4(glm::dvec4(film.origin, 1 / film.spacing));
       data.film_size = glm::vec4(glm::dvec4(film.size, 0));
     }
+    if (frame.view == View::kTemperature && temperatures.on()) {
+      data.temperature_origin = glm::vec4(glm::dvec4(temperatures.origin, 1 / temperatures.spacing));
+      data.temperature_size = glm::vec4(temperatures.size, 0);
+    }
     if (light_grid.size.x > 0) {
       data.light_origin = glm::vec4(glm::dvec4(light_grid.origin, 1 / light_grid.spacing));
       data.light_samples = glm::vec4(light_grid.size, 0);
@@ -179,7 +187,7 @@ struct Renderer::Impl {
   /// Effects that this frame needs; shaders omit all others.
   SurfaceEffects effects(const Frame& frame) const {
     // The light grid contains no light inside bodies, so views of the inside do not use it.
-    const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
+    const bool shows_inside = cuts_section(frame.view) || frame.view == View::kXray;
     return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
             .film = film.on(),
@@ -197,7 +205,8 @@ struct Renderer::Impl {
         frame.tool.visible == last_tool.visible &&
         (!frame.tool.visible || (same(frame.tool.X_WG, last_tool.X_WG) && same(frame.tool.X_GH, last_tool.X_GH) &&
                                  frame.tool.opacity == last_tool.opacity && frame.tool.open == last_tool.open));
-    if ((frame.cloud && frame.cloud->changes()) || film.changed() || tissue_light.changed()) return false;
+    if ((frame.cloud && frame.cloud->changes()) || film.changed() || tissue_light.changed() || temperatures.changed())
+      return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
            tool_same && same_tip(frame.suction, last_tip) && same_particles(frame) &&
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
@@ -211,10 +220,11 @@ struct Renderer::Impl {
     inputs.fill(device, i, 2, nearest, map);
     // Without a mirror, binds the shadow map, which no shader reads here.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
-    inputs.fill(device, i, 4, beyond_film, film.image.view);
+    inputs.fill(device, i, 4, beyond_grid, film.image.view);
     inputs.fill(device, i, 5, linear, light.view);
     inputs.fill(device, i, 6, linear, tissue_light.image.view);
     inputs.fill(device, i, 7, linear, images.view);
+    inputs.fill(device, i, 8, beyond_grid, temperatures.image.view);
   }
 
   /// Uploads a grid of `texels` per axis; 0: one empty texel. `texel(i)`: packed value of texel i, 0 ≤ i < `count`.
@@ -380,6 +390,7 @@ struct Renderer::Impl {
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
       tissue_light.mark(clip_from_world, drawn, tiles[e]);
+      temperatures.mark(clip_from_world, drawn, tiles[e]);
       // The glass may show any change, so its tiles are always marked.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
@@ -534,6 +545,7 @@ struct Renderer::Impl {
     if (frame.cloud) frame.cloud->record(commands, slot);
     stats.film_bytes = film.record(device, commands, slot);
     tissue_light.record(device, commands, slot);
+    stats.temperature_bytes = temperatures.record(device, commands, slot);
     timer.mark(commands, FramePart::kUploads);
 
     if (reflects) draw_reflection(commands, mirrored, glass, slot, stats);
@@ -653,6 +665,18 @@ void Renderer::set_film(const FilmGrid& grid) {
 void Renderer::update_film(std::span<const FilmTexel> texels, std::span<const CellBox> changed) {
   TYPODONT_CHECK(impl_->film.on());
   impl_->film.update([&](std::size_t i) { return texels[i]; }, changed);
+}
+
+void Renderer::set_temperatures(const TemperatureGrid& grid) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->temperatures.set(impl_->device, grid, kTemperatureFormat);
+  ++impl_->settings_version;
+}
+
+void Renderer::update_temperatures(std::span<const glm::vec2> values) {
+  TYPODONT_CHECK(impl_->temperatures.on());
+  const CellBox all{glm::ivec3(0), impl_->temperatures.size - 1};
+  impl_->temperatures.update([&](std::size_t i) { return glm::packHalf2x16(values[i]); }, {&all, 1});
 }
 
 void Renderer::set_light(const LightGrid& grid, const TissueLightGrid& inside) {

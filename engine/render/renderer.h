@@ -60,7 +60,7 @@ struct MeshUpdate {
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Meshes that are drawn in one view only.
-inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // shown only in View::kSection
+inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;  // of View::kSection; face also kTemperature
 inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // shown only in View::kXray
 
 /// Views: the realistic one, and views for teaching.
@@ -70,7 +70,12 @@ enum class View {
   kXray,     // the working tooth as glass, with its inside; nothing else
   // Working tooth compared with the ideal shape (Vertex::difference): blue must be removed, red is too much.
   kDifference,
+  kTemperature,  // the working body alone, cut as in kSection, coloured by TemperatureGrid
 };
+/// True for the views that show only the part beyond Frame::section.
+constexpr bool cuts_section(View view) {
+  return view == View::kSection || view == View::kTemperature;
+}
 
 struct Eye {
   glm::dmat4 view{1.0};        // maps frame W to the eye's frame, m
@@ -108,6 +113,13 @@ struct FilmTexel {
   std::uint8_t colour = 0;  // solids: 0 enamel, 128 dentin, 255 caries
   std::uint8_t blood = 0;   // fraction of blood in the colour, times 255
   bool operator==(const FilmTexel&) const = default;
+};
+
+/// Temperatures of the working body for View::kTemperature; samples at origin + spacing · (x, y, z).
+struct TemperatureGrid {
+  dvec3 origin{0};     // m, frame W, position of the first sample
+  double spacing = 0;  // m, distance between neighbouring samples
+  glm::ivec3 size{0};  // 0: no grid
 };
 
 /// Light of room and other surfaces, computed by LightScene; samples at origin + spacing · (x, y, z).
@@ -202,7 +214,7 @@ struct Frame {
   MouthMirror mirror;  // diameter 0: no mirror
   SuctionTip suction;  // opening 0: no suction tip
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // plane of View::kSection: unit normal in frame W; w: offset, m
+  glm::dvec4 section{0, 0, 0, 1};  // plane of cuts_section(): unit normal in frame W; w: offset, m
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles that the renderer moves and draws
   Lights lights;
@@ -227,9 +239,10 @@ struct FrameStats {
   int commands = 0;         // number of recorded draw calls
   int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
-  int pipelines = 0;             // number of pipelines that exist now
-  std::uint64_t film_bytes = 0;  // bytes of the film uploaded for this frame
-  double pixel = 0;              // m, size of a pixel at the point of the working tooth nearest to an eye; 0: no tooth
+  int pipelines = 0;  // number of pipelines that exist now
+  // Bytes uploaded for this frame.
+  std::uint64_t film_bytes = 0, temperature_bytes = 0;
+  double pixel = 0;  // m, size of a pixel at the point of the working tooth nearest to an eye; 0: no tooth
   // Counts for the mirror's picture, which is drawn if an eye sees the glass. `passes` includes mirror_passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
@@ -276,6 +289,11 @@ class Renderer {
   void set_film(const FilmGrid& grid);
   /// Updates the boxes `changed` from `texels`, which contains the whole grid, index (x·size.y + y)·size.z + z.
   void update_film(std::span<const FilmTexel> texels, std::span<const CellBox> changed);
+  /// Sets the grid of View::kTemperature and clears it.
+  void set_temperatures(const TemperatureGrid& grid);
+  /// Updates the whole grid, index (x·size.y + y)·size.z + z. x: weight · (temperature − 37 °C), K; y: weight. Only the
+  /// weighted mean of the samples around a point is shown, so air has a small weight or none.
+  void update_temperatures(std::span<const glm::vec2> values);
   /// Sets the light of room and surfaces, and the light inside tissue. Size 0: light of the room is estimated from the
   /// surface's shape, bodies do not light each other, and `inside` is unused.
   void set_light(const LightGrid& grid, const TissueLightGrid& inside);

@@ -25,6 +25,15 @@ const int kImageSide = 11;
 // Fresnel's formula at both surfaces within 0.001 for indices 1.37 to 1.63.
 const float kFilmedLeast = 0.0116f, kFilmedSlope = 0.32f;
 
+// Colour scale of the view of temperature: blue, neutral at kBody, orange and red. Lightness falls monotonically to
+// both sides, and no pair of colours differs only in red and green (after the scale vik, Crameri,
+// doi:10.5281/zenodo.1243862).
+const float kColdest = 10.0f, kBody = 37.0f, kHottest = 60.0f;  // °C
+const float kPulpHarm = 5.5f, kBoneHarm = 10.0f;                // K above kBody
+const vec3 kColdestColor = vec3(0.00, 0.07, 0.38), kColdColor = vec3(0.19, 0.51, 0.68),
+           kBodyColor = vec3(0.93, 0.90, 0.88), kWarmColor = vec3(0.81, 0.54, 0.37),
+           kHottestColor = vec3(0.35, 0.00, 0.03);  // sRGB
+
 // Uniform data of a frame: set 0, binding 0.
 struct FrameData {
   mat4 clip_from_world[2];
@@ -56,6 +65,8 @@ struct FrameData {
   vec4 tissue_look[16];
   vec4 film_origin;          // water film: first sample, m, frame W; w: samples per m
   vec4 film_size;            // water film: number of samples per axis
+  vec4 temperature_origin;   // temperatures: first sample, m, frame W; w: samples per m
+  vec4 temperature_size;     // temperatures: number of samples per axis
   vec4 light_origin;         // LightGrid: first sample, m, frame W; w: samples per m
   vec4 light_samples;        // LightGrid: number of samples per axis
   vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, frame W; w: cells per m

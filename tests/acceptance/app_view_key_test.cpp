@@ -28,13 +28,13 @@ std::vector<std::string> views_in(const std::string& file) {
   return views;
 }
 
-TEST(ViewKey, CyclesThroughSectionXrayDifferenceAndTheNaturalView) {
+TEST(ViewKey, CyclesThroughSectionXrayDifferenceTemperatureAndTheNaturalView) {
   const Desktop desktop;
   ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
   const ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", R"({"name": "ball", "tissue": {"voxel_mm": 0.2, "solids": [
     {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300,
-    "parts": ["haptics", "render"],
+    "parts": ["haptics", "render"], "heat": {},
     "task": {"goal": "a pit", "ideal": {"remove": [{"sphere": {"center_mm": [0, 0, 3], "radius_mm": 1}}]}}})");
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,0\n900,0,0,5,1,0,0,0,0\n");
   folder.write("rig.json", R"({"display": "window", "screen": {"corners_mm": {"lower_left": [-8, -6, 0],
@@ -53,7 +53,7 @@ TEST(ViewKey, CyclesThroughSectionXrayDifferenceAndTheNaturalView) {
   EXPECT_TRUE(eventually([&] { return std::filesystem::exists(file); })) << folder.said();
   Desktop::xdotool("search --name Typodont windowfocus");
   // Until the ideal is computed, the view "difference" is the ordinary look.
-  for (const char* view : {"section", "xray", "difference", "look"}) {
+  for (const char* view : {"section", "xray", "difference", "temperature", "look"}) {
     Desktop::xdotool("key --delay 100 v");
     const auto shown = [&] {
       const std::vector<std::string> views = views_in(file);

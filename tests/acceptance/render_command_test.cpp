@@ -190,6 +190,7 @@ TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndNameMissingInput) {
     return folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/none {1}", f, more));
   };
   EXPECT_THAT(refused("--view difference").err, HasSubstr("--ideal"));
+  EXPECT_THAT(refused("--view temperature").err, HasSubstr("\"heat\""));
   EXPECT_THAT(refused("--view section --plane 0,0,0,1").err, HasSubstr("--plane"));
   EXPECT_EQ(refused("--view inside").status, 2);
 }

@@ -5,6 +5,7 @@
 
 #include "engine/app/picture/hud.h"
 #include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording.h"
 #include "engine/app/recording/resume.h"
@@ -29,14 +30,14 @@ const char* const kScene = R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue":
   "tool": {"shape": "sphere", "diameter_mm": 1.0, "grit_um": 107}, "materials": {"dentin": {"grit": {"grinding_ratio": 5}}},
   "spindle": "air_turbine", "spray": {"flow_ml_per_min": 20},
   "mouth_mirror": {"translation_mm": [4, 3, 2], "normal": [-0.5, -0.6, 0.6], "diameter_mm": 6},
-  "suction": {"position_mm": [-6, 3, 2]},
+  "suction": {"position_mm": [-6, 3, 2]}, "heat": {},
   "parts": ["haptics", "render", "debris"]})";
 
 struct WorldOf : testing::Test {
   TemporaryFolder folder;
   std::filesystem::path file = folder.path() / "session.h5";
   Scene scene = parse_scene(Json::parse(kScene, "scene.json"), folder.path() / "scene.json");
-  render::Picture live, dry;  // at kShown; dry: without debris and water
+  render::Picture live, dry, warm;  // at kShown; dry: without debris and water; warm: temperatures
 
   static display::DisplayRig rig() { return desk(0.012, 0.009, 0.3, {0, -0.8, 0.6}); }
 
@@ -51,6 +52,15 @@ struct WorldOf : testing::Test {
     return stage;
   }
 
+  static render::Picture temperatures(PictureStage& stage, World& world, const haptics::TissueVolume& volume) {
+    const glm::dvec4 plane = section_facing({0, 0, 0}, stage.rig().head.eye_center);
+    for (const ViewBody& body : view_bodies(render::View::kTemperature, plane, 0, volume))
+      stage.show_inside(body.mesh, body.bricks, volume.frame().origin);
+    stage.show_as(render::View::kTemperature, plane);
+    stage.draw(world);
+    return stage.eye(0);
+  }
+
   /// Runs and records the session, and draws it as it runs.
   WorldOf() {
     std::vector<haptics::HandPath::Row> rows;
@@ -61,6 +71,7 @@ struct WorldOf : testing::Test {
     haptics::Carver& carver = session.carver();
     World world(scene);
     world.add_debris(carver.volume());
+    world.add_heat(carver.volume(), hand->info().rate);
     WorldReader reader(world, session.event_logs());
     const auto stage = stage_of(world);
     TissueView view;
@@ -73,6 +84,7 @@ struct WorldOf : testing::Test {
       live = stage->eye(0);
       stage->draw(world, {.debris = false});
       dry = stage->eye(0);
+      warm = temperatures(*stage, world, carver.volume());
     }
     recorder.finish(carver.volume());
   }
@@ -95,6 +107,15 @@ struct WorldOf : testing::Test {
 TEST_F(WorldOf, ASessionAndItsRecordingAtOneTimeAreTheSamePixels) {
   EXPECT_GT(compare(live, dry, 8).pixels, 300) << "chips and water are seen";
   EXPECT_EQ(compare(live, recorded({}), kRounding).pixels, 0) << "at once, as render --at does";
+  SessionPlayer player(file);
+  const auto stage = stage_of(player.world());
+  player.seek(1);
+  player.add_heat();
+  EXPECT_EQ(player.world().tick().t, from_seconds(1));
+  player.seek(kShown);
+  stage->show(player.take_surface(), player.tissue().frame().origin);
+  EXPECT_EQ(compare(warm, temperatures(*stage, player.world(), player.tissue()), kRounding).pixels, 0);
+  EXPECT_GT(compare(warm, live, 8).pixels, 300);
   const Difference by_frames = compare(live, recorded({0.5, 0.51, 0.9, 1.7999}), kRounding);
   EXPECT_EQ(by_frames.pixels, 0) << "frame by frame, worst " << by_frames.worst;
 }

@@ -33,8 +33,10 @@ TEST_F(Views, EveryViewIsCleanUnderTheValidationLayerAndMakesOnlyItsPipelines) {
   EXPECT_EQ(stage.draw(frame).pipelines, 2);
   frame.view = render::View::kXray;
   EXPECT_EQ(stage.draw(frame).pipelines, 3);  // solid and glass
-  frame.view = render::View::kDifference;
-  EXPECT_EQ(stage.draw(frame).pipelines, 2);
+  for (const render::View view : {render::View::kDifference, render::View::kTemperature}) {
+    frame.view = view;
+    EXPECT_EQ(stage.draw(frame).pipelines, 2);
+  }
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 

@@ -68,15 +68,15 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   const dvec3 origin = volume.frame().origin;
   glm::dvec4 plane{0, 0, 0, 1};
   render::View view = render::View::kLook;
-  if (options.view == "section") {
-    view = render::View::kSection;
+  if (options.view == "section" || options.view == "temperature") {
+    view = options.view == "section" ? render::View::kSection : render::View::kTemperature;
     // Without --plane, the section passes through the tooth's middle and faces the viewer.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     plane = options.plane.empty()
                 ? section_facing(volume.frame().to_world(0.5 * dvec3(lo + hi)), stage.rig().head.eye_center)
                 : parse_plane(options.plane);
-    if (const auto around = surroundings_shape(scene.surroundings))
+    if (const auto around = view == render::View::kSection ? surroundings_shape(scene.surroundings) : std::nullopt)
       stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
   } else if (options.view == "xray") {
     view = render::View::kXray;
@@ -205,8 +205,8 @@ bool check_picture(const haptics::TissueVolume& tissue, std::span<const display:
 void run(const Options& options) {
   if (options.geometry && options.view != "look")
     throw Error("", "--geometry", "--view " + options.view, "--view look, whose triangles it writes");
-  if (!options.plane.empty() && options.view != "section")
-    throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
+  if (!options.plane.empty() && options.view != "section" && options.view != "temperature")
+    throw Error("", "--plane", "--view " + options.view, "--view section or temperature, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
   // The recording, if a moment of a session is drawn; empty if a scene is drawn.
@@ -245,6 +245,12 @@ void run(const Options& options) {
     ideal = options.ideal.empty() ? ideal_tissue(scene, start) : haptics::TissueVolume::load(options.ideal);
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
+  }
+  if (options.view == "temperature") {
+    if (!scene.heat)
+      throw Error(options.scene, "--view", options.view, "a scene with the key \"heat\", which computes temperatures");
+    if (session) session->add_heat();
+    if (still) still->add_heat(start, 1000);
   }
   if (options.finished) volume = finished_tissue(scene, start);
   if (options.magnify > 0) rig.magnify = options.magnify;
@@ -432,11 +438,13 @@ void add_render_command(cli::Command& app) {
   command
       ->add_option(
           "--view", options->view,
-          "natural, or a view for teaching: section, X-ray, difference from an ideal, the spheres of the model packing")
-      ->check(cli::one_of({"look", "section", "xray", "difference", "spheres"}))
+          "natural, or a view for teaching: section, X-ray, difference from an ideal, temperature, the spheres of the "
+          "model packing")
+      ->check(cli::one_of({"look", "section", "xray", "difference", "temperature", "spheres"}))
       ->show_default();
-  command->add_option("--plane", options->plane,
-                      "section: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: through the centre");
+  command->add_option(
+      "--plane", options->plane,
+      "section, temperature: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: through the centre");
   command->add_option("--ideal", options->ideal,
                       "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");

@@ -214,7 +214,7 @@ void add_replay_command(cli::Command& app) {
       ->check(cli::range(0, 1000));
   command->add_option("--fps", p.fps, "pictures a second of a film")->check(cli::range(1.0, 240.0))->show_default();
   command->add_option("--view", p.view, "natural, or a view for teaching")
-      ->check(cli::one_of({"look", "section", "xray", "difference"}))
+      ->check(cli::one_of({"look", "section", "xray", "difference", "temperature"}))
       ->show_default();
   command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
       ->check(cli::from_zero());

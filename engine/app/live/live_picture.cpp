@@ -141,7 +141,7 @@ void LivePicture::look_from(const Viewpoint& from, glm::ivec2 pixels) {
 
 void LivePicture::show_next_view() {
   using render::View;
-  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
+  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference, View::kTemperature};
   Look next = views_->look(Eyes::kTrainee);
   if (scene_.implant && next.view == View::kSection && ++implant_section_ < kImplantSections) {
     next.plane = section_through_implant();
@@ -149,12 +149,14 @@ void LivePicture::show_next_view() {
     return;
   }
   implant_section_ = 0;
-  const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
-  const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views_->has_ideal());
-  next.view = last ? View::kLook : now_at[1];
-  if (next.view == View::kSection && scene_.implant) {
+  const auto possible = [&](View view) {
+    return view == View::kDifference ? views_->has_ideal() : view != View::kTemperature || views_->has_heat();
+  };
+  const auto found = std::find_if(std::find(kOrder.begin(), kOrder.end(), next.view) + 1, kOrder.end(), possible);
+  next.view = found == kOrder.end() ? View::kLook : *found;
+  if (render::cuts_section(next.view) && scene_.implant) {
     next.plane = section_through_implant();
-  } else if (next.view == View::kSection) {
+  } else if (render::cuts_section(next.view)) {
     next.plane = section_facing(world_.tick().X_WG.p, stage_->rig().head.eye_center);
   }
   views_->look(Eyes::kTrainee, next);
@@ -177,7 +179,7 @@ glm::dvec4 LivePicture::section_through_implant() const {
 void LivePicture::follow_implant() {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
-  if (look.view != render::View::kSection) return;
+  if (!render::cuts_section(look.view)) return;
   const glm::dvec4 plane = section_through_implant();
   const double turned = glm::length(dvec3(plane) - dvec3(look.plane)), moved = std::abs(plane.w - look.plane.w);
   if (turned < kSectionTurns && moved < kSectionMoves) return;

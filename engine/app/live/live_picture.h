@@ -63,6 +63,9 @@ class LivePicture {
 
   /// Receives the parts of the surface that the carver thread has computed since the last call.
   void collect();
+  /// Computes the temperatures, if the scene has the key "heat". Call before the first event. `rate`: ticks per second,
+  /// Hz.
+  void add_heat(double rate) { world_.add_heat(session_.carver.volume(), rate); }
   /// Applies an event of the servo to the state of the session that the pictures show.
   void apply(const ServoEvent& event) { world_.apply(event); }
   void apply(const CarverEvent& event) { world_.apply(event); }

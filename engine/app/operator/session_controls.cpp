@@ -70,8 +70,8 @@ SessionControls::SessionControls(OperatorState& s, InterfaceWindow& w, float wid
 
 float SessionControls::height() const {
   ImGui::PushFont(w_.style().small);
-  // Reserves space for all lines of buttons, so that the picture keeps its size.
-  const int lines = views_.lines(width_) + shown_.lines(width_);
+  // Reserves space for all lines, so that the picture keeps its size: plane and legend of the temperatures take two.
+  const int lines = views_.lines(width_) + std::max(shown_.lines(width_), s_.has_heat ? 2 : 1);
   const float small = ImGui::GetFrameHeightWithSpacing();
   ImGui::PopFont();
   return 2 * ImGui::GetStyle().WindowPadding.y + first_line() +
@@ -86,7 +86,8 @@ void SessionControls::draw() {
   if (possible()) {
     ImGui::PushFont(w_.style().small);
     look(views_.draw(width_));
-    if (s_.look.view == render::View::kSection) draw_plane();
+    if (render::cuts_section(s_.look.view)) draw_plane();
+    if (s_.look.view == render::View::kTemperature) dim(s_.text("hud.temperature"));
     if (s_.look.view == render::View::kLook) show(shown_.draw(width_));
     ImGui::PopFont();
   }
@@ -160,11 +161,14 @@ void SessionControls::act(int pressed) {
 
 std::vector<Flow::Item> SessionControls::view_items() const {
   const auto label = [&](const char* name, const char* letter) { return fmt::format("{}  {}", s_.text(name), letter); };
-  return {{label("op.own_view", "V"), s_.own_view, s_.own_possible && (s_.trainee_seen || !s_.own_view)},
-          {label("op.view_look", "F"), s_.look.view == render::View::kLook},
-          {label("op.view_section", "C"), s_.look.view == render::View::kSection},
-          {label("op.view_xray", "X"), s_.look.view == render::View::kXray},
-          {label("op.view_difference", "D"), s_.look.view == render::View::kDifference, s_.has_ideal}};
+  return {
+      {label("op.own_view", "V"), s_.own_view, s_.own_possible && (s_.trainee_seen || !s_.own_view)},
+      {label("op.view_look", "F"), s_.look.view == render::View::kLook},
+      {label("op.view_section", "C"), s_.look.view == render::View::kSection},
+      {label("op.view_xray", "X"), s_.look.view == render::View::kXray},
+      {label("op.view_difference", "D"), s_.look.view == render::View::kDifference, can_see(render::View::kDifference)},
+      {label("op.view_temperature", "G"), s_.look.view == render::View::kTemperature,
+       can_see(render::View::kTemperature)}};
 }
 
 void SessionControls::look(int pressed) {
@@ -172,8 +176,12 @@ void SessionControls::look(int pressed) {
   if (pressed > 0) see(kViews[static_cast<std::size_t>(pressed - 1)]);
 }
 
+bool SessionControls::can_see(render::View view) const {
+  return view == render::View::kDifference ? s_.has_ideal : view != render::View::kTemperature || s_.has_heat;
+}
+
 void SessionControls::see(render::View view) {
-  if (s_.look.view == view || (view == render::View::kDifference && !s_.has_ideal)) return;
+  if (s_.look.view == view || !can_see(view)) return;
   s_.look.view = view;
   s_.ask(Ask::kLook);
 }
@@ -242,13 +250,14 @@ void SessionControls::keys() {
   if (key('C')) see(render::View::kSection);
   if (key('X')) see(render::View::kXray);
   if (key('D')) see(render::View::kDifference);
+  if (key('G')) see(render::View::kTemperature);
   if (s_.look.view == render::View::kLook) {
     const int count = static_cast<int>(shown().size());
     for (int i = 0; i < std::min(count, 9); ++i)
       if (key('1' + i, true)) show(i + 1);
   }
   const int step = typed(".") - typed(",");
-  if (step != 0 && s_.look.view == render::View::kSection) {
+  if (step != 0 && render::cuts_section(s_.look.view)) {
     s_.look.section = std::clamp(s_.look.section + step * 0.25e-3, -12e-3, 12e-3);
     s_.ask(Ask::kLook);
   }

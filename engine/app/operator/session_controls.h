@@ -47,9 +47,10 @@ class SessionControls {
   void act(int pressed);
 
   static constexpr std::array kViews = {render::View::kLook, render::View::kSection, render::View::kXray,
-                                        render::View::kDifference};
+                                        render::View::kDifference, render::View::kTemperature};
   std::vector<Flow::Item> view_items() const;
   void look(int pressed);
+  bool can_see(render::View view) const;
   void see(render::View view);
 
   void draw_plane();

@@ -292,7 +292,7 @@ struct OperatorState {
   Viewpoint viewpoint;
   Look look;                  // view, colours and visible tissues in this window
   bool look_in_work = false;  // true: parts of the picture are still being computed
-  bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
+  bool has_ideal = false, has_heat = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;  // tissues of the scene, one bit each
   int look_changes = 0;       // number of changes of `look` since the start
   /// Authoring mode: factor on the stiffness of each tissue.

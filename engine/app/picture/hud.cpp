@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 
 namespace typodont {
 
-display::Hud hud(const World& world, session::Language language) {
+display::Hud hud(const World& world, session::Language language, render::View view) {
+  std::string hint = world.notice();
+  if (view == render::View::kTemperature)
+    hint = fmt::format("{}{}{}", session::text("hud.temperature", language), hint.empty() ? "" : kHudGap, hint);
   return {.visible = true,
           .tool = tool_line(world, language),
           .speed_krpm = world.readout().spindle / kKrpm,
           .force = glm::length(world.readout().f_T_W),
-          .hint = world.notice(),
+          .hint = std::move(hint),
           .words = hud_words(language)};
 }
 

@@ -13,8 +13,8 @@
 
 namespace typodont {
 
-/// Texts over a world's picture. No side effects.
-display::Hud hud(const World& world, session::Language language);
+/// Texts over a world's picture in a view. No side effects.
+display::Hud hud(const World& world, session::Language language, render::View view = render::View::kLook);
 
 /// Separator between parts of a text. Lines may break at it.
 inline constexpr std::string_view kHudGap = "   ";

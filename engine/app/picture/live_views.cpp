@@ -33,7 +33,7 @@ constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround
 }  // namespace
 
 bool LiveViews::Wish::needs_bodies() const {
-  return look.view == render::View::kSection || look.view == render::View::kXray ||
+  return render::cuts_section(look.view) || look.view == render::View::kXray ||
          (look.view == render::View::kLook && look.hidden != 0);
 }
 
@@ -124,7 +124,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
   Wish wish;
   wish.look.view = wanted.view;
   wish.stage = p.stages;
-  if (wanted.view == render::View::kSection) {
+  if (render::cuts_section(wanted.view)) {
     wish.look.section_axis = wanted.section_axis;
     wish.look.section = wanted.section;
     wish.look.plane = wanted.plane;

@@ -12,7 +12,7 @@ namespace typodont {
 /// What a picture shows of the scene. The trainee's picture and the observer's picture can have different looks.
 struct Look {
   render::View view = render::View::kLook;
-  /// Axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z.
+  /// Axis of frame W that is perpendicular to the section plane (render::cuts_section): 0 x, 1 y, 2 z.
   int section_axis = 1;
   double section = 0;  // m, distance of the section plane from the tooth's middle, along section_axis
   /// Section plane (xyz: unit normal, w: offset in m). If it is zero, section_axis and section are used.

@@ -309,6 +309,7 @@ void ShownWorld::add(World& world, const Look& look, std::optional<bool> coarse,
   if (debris) frame.particles = debris->particles();
   if (debris) frame.cloud = debris->cloud();
   FilmPicture::show(debris ? debris->film() : nullptr, renderer, film_);
+  if (frame.view == render::View::kTemperature && world.heat()) temperatures_.show(*world.heat(), renderer);
 }
 
 /// Chooses between the fine and the coarse mesh of the surroundings, by the size of a pixel at the tooth.
@@ -430,7 +431,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   frame.tool.X_WG = shown_at_;
   if (options_.cursor && shown.tool) add_cursor(world.tool(), shown_at_, frame);
   const display::Screen& screen = rig_.screen;
-  if (options_.hud) hud_ = typodont::hud(world, options_.language);
+  if (options_.hud) hud_ = typodont::hud(world, options_.language, view_);
   hud_.visible = options_.hud;
   hud_.force_shown = options_.force_in_hud;
   hud_.force_limit = options_.force_limit;

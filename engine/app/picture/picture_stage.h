@@ -10,6 +10,7 @@
 #include "engine/app/picture/film_picture.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/picture/mouth_light.h"
+#include "engine/app/picture/temperature_picture.h"
 #include "engine/app/picture/world.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
@@ -48,7 +49,7 @@ void surround(render::Renderer& renderer, const Surroundings& around, bool coars
 /// Adds tool, mouth mirror and suction tip to a frame.
 void add_held(const World& world, const Look& look, render::Frame& frame);
 
-/// The state of a World that a renderer has received: tool, soft gum and film of water.
+/// The state of a World that a renderer has received: tool, soft gum, film of water and temperatures.
 class ShownWorld {
  public:
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
@@ -67,6 +68,7 @@ class ShownWorld {
   bool open_ = false;                  // see render::ToolState::open
   std::uint64_t gum_version_ = 0;
   FilmPicture::Shown film_;
+  ShownTemperatures temperatures_;
 };
 
 /// Box outside of which no tissue can appear during the session. Empty if a tool of the tool set adds tissue, or if

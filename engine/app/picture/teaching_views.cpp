@@ -106,7 +106,7 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
 std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
                                   const haptics::TissueVolume& volume) {
   std::vector<ViewBody> bodies;
-  if (view == render::View::kSection) {
+  if (render::cuts_section(view)) {
     bodies.push_back({render::kSectionFace, section_face(volume, dvec3(plane), -plane.w)});
   } else if (view == render::View::kXray) {
     bodies.push_back({render::kInsidePulp, tissue_inside(volume, Tissue::kPulp)});

@@ -35,6 +35,12 @@ void World::add_debris(const haptics::TissueVolume& tissue) {
   start();
 }
 
+void World::add_heat(const haptics::TissueVolume& tissue, double rate) {
+  first_heat_ = heat_meter(scene_, tissue);
+  heat_ = first_heat_;
+  rate_ = rate;
+}
+
 void World::start() {
   fog_ = mirror_fog_of(scene_);
   mirror_ = scene_.mouth_mirror;
@@ -50,6 +56,7 @@ void World::restart(bool debris) {
   shows_debris_ = debris;
   if (debris_) debris_->restart();
   if (gum_) gum_->reset();
+  heat_ = first_heat_;
   start();
 }
 
@@ -79,6 +86,10 @@ void World::apply(const ServoTick& tick) {
     readout_ = tick;
   }
   tick_ = tick;
+  if (!heat_) return;
+  ServoTick timed = tick;
+  session::set_scored_times({&timed, 1}, rate_);  // so that the score reports the same temperatures
+  heat_->add({&timed, 1}, water_.spray);
 }
 
 void World::apply(const Cut& cut) {

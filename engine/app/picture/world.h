@@ -16,6 +16,7 @@
 #include "engine/app/picture/soft_gum_view.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/app/task/heat.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"
@@ -37,6 +38,9 @@ class World {
   World& operator=(const World&) = delete;
   /// Adds chips, water and suction. `tissue`: tissue at the session's start; used only in this call.
   void add_debris(const haptics::TissueVolume& tissue);
+  /// Adds the temperatures of a scene with the key "heat". Call at the start of the session or before restart().
+  /// `tissue`: as in add_debris(). `rate`: ticks per second, Hz.
+  void add_heat(const haptics::TissueVolume& tissue, double rate);
   /// Goes back to the start of the session. `debris`: if false, there are no chips and no water from now on.
   void restart(bool debris = true);
 
@@ -72,6 +76,7 @@ class World {
   double suction_flow() const { return water_.suction ? nozzle_.flow : 0; }        // m³/s, flow of the suction
   DebrisView* debris() { return debris_ && shows_debris_ ? &*debris_ : nullptr; }  // null: no debris is shown
   const DebrisView* debris() const { return debris_ && shows_debris_ ? &*debris_ : nullptr; }
+  const HeatMeter* heat() const { return heat_ ? &*heat_ : nullptr; }  // null: temperatures are not computed
   const SoftGumView* gum() const { return gum_ ? &*gum_ : nullptr; }
 
  private:
@@ -83,8 +88,10 @@ class World {
   const Surroundings around_;
   std::optional<DebrisView> debris_;
   bool shows_debris_ = true;
-  std::optional<SoftGumView> gum_;  // empty if the gum is rigid
-  std::optional<MirrorFog> fog_;    // empty if the fog does not change
+  std::optional<SoftGumView> gum_;              // empty if the gum is rigid
+  std::optional<HeatMeter> first_heat_, heat_;  // temperatures at the start, and current ones
+  double rate_ = 0;                             // Hz, ticks per second; used only for temperatures
+  std::optional<MirrorFog> fog_;                // empty if the fog does not change
   MouthMirror mirror_;
   SuctionTip tip_;
   WaterSwitch water_;

@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kJump = 5;  // s, time by which an arrow key moves the playback
-constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
+constexpr std::array<const char*, 5> kViews = {"look", "section", "xray", "difference", "temperature"};
 
 display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
   const char* usual = options.film.empty() ? "window" : "closeup";
@@ -71,13 +71,17 @@ class Side {
     player_.smooth_to(detail_->tolerance());
   }
 
+  bool can_show(std::string_view view) const {
+    const Scene& scene = player_.scene();
+    return view == "difference" ? scene.task && scene.task->ideal : view != "temperature" || scene.heat;
+  }
   void show_as(const std::string& view) {
-    view_ = view;
-    if (view == "difference" && !ideal_) {
+    view_ = can_show(view) ? view : "look";
+    if (view_ == "difference" && !ideal_) {
       const Scene& scene = player_.scene();
       ideal_ = ideal_tissue(scene, load_untouched(scene));
-      if (!ideal_) view_ = "look";
     }
+    if (view_ == "temperature") player_.add_heat();
     player_.smooth_to(detail_->tolerance());
     stage_->show_as(render::View::kLook);
     inside_cuts_ = ~std::uint64_t{0};
@@ -95,7 +99,7 @@ class Side {
       stage_->show_as(render::View::kDifference);
     }
     stage_->show(surface, origin);
-    if (view_ == "section" || view_ == "xray") look_inside();
+    if (view_ == "section" || view_ == "xray" || view_ == "temperature") look_inside();
   }
   /// Adapts the tolerance of the mesh to the size of a pixel at the tissue in the previous picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
@@ -116,20 +120,23 @@ class Side {
     return fmt::format("{}", fmt::join(parts, kHudGap));
   }
 
-  /// Computes what the section view and the X-ray view show inside the tooth: the cut face, or pulp, caries and dentin.
+  /// Computes what a section or the X-ray view shows inside the tooth: the cut face, or pulp, caries and dentin.
   /// It is computed again only after the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = world().tick().cuts;
     const dvec3 origin = volume.frame().origin;
-    const render::View view = view_ == "section" ? render::View::kSection : render::View::kXray;
-    if (view == render::View::kSection && inside_cuts_ == ~std::uint64_t{0}) {
+    const render::View view = view_ == "section"       ? render::View::kSection
+                              : view_ == "temperature" ? render::View::kTemperature
+                                                       : render::View::kXray;
+    if (render::cuts_section(view) && inside_cuts_ == ~std::uint64_t{0}) {
       // The fixed section plane through the middle of all cuts.
       dvec3 middle(0);
       for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
       const auto count = static_cast<double>(player_.session().cuts().size());
       plane_ = section_facing(count > 0 ? middle / count : world().tick().X_WG.p, stage_->rig().head.eye_center);
-      if (const auto around = surroundings_shape(player_.scene().surroundings))
+      if (const auto around =
+              view == render::View::kSection ? surroundings_shape(player_.scene().surroundings) : std::nullopt)
         stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
     }
     if (cuts != inside_cuts_)
@@ -189,7 +196,9 @@ class Playback {
     clock.at = options.speed < 0 ? clock.to : clock.from;
     for (const auto& side : sides_) side->show_as(options.view);
     if (options.view != sides_[0]->view())
-      throw Error("", "--view", options.view, "a session whose task names an ideal");
+      throw Error("", "--view", options.view,
+                  options.view == "difference" ? "a session whose task names an ideal"
+                                               : "a session whose scene has the key \"heat\"");
   }
 
   void draw() {
@@ -208,8 +217,8 @@ class Playback {
   }
   void next_view() {
     const auto now = std::find(kViews.begin(), kViews.end(), sides_[0]->view());
-    for (const auto& side : sides_)
-      side->show_as(kViews[static_cast<std::size_t>(now - kViews.begin() + 1) % kViews.size()]);
+    const auto next = std::find_if(now + 1, kViews.end(), [&](const char* view) { return sides_[0]->can_show(view); });
+    for (const auto& side : sides_) side->show_as(next == kViews.end() ? kViews.front() : *next);
   }
   render::Picture screen() { return pair_ ? pair_->screen() : stage_->screen(); }
   display::Output& output() { return pair_ ? pair_->output() : stage_->output(); }

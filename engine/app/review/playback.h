@@ -26,7 +26,7 @@ struct PlaybackOptions {
   /// it without end.
   int loops = 1;
   double fps = 30;
-  std::string view = "look";   // name of the view: look (normal), section, xray or difference
+  std::string view = "look";   // name of the view: look (normal), section, xray, difference or temperature
   std::filesystem::path film;  // .mp4 file that is written; empty: the session is shown in a window
   int monitor = -1;
   session::Language language = session::Language::kEnglish;  // language of the text over the picture

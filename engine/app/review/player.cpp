@@ -29,6 +29,15 @@ SessionPlayer::SessionPlayer(const session::OpenedSession& session)
   seek(begin_);
 }
 
+void SessionPlayer::add_heat() {
+  if (!scene_.heat || world_.heat()) return;
+  world_.add_heat(load_tissue(scene_), session_.header().servo_rate);
+  const double at = to_seconds(world_.tick().t);
+  world_.restart(/*debris=*/!backwards_);
+  source_.rewind();
+  seek(at, backwards_);
+}
+
 void SessionPlayer::smooth_to(float tolerance) {
   tolerance_ = tolerance;
   view_.reset();

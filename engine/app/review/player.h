@@ -26,6 +26,8 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
+  /// Computes the temperatures from now on, if the scene has the key "heat".
+  void add_heat();
   /// Moves to the time t, s. `backwards`: the playback runs backwards; chips and water are then not shown.
   void seek(double t, bool backwards = false);
   World& world() { return world_; }

@@ -103,6 +103,7 @@ void HeatMeter::step(const ServoTick& tick, double dt, bool wet) {
     for (const std::size_t i : warmed_)
       grid_.heat(i, constants_.fraction * energy_ / static_cast<double>(warmed_.size()));
   }
+  ++steps_;
   grid_.step(dt, dry_, wet ? wet_ : dry_, tick.X_WG.p, constants_.wet_reach);
 }
 

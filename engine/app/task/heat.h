@@ -27,6 +27,9 @@ class HeatMeter {
   /// Adds ticks. `sprays`: the water is on; it flows only while the tool turns.
   void add(std::span<const ServoTick> ticks, bool sprays);
   session::HeatMeasures result() const { return measures_; }
+  /// All cells and their current temperatures; steps(): number of changes so far.
+  const session::HeatGrid& grid() const { return grid_; }
+  std::uint64_t steps() const { return steps_; }
   /// Current temperatures, °C. pulp(): where the pulp differs most from kBody. bone(): the hottest bone 0.5 mm from the
   /// surface of the cut.
   double pulp() const { return pulp_; }
@@ -49,6 +52,7 @@ class HeatMeter {
   std::vector<float> wall_;
   std::vector<std::size_t> watched_;  // indices of bone cells near a cut
   session::HeatMeasures measures_;
+  std::uint64_t steps_ = 0;
   double energy_ = 0;  // J, energy of cutting since the last step
   double pulp_ = kBody, bone_ = kBody, above_ = 0;
   std::optional<Nanos> last_t_;

@@ -140,6 +140,8 @@ bool shown_in(View view, MeshId mesh) {
       return mesh < kSectionFace;
     case View::kSection:
       return mesh <= kSectionFaceAround;
+    case View::kTemperature:
+      return mesh == kWorkingTooth || mesh == kSectionFace;
     case View::kXray:
       return mesh == kWorkingTooth || mesh > kSectionFaceAround;
   }
@@ -261,7 +263,7 @@ namespace {
 /// Plane of Renderer::cover() in mesh coordinates; unchanged bricks beyond it are inside another body. Zero: no plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
-  if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
+  if (found == covers.end() || cuts_section(view) || view == View::kXray) return glm::vec4(0);
   return glm::vec4(
       glm::dvec4(inverse(X_WM).rotate(dvec3(found->second)), found->second.w + glm::dot(dvec3(found->second), X_WM.p)));
 }
@@ -358,8 +360,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        // View::kSection shows back faces, so it also draws bricks that face away.
-        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
+        // A section shows back faces, so it also draws bricks that face away.
+        away = away && !cuts_section(frame.view) && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
       if (b.first && covered(cover, b)) {

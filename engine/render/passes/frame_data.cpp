@@ -27,7 +27,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   data.background.w = frame.background == Background::kClear ? 0.0f : 1.0f;
   data.picture = glm::vec4(2.0f / static_cast<float>(drawn.width), 2.0f / static_cast<float>(drawn.height), 0, 0);
   data.clip = data.section = glm::vec4(0, 0, 0, 1);
-  if (frame.view == View::kSection) data.section = glm::vec4(frame.section);
+  if (cuts_section(frame.view)) data.section = glm::vec4(frame.section);
   data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
   data.window = glm::vec4(glm::dvec4(toward_window(frame.lights), 0));
   data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));

@@ -67,7 +67,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.blend = glass;
       o.depth_write = !glass;
       // Back faces are drawn for sections, which show the inside, and for open surfaces.
-      if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
+      if (cuts_section(view) || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
       o.constants.push_back(static_cast<std::uint32_t>(view));    // value of the constant kView
       o.constants.push_back(glass ? 1u : 0u);                     // value of the constant kGlass
       o.constants.push_back(holds(kind));                         // value of the constant kHolds

@@ -1,0 +1,29 @@
+// Passes the temperatures of the working body to the renderer, for render::View::kTemperature. Render thread only.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/app/task/heat.h"
+#include "engine/render/renderer.h"
+
+namespace typodont {
+
+/// The renderer's samples of the cells. An air cell beside tissue has the mean of the tissue around it, with a small
+/// weight, for corners that are thinner than a cell.
+std::vector<glm::vec2> temperature_samples(const session::HeatGrid& grid);
+
+class ShownTemperatures {
+ public:
+  /// Passes the temperatures if they have changed since the last call.
+  void show(const HeatMeter& heat, render::Renderer& renderer);
+
+ private:
+  std::optional<std::uint64_t> steps_;  // HeatMeter::steps() that the renderer has received
+};
+
+/// Colour of a temperature (°C) in this view on the face of the section, sRGB 0..1.
+glm::vec3 temperature_color(double celsius);
+
+}  // namespace typodont
