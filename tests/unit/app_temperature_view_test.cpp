@@ -11,6 +11,7 @@
 #include "engine/app/recording/resume.h"
 #include "engine/base/units.h"
 #include "engine/render/shared.h"
+#include "tests/support/color_vision.h"
 
 namespace typodont {
 namespace {
@@ -151,6 +152,22 @@ TEST(Temperatures, ThePictureMarksTheTemperaturesThatHarm) {
   EXPECT_EQ(render::shared::kBody, HeatMeter::kBody);
   EXPECT_EQ(render::shared::kPulpHarm, HeatMeter::kPulpHarm);
   EXPECT_EQ(render::shared::kBody + render::shared::kBoneHarm, HeatMeter::kBoneHarm);
+}
+
+TEST(Temperatures, ColdNeutralAndWarmStayApartInEveryColourBlindnessAndLightnessFallsToBothSides) {
+  const auto scale = [](double celsius) { return glm::dvec3(255.0f * temperature_color(celsius)); };
+  const auto lightness = [](const glm::dvec3& c) { return glm::dot(c, glm::dvec3(0.2126, 0.7152, 0.0722)); };
+  for (double away = 0; away < 23; ++away) {
+    EXPECT_LT(lightness(scale(37 + away + 1)), lightness(scale(37 + away)));
+    EXPECT_LT(lightness(scale(37 - away - 1)), lightness(scale(37 - away)));
+  }
+  for (const test::Vision vision : test::kVisions) {
+    for (double away = 3; away <= 23; away += 2) {
+      EXPECT_GT(test::difference(vision, scale(37 + away), scale(37 - away)), 7) << away;
+      EXPECT_GT(test::difference(vision, scale(37 + away), scale(37)), 2) << away;
+      EXPECT_GT(test::difference(vision, scale(37 - away), scale(37)), 2) << away;
+    }
+  }
 }
 
 TEST(Temperatures, ASceneWithoutHeatHasNone) {

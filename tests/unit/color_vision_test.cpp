@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/app/picture/temperature_picture.h"
 #include "engine/contract/tissue.h"
 #include "engine/session/page/model_colors.h"
 
@@ -37,22 +36,6 @@ TEST(ColorBlindness, LeavesTooMuchAndTooDeepApartOnTheDifferenceMap) {
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t b = a + 1; b < 3; ++b)
         EXPECT_GT(difference(vision, color(session::kDifferenceColors[a]), color(session::kDifferenceColors[b])), 30);
-    }
-  }
-}
-
-TEST(ColorBlindness, LeavesColdNeutralAndWarmTemperaturesApartAndInTheOrderOfTheirLightness) {
-  const auto scale = [](double celsius) { return glm::dvec3(255.0f * temperature_color(celsius)); };
-  const auto lightness = [](const glm::dvec3& c) { return glm::dot(c, glm::dvec3(0.2126, 0.7152, 0.0722)); };
-  for (double away = 0; away < 23; ++away) {
-    EXPECT_LT(lightness(scale(37 + away + 1)), lightness(scale(37 + away)));
-    EXPECT_LT(lightness(scale(37 - away - 1)), lightness(scale(37 - away)));
-  }
-  for (const Vision vision : kVisions) {
-    for (double away = 3; away <= 23; away += 2) {
-      EXPECT_GT(difference(vision, scale(37 + away), scale(37 - away)), 7) << away;
-      EXPECT_GT(difference(vision, scale(37 + away), scale(37)), 2) << away;
-      EXPECT_GT(difference(vision, scale(37 - away), scale(37)), 2) << away;
     }
   }
 }
