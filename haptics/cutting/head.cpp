@@ -317,8 +317,8 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  /// Returns true if samples must be read to decide whether they change within `ahead` voxels; `block` receives the
-  /// part inside the target. Otherwise sets `safe_travel`.
+  /// Returns true if the block's samples may change within the next `ahead_` voxels of travel; `block` then receives
+  /// the part of the block that lies inside the target. Otherwise sets `safe_travel`.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& safe_travel, bool& clipped) const {
     const float d = seen_.distance[lane];
     safe_travel = d - (Sweep::kMargin + kHalf);

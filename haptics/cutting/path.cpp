@@ -215,7 +215,7 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
 /// Largest depths of eight block centres on their paths. Depth is concave, so a linear bound (n_x, n_y, n_z) is valid
 /// for the whole blocks.
 struct Centres {
-  unsigned set;  // input: bit mask of pieces that can be nearest
+  unsigned set;  // input: bit mask of the pieces of the head's outline that can be nearest to the centres
   // Input, voxels: the search ends early if the largest depth is certainly below `outside` or above `emptied`.
   float outside, emptied;
   F8 x, y, z;    // voxels relative to HeadPose::base of the first pose

@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::importing {
 
-/// Result on a cubic grid about as fine as the scan, with a margin. Samples are stored in the body and beside it.
+/// Result on a cubic grid about as fine as the scan, with a margin. Only samples in and near tissue are stored.
 struct Segmentation {
   // Fraction of tissue minus its value at the surface: positive in the body, including its cavities. Empty if distances
   // were requested.

@@ -200,7 +200,7 @@ class OffsetModel : public PatchModel {
   // A cut of the coarse tissue patch. It joins several fine cuts, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at start and end
-    std::uint64_t cut = 0;   // number of the last fine cut that it contains
+    std::uint64_t cut = 0;   // index of the last cut of the fine patch that is part of this cut
     std::uint32_t tool = 0;  // tool of the cut
     bool goes_on = false;    // true: the coarse cut before this one ended at X_WA
     int waits = 0;           // number of ticks that the cut has waited; 0: no cut waits

@@ -160,7 +160,7 @@ struct Groups {
     for (int k = 0; k < count; ++k) most = std::max(most, first[k]->sheet.distance(p));
     return most;
   }
-  /// Direction at point p along a surface with normal n, away from all sheets (smooth surfaces) except `except`.
+  /// Direction at point p along the sheet (smooth surface) number `except`, whose normal is n, away from all others.
   dvec3 away(const dvec3& p, const dvec3& n, int except) const noexcept {
     dvec3 sum(0), other;
     for (int k = 0; k < count; ++k) {
