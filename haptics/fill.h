@@ -42,10 +42,10 @@ class Fill {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Adds the filling to samples lo to lo+size-1 (z runs fastest; strides in samples): each becomes the smaller of
-  /// itself and the filling's distance, at least -Sweep::kInner. Empty voxels get a label (label.h). `added`: volume
-  /// per tissue, voxels³; `fresh`: air samples that got a label; both may be null. Returns true if a sample changed.
-  /// Bit-identical on every processor and for any blocks. Any thread.
+  /// Adds the filling to samples lo to lo+size-1 (z runs fastest; strides in samples): a sample becomes
+  /// min(sample, max(filling's distance, -Sweep::kInner)). Empty voxels get a label (label.h). `added`: volume per
+  /// tissue, voxels³; `fresh`: air samples that got a label; both may be null. Returns true if a sample changed. Any
+  /// thread. Equal bits on every processor, and if the volume is filled in several calls with smaller boxes.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 

@@ -14,7 +14,7 @@ struct Split {
   Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
   double sigma = 0;                        // m per axis, standard deviation of residuals under the nearer motion
-  double log_nfa = 0;                      // logarithm of the expected number of equally good splits by chance
+  double log_nfa = 0;                      // logarithm of the expected number of equally good splits of random pairs
 };
 
 /// Best split of `pairs`, if it fits better than one motion with noise, also with noise that is larger along one axis.

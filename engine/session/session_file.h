@@ -23,8 +23,8 @@ struct StreamData {
 
 /// Reads one session file, also the intact part of a damaged one. The constructor throws Error if the file is no
 /// readable session, refers to other files, or contains impossible values (format/checks.h). Hand pose, pedal, force,
-/// quaternions, cuts and uses of tissue patches keep their bits; columns in mm or other units than SI differ by at most
-/// one unit in the last place.
+/// quaternions, cuts and numbers of tissue patches keep their bits; columns in mm or other units than SI differ by at
+/// most one unit in the last place.
 class SessionReader {
  public:
   explicit SessionReader(const OpenedSession& session);

@@ -23,7 +23,7 @@ namespace typodont::surface {
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels, position of the vertex
   glm::vec3 normal{0};    // unit normal, pointing outwards; on a crease, the normal of this triangle's side
-  // The two tissues are equal for all corners of a triangle. The border between them lies where `second` is 0.5.
+  // All corners of a triangle have the same pair of tissues. The border between the two lies where `second` is 0.5.
   Tissue tissue[2]{};       // the two tissues, in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;

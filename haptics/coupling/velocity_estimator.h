@@ -20,7 +20,7 @@ struct VelocityEstimate {
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half the peak-to-peak noise; for an encoder, one step. `axes`: number of axes that move, in order.
+  /// `noise`: m, half the peak-to-peak noise; for an encoder, one step. `axes`: only the first `axes` axes move.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
   /// Adds a position and returns the velocity. Servo thread only; never allocates. A time that does not increase

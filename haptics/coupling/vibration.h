@@ -18,7 +18,7 @@ struct VibrationLaw {
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × angular speed: grade G 6.3, ISO 21940-11
   double run_out = 0.25;     // amplitude of the force once per revolution divided by the tangential cutting force
-  // amplitude of the force once per edge divided by the tangential force; not measured; usual in milling with few edges
+  // amplitude of the force that each passing edge causes / tangential cutting force; estimate from milling
   double teeth = 0.12;
   int tooth_count = 6;  // number of cutting edges; ISO 6360: 6 to 8 blades
 };

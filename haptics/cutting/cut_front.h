@@ -38,7 +38,7 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// A group in the unsorted list `Groups::found`. Groups::sort() sorts the list by kind and stage (Run).
+  /// A group of samples in the unsorted list `Groups::found`. Groups::sort() sorts the list by Found::kind and stage.
   struct Found {
     float x, y;
     std::int32_t z, at;

@@ -72,7 +72,7 @@ TYPODONT_INLINE Points paths_from(const Straight& path, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + path.shift[2])};
 }
 
-/// Second-order terms (Straight::bend_turn) of eight samples.
+/// Second-order terms of the motions of eight samples, due to the head's rotation (Straight::bend_turn).
 TYPODONT_INLINE Points bends_from(const Straight& path, const Points& from) {
   const float* const T = path.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + path.bend_shift[0]),
@@ -274,7 +274,7 @@ void examine_line(const Straight* path_at, Centres* centres, int line) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // For each block: index of the meridian's line that alone determines the depths up to Sweep::kInner; -1: none.
+  // For each block: index of the line of the meridian that alone determines all depths below Sweep::kInner; -1: none.
   int line[8];
   F8 rho;  // voxels, distance from the axis
   // true: the head recedes from every sample, so by concavity the depth is largest at the start

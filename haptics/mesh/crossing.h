@@ -27,7 +27,7 @@ bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dv
 /// Crossing at a common vertex does not count; triangles with a common edge never cross.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// A table of triangles that quickly excludes those that cannot cross. Only the constructor allocates.
+/// A table of triangles that quickly finds which of them may cross a given triangle. Only the constructor allocates.
 class TriangleTable {
  public:
   explicit TriangleTable(std::size_t room = 0) : entries_(room) {}

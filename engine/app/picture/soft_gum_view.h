@@ -22,7 +22,7 @@ class SoftGumView {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    // Value of version() when this mesh brick last changed. 0: it is equal to the brick in the surroundings.
+    // Value of version() when this mesh brick last changed. 0: it is still the brick of the undeformed gum.
     std::uint64_t version = 0;
   };
 

@@ -197,7 +197,7 @@ bool ImplantModel::touches_too_dense() const noexcept {
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Outside beds, only a round bur cuts, and only after the pose's jump (offset_, turn_) has decreased to zero.
+  // Outside an implant bed, only a round bur cuts, and only after the blending of the pose at the bed has ended.
   cuts_free_ = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
   free.cuts = cuts_free_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);

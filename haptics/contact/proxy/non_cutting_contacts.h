@@ -46,7 +46,7 @@ class NonCuttingContacts {
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // contact, in voxels of the tissue patch that is used for the part
+    ContactPlane plane;  // contact, in voxels of the tissue patch that the tool's part uses
     bool shank;
     double let;  // allowed overlap of tissue and part, in the same voxels
   };

@@ -284,8 +284,8 @@ void VertexModel::complete_list(const Pose& X, double far) noexcept {
   gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
-/// Motion of the head for which the list is still valid, m: the distance within which the list contains all points,
-/// minus the motion so far and the length of the virtual motion (P::probe).
+/// Distance (m) by which the head may still move until the list is no longer valid. `within`: distance from the head in
+/// which the list contains all points. P::probe × radius: length of the trial motions with which contacts are tested.
 double VertexModel::clearance_in_list(const Pose& X) const noexcept {
   return list_.within - moved_since_listing(X) - P::probe * head().radius();
 }
