@@ -229,7 +229,7 @@ def performance(rows, origin, docs):
         ["stiffest stable wall at 1 kHz", f"{number(100 * abs(wall['servo_N_per_m'] / wall['theory_N_per_m'] - 1))} % from theory",
          f"{number(wall['servo_N_per_m'] / 1e3, 3)} N/mm", f"theory: {number(wall['theory_N_per_m'] / 1e3, 3)} N/mm",
          "–"],
-        ["2,000 hands that push rotating tools", f"{number(push['hands_beyond_motion'])} feel a force step larger than their motion explains",
+        ["2,000 hands that push rotating tools (those that [start in tissue](passivity.md#force-steps-under-a-constant-push) are not counted)", f"{number(push['hands_beyond_motion'])} feel a force step larger than their motion explains",
          f"largest force step {number(push['largest_step_N'])} N", "–", "0 hands"],
         ["carver stalls of 0.05 to 5 s, compared with no stalls", f"force steps up to {number(max((r['step_beyond_calm_N'] for r in stalls), default=math.nan))} N larger",
          f"energy to the hand up to {number(max((r['energy_beyond_calm_mJ'] for r in stalls), default=math.nan))} mJ larger", "–", "0.25 N"],
