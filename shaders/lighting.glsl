@@ -423,6 +423,11 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec4 light, Around arou
          glossy(gloss_normal, v, look, light.xy, around);
 }
 
+/// Converts an sRGB colour to linear light.
+vec3 linear_light(vec3 srgb) {
+  return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), greaterThan(srgb, vec3(0.04045)));
+}
+
 // Tone mapping: keeps the measured colours of tissues and compresses only the highlights, as Khronos PBR Neutral (2024)
 // does. Its subtraction of the mirrored light is left out: a deep cavity mirrors nothing, and would become olive.
 vec3 tone_map(vec3 color) {

@@ -47,8 +47,7 @@ vec4 painted(vec4 tissue) {
   uvec2 bytes = uvec2(in_lesion.yz * 255.0 + 0.5);
   uint bits = bytes.x | bytes.y << 8;
   vec3 paint = vec3(bits >> 11, bits >> 5 & 63u, bits & 31u) / vec3(31.0, 63.0, 31.0);
-  vec3 linear = mix(paint / 12.92, pow((paint + 0.055) / 1.055, vec3(2.4)), greaterThan(paint, vec3(0.04045)));
-  return vec4(mix(tissue.rgb, linear, in_lesion.w), tissue.w);
+  return vec4(mix(tissue.rgb, linear_light(paint), in_lesion.w), tissue.w);
 }
 
 void main() {

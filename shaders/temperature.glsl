@@ -1,4 +1,4 @@
-// Colours of the view of temperature. Include after frame.glsl and cut_tissue.glsl.
+// Colours of the view of temperature. Include after frame.glsl, lighting.glsl and cut_tissue.glsl.
 layout(set = 0, binding = 8) uniform sampler3D temperature_grid;
 
 const uint kCorticalBone = 5u, kCancellousBone = 6u;
@@ -15,7 +15,7 @@ vec3 temperature_color(float warming) {
   float s = clamp(2.0 * warming / (warming < 0.0 ? kBody - kColdest : kHottest - kBody), -2.0, 2.0);
   vec3 middle = s < 0.0 ? kColdColor : kWarmColor, end = s < 0.0 ? kColdestColor : kHottestColor;
   vec3 c = abs(s) < 1.0 ? mix(kBodyColor, middle, abs(s)) : mix(middle, end, abs(s) - 1.0);
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
+  return linear_light(c);
 }
 
 /// Returns the linear colour of working tissue. Black stripes: harmfully warm pulp or bone. `second`: fraction of

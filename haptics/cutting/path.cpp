@@ -369,7 +369,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
   const Straight& path = *path_at;
   for (int i = 0; i < path.count; ++i) {
-    // depth_below_pieces() ignores the end b of an arc, because it belongs to the next piece; here it is included.
+    // depth_below_pieces() ignores the end b of an arc, which belongs to the next piece; to_piece includes the end b.
     const F8 depth = eight::depth_below_pieces(path.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - path.pieces[i].bx, off_z = found->at.z - path.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));

@@ -124,8 +124,8 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// Closes canals that a wall (outer face) of the scan cuts, which would count as outside. Dark holes in the wall (grey
-// up to `bound`, width up to `widest`, m) get lids of grey value `fill` in the two planes beyond the wall.
+// Closes canals that end at an outer face (wall) of the scan; open canals would count as outside. A dark hole in the
+// wall (grey values up to `bound`, width up to `widest`, m) gets a lid of the grey value `fill`, two planes thick.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
   constexpr int kRim = 2;  // samples by which a lid extends beyond its hole

@@ -135,8 +135,8 @@ class EditableMesh {
     std::int64_t left = std::numeric_limits<std::int64_t>::max();
     near_in_part(search, left, fn);
   }
-  /// Continues a search. Stops when it is complete (returns true), or after `left` cells and faces, and subtracts them
-  /// from `left`. The mesh must not change before the search is complete.
+  /// Continues a search of near faces until it is complete (returns true) or has read `left` cells and faces. Subtracts
+  /// the number read from `left`. The mesh must not change before the search is complete.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/app/picture/picture_stage.h"
@@ -20,6 +21,17 @@ using namespace literals;
 
 constexpr glm::ivec2 kPicture{320, 320};
 constexpr double kRate = 1000;  // Hz
+
+/// Colour of a temperature (°C) on the face of the section, sRGB 0..1, as shaders/temperature.glsl computes it.
+glm::vec3 temperature_color(double celsius) {
+  namespace shared = render::shared;
+  const double warming = celsius - shared::kBody;
+  const double half = (warming < 0 ? shared::kBody - shared::kColdest : shared::kHottest - shared::kBody) / 2;
+  const auto s = static_cast<float>(std::min(std::abs(warming) / half, 2.0));
+  const glm::vec3 middle = warming < 0 ? shared::kColdColor : shared::kWarmColor,
+                  end = warming < 0 ? shared::kColdestColor : shared::kHottestColor;
+  return s < 1 ? glm::mix(shared::kBodyColor, middle, s) : glm::mix(middle, end, s - 1);
+}
 
 Scene scene_of(const char* heat) {
   return parse_scene(Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.2, "solids": [

@@ -58,8 +58,8 @@ class Expert {
  public:
   /// `start`: the tissue at the session's start. Throws Error if the task has no target shape (ideal).
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// Plans one layer of filling, or all cutting and carving. Empty if no tool improves the result; throws Error if this
-  /// is so in the first plan.
+  /// Plans one layer of filling, or all cutting and carving. If no tool improves the result, the first call throws
+  /// Error, and later calls return an empty plan.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
   /// The tissue that results if the last plan is followed exactly.

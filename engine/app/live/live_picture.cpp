@@ -141,7 +141,6 @@ void LivePicture::look_from(const Viewpoint& from, glm::ivec2 pixels) {
 
 void LivePicture::show_next_view() {
   using render::View;
-  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference, View::kTemperature};
   Look next = views_->look(Eyes::kTrainee);
   if (scene_.implant && next.view == View::kSection && ++implant_section_ < kImplantSections) {
     next.plane = section_through_implant();
@@ -149,11 +148,7 @@ void LivePicture::show_next_view() {
     return;
   }
   implant_section_ = 0;
-  const auto possible = [&](View view) {
-    return view == View::kDifference ? views_->has_ideal() : view != View::kTemperature || views_->has_heat();
-  };
-  const auto found = std::find_if(std::find(kOrder.begin(), kOrder.end(), next.view) + 1, kOrder.end(), possible);
-  next.view = found == kOrder.end() ? View::kLook : *found;
+  next.view = next_view(scene_, next.view);
   if (render::cuts_section(next.view) && scene_.implant) {
     next.plane = section_through_implant();
   } else if (render::cuts_section(next.view)) {

@@ -167,8 +167,8 @@ void SessionDesk::begin_views(const Scene& scene) {
     s_.viewpoint = viewpoint_of(bench_->stage()->rig(), views.middle());
     s_.viewpoint.distance = distance;
   }
-  s_.has_ideal = views.has_ideal();
-  s_.has_heat = views.has_heat();
+  s_.has_ideal = views.can_show(render::View::kDifference);
+  s_.has_heat = views.can_show(render::View::kTemperature);
   s_.has_surroundings = views.has_surroundings();
   s_.has_mirror = scene.mouth_mirror.diameter > 0;
   s_.has_debris = scene.needs("debris");

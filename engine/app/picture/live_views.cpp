@@ -279,9 +279,9 @@ void LiveViews::run() {
       if (stop_) return;
       wishes = wishes_;
     }
-    if (has_ideal() && !ideal_made && std::any_of(wishes.begin(), wishes.end(), [](const Wish& w) {
-          return w.look.view == render::View::kDifference;
-        })) {
+    if (can_show(render::View::kDifference) && !ideal_made &&
+        std::any_of(wishes.begin(), wishes.end(),
+                    [](const Wish& w) { return w.look.view == render::View::kDifference; })) {
       ideal_made = true;
       try {
         const auto own = judge ? std::nullopt : ideal_tissue(scene_, load_untouched(scene_));

@@ -55,8 +55,7 @@ class LiveViews {
 
   /// tissues(): the tissues in the scene, one bit for each. middle(): m, frame W, middle of the tooth.
   std::uint32_t tissues() const { return tissues_; }
-  bool has_ideal() const { return scene_.task && scene_.task->ideal; }
-  bool has_heat() const { return scene_.heat.has_value(); }
+  bool can_show(render::View view) const { return typodont::can_show(scene_, view); }
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 

@@ -18,6 +18,19 @@ constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace
 
+bool can_show(const Scene& scene, render::View view) {
+  if (view == render::View::kDifference) return scene.task && scene.task->ideal;
+  return view != render::View::kTemperature || scene.heat;
+}
+
+render::View next_view(const Scene& scene, render::View view) {
+  using render::View;
+  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference, View::kTemperature};
+  const auto after = std::find(kOrder.begin(), kOrder.end(), view) + 1;
+  const auto next = std::find_if(after, kOrder.end(), [&](View one) { return can_show(scene, one); });
+  return next == kOrder.end() ? View::kLook : *next;
+}
+
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset) {
   const ToothField field(volume);
   return plane_face(

@@ -4,11 +4,17 @@
 
 #include <vector>
 
+#include "engine/app/scene.h"
 #include "engine/app/tissue/tooth_field.h"
 #include "engine/render/renderer.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
+
+/// True if pictures of the scene can show the view: the difference needs an ideal shape, the temperature needs heat.
+bool can_show(const Scene& scene, render::View view);
+/// The next view that pictures of the scene can show; after the last one, View::kLook.
+render::View next_view(const Scene& scene, render::View view);
 
 /// Makes the face at which a plane cuts the tissue, coloured by tissue. The part with normal · p > offset is kept; the
 /// face is seen from the other side. Positions are relative to the volume's origin.

@@ -1,10 +1,5 @@
 #include "engine/app/picture/temperature_picture.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "engine/render/shared.h"
-
 namespace typodont {
 
 namespace {
@@ -45,16 +40,6 @@ void ShownTemperatures::show(const HeatMeter& heat, render::Renderer& renderer) 
   if (!steps_) renderer.set_temperatures({grid.frame().origin, grid.frame().voxel, grid.size()});
   steps_ = heat.steps();
   renderer.update_temperatures(temperature_samples(grid));
-}
-
-glm::vec3 temperature_color(double celsius) {
-  namespace shared = render::shared;
-  const double warming = celsius - shared::kBody;
-  const double half = (warming < 0 ? shared::kBody - shared::kColdest : shared::kHottest - shared::kBody) / 2;
-  const auto s = static_cast<float>(std::min(std::abs(warming) / half, 2.0));
-  const glm::vec3 middle = warming < 0 ? shared::kColdColor : shared::kWarmColor,
-                  end = warming < 0 ? shared::kColdestColor : shared::kHottestColor;
-  return s < 1 ? glm::mix(shared::kBodyColor, middle, s) : glm::mix(middle, end, s - 1);
 }
 
 }  // namespace typodont

@@ -23,7 +23,4 @@ class ShownTemperatures {
   std::optional<std::uint64_t> steps_;  // HeatMeter::steps() that the renderer has received
 };
 
-/// Colour of a temperature (°C) in this view on the face of the section, sRGB 0..1.
-glm::vec3 temperature_color(double celsius);
-
 }  // namespace typodont

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/teaching_views.h"
+#include "engine/app/recording.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/player.h"
 #include "engine/app/sound_link.h"
@@ -35,9 +37,16 @@ namespace typodont {
 namespace {
 
 namespace fs = std::filesystem;
+using render::View;
 
 constexpr double kJump = 5;  // s, time by which an arrow key moves the playback
-constexpr std::array<const char*, 5> kViews = {"look", "section", "xray", "difference", "temperature"};
+
+/// The view that has a name of view_name().
+View view_of(std::string_view name) {
+  for (const View view : {View::kSection, View::kXray, View::kDifference, View::kTemperature})
+    if (view_name(view) == name) return view;
+  return View::kLook;
+}
 
 display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
   const char* usual = options.film.empty() ? "window" : "closeup";
@@ -71,22 +80,16 @@ class Side {
     player_.smooth_to(detail_->tolerance());
   }
 
-  bool can_show(std::string_view view) const {
+  void show_as(View view) {
     const Scene& scene = player_.scene();
-    return view == "difference" ? scene.task && scene.task->ideal : view != "temperature" || scene.heat;
-  }
-  void show_as(const std::string& view) {
-    view_ = can_show(view) ? view : "look";
-    if (view_ == "difference" && !ideal_) {
-      const Scene& scene = player_.scene();
-      ideal_ = ideal_tissue(scene, load_untouched(scene));
-    }
-    if (view_ == "temperature") player_.add_heat();
+    view_ = can_show(scene, view) ? view : View::kLook;
+    if (view_ == View::kDifference && !ideal_) ideal_ = ideal_tissue(scene, load_untouched(scene));
+    if (view_ == View::kTemperature) player_.add_heat();
     player_.smooth_to(detail_->tolerance());
-    stage_->show_as(render::View::kLook);
+    stage_->show_as(View::kLook);
     inside_cuts_ = ~std::uint64_t{0};
   }
-  const std::string& view() const { return view_; }
+  View view() const { return view_; }
 
   /// Moves the session to the current time of the playback.
   void go(const PlayClock& clock) {
@@ -94,12 +97,12 @@ class Side {
     world().say(line(clock));
     std::vector<render::MeshUpdate> surface = player_.take_surface();
     const dvec3 origin = player_.tissue().frame().origin;
-    if (view_ == "difference" && ideal_) {
+    if (view_ == View::kDifference) {
       mark_difference(*ideal_, origin, surface);
-      stage_->show_as(render::View::kDifference);
+      stage_->show_as(View::kDifference);
     }
     stage_->show(surface, origin);
-    if (view_ == "section" || view_ == "xray" || view_ == "temperature") look_inside();
+    if (render::cuts_section(view_) || view_ == View::kXray) look_inside();
   }
   /// Adapts the tolerance of the mesh to the size of a pixel at the tissue in the previous picture.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
@@ -126,23 +129,19 @@ class Side {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = world().tick().cuts;
     const dvec3 origin = volume.frame().origin;
-    const render::View view = view_ == "section"       ? render::View::kSection
-                              : view_ == "temperature" ? render::View::kTemperature
-                                                       : render::View::kXray;
-    if (render::cuts_section(view) && inside_cuts_ == ~std::uint64_t{0}) {
+    if (render::cuts_section(view_) && inside_cuts_ == ~std::uint64_t{0}) {
       // The fixed section plane through the middle of all cuts.
       dvec3 middle(0);
       for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
       const auto count = static_cast<double>(player_.session().cuts().size());
       plane_ = section_facing(count > 0 ? middle / count : world().tick().X_WG.p, stage_->rig().head.eye_center);
-      if (const auto around =
-              view == render::View::kSection ? surroundings_shape(player_.scene().surroundings) : std::nullopt)
+      if (const auto around = view_ == View::kSection ? surroundings_shape(player_.scene().surroundings) : std::nullopt)
         stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
     }
     if (cuts != inside_cuts_)
-      for (const ViewBody& body : view_bodies(view, plane_, 0, volume))
+      for (const ViewBody& body : view_bodies(view_, plane_, 0, volume))
         stage_->show_inside(body.mesh, body.bricks, origin);
-    stage_->show_as(view, plane_);
+    stage_->show_as(view_, plane_);
     inside_cuts_ = cuts;
   }
 
@@ -152,7 +151,7 @@ class Side {
   PictureStage* stage_ = nullptr;
   std::optional<Detail> detail_;
   std::optional<haptics::TissueVolume> ideal_;
-  std::string view_ = "look";
+  View view_ = View::kLook;
   std::uint64_t inside_cuts_ = ~std::uint64_t{0};
   glm::dvec4 plane_{0, 0, 1, 0};
 };
@@ -194,8 +193,8 @@ class Playback {
                   fmt::format("a part of {:.3f} s", longest));
     clock.speed = options.speed;
     clock.at = options.speed < 0 ? clock.to : clock.from;
-    for (const auto& side : sides_) side->show_as(options.view);
-    if (options.view != sides_[0]->view())
+    for (const auto& side : sides_) side->show_as(view_of(options.view));
+    if (options.view != view_name(sides_[0]->view()))
       throw Error("", "--view", options.view,
                   options.view == "difference" ? "a session whose task names an ideal"
                                                : "a session whose scene has the key \"heat\"");
@@ -216,9 +215,8 @@ class Playback {
     if (ladder_->frame_took(stage_ ? std::max(took, stage_->timing().cost()) : took)) set_quality(ladder_->step());
   }
   void next_view() {
-    const auto now = std::find(kViews.begin(), kViews.end(), sides_[0]->view());
-    const auto next = std::find_if(now + 1, kViews.end(), [&](const char* view) { return sides_[0]->can_show(view); });
-    for (const auto& side : sides_) side->show_as(next == kViews.end() ? kViews.front() : *next);
+    const View next = typodont::next_view(sides_[0]->player().scene(), sides_[0]->view());
+    for (const auto& side : sides_) side->show_as(next);
   }
   render::Picture screen() { return pair_ ? pair_->screen() : stage_->screen(); }
   display::Output& output() { return pair_ ? pair_->output() : stage_->output(); }
