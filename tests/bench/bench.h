@@ -48,6 +48,12 @@ std::vector<double> least_of(Run&& run) {
   return least;
 }
 
+/// Part of a measured time that two readings of the clock take themselves, ns. A short time is stated without it.
+inline double clock_ns() {
+  static const double median = measure(10'000, [] {}).median;
+  return median;
+}
+
 /// Returns the thread CPU time of one call, ns: the median over batches of calls.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {

@@ -49,13 +49,18 @@ inline double degrees_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
 
+/// CPU time of a tick of the servo without the readings of the clock, ns.
+inline double servo_ns(const ServoTick& tick) {
+  return static_cast<double>(tick.cpu_time) - clock_ns();
+}
+
 /// Returns the servo's CPU times of `count` ticks, ns. `hand(i, last tick)` returns the pose of the tool.
 template <class Hand>
 std::vector<double> servo_times(test::HapticBench& scene, double pedal, int count, Hand&& hand) {
   std::vector<double> times;
   for (int i = 0; i < count; ++i) {
     scene.tick(hand(i, scene.last), pedal);
-    times.push_back(static_cast<double>(scene.last.cpu_time));
+    times.push_back(servo_ns(scene.last));
   }
   return times;
 }

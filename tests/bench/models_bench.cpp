@@ -105,7 +105,7 @@ void follow(benchmark::State& state, const ModelTissue& tissue, const Course& co
     std::vector<double> run;
     for (std::size_t i = 0; i < course.hand.size(); ++i) {
       scene.tick({course.hand[i]});
-      run.push_back(static_cast<double>(scene.last.cpu_time));
+      run.push_back(servo_ns(scene.last));
       const dvec3 truth = kStiffness * (course.truth[i] - course.hand[i]);
       const dvec3 moved = i > 0 ? course.hand[i] - course.hand[i - 1] : dvec3(0);
       asked.add(scene.last.f_model_W, truth, moved, static_cast<int>(i) >= kSettled);
@@ -173,8 +173,8 @@ void drill(benchmark::State& state, const ModelTissue& tissue, const Setting& se
       const Nanos start = thread_cpu_time();
       scene.tick({hand.next(last, settings.tick)}, 1);
       const auto all = static_cast<double>(thread_cpu_time() - start);
-      run.push_back(static_cast<double>(scene.last.cpu_time));
-      carver.push_back(all - run.back());
+      run.push_back(servo_ns(scene.last));
+      carver.push_back(all - static_cast<double>(scene.last.cpu_time));
       if (scene.did_cut) ways.emplace_back(scene.cut.X_WA.p, scene.cut.X_WB.p);
       if (i >= kSettled) step = std::max(step, glm::length(scene.last.f_T_W - last));
     }
@@ -207,7 +207,7 @@ void follow_surface(benchmark::State& state, const ModelTissue& tissue, const st
     for (int i = 0; i < (smoke() ? 200 : 600); ++i) {
       const ServoTick last = scene.last;
       scene.tick({hand.next(last.f_T_W, settings.tick)}, 1);
-      run.push_back(static_cast<double>(scene.last.cpu_time));
+      run.push_back(servo_ns(scene.last));
       if (i < kSettled) continue;
       step = std::max(step, glm::length(scene.last.f_model_W - last.f_model_W));
       sent_step = std::max(sent_step, glm::length(scene.last.f_T_W - last.f_T_W));

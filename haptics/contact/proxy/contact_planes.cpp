@@ -182,18 +182,19 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   // In steady sliding, the contact moves on as in the last tick.
   if (!touches(set.known_.touched + std::exchange(set.known_.slid, dvec3(0)))) return false;
   const dvec3 x = plane.x, slid = x - set.known_.touched;
-  if (glm::length(x - set.known_.place()) > CreaseParameters::reused) {
+  const bool fitted = glm::length(x - set.known_.place()) > CreaseParameters::reused;
+  if (fitted) {
     crease = set.known_.find(patch, x);
-    if (!touches(x)) return false;
+    if (!touches(x) || !agrees_below(patch, *crease, plane)) return false;
   }
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
-  // Checks the crease, and whether the ball at `on` touches other tissue.
-  if (!set.known_.has_room(on)) {
+  // Checks whether the ball at `on` touches other tissue.
+  if (!set.known_.has_room(on, fitted || glm::dot(slid, slid) > S::fast * S::fast ? 1 : S::used)) {
     constexpr auto kNear = static_cast<float>(S::near + S::ahead);
     const Found found = samples_->search_around(patch, {on, {}}, kNear, set.approximate_);
     const double room = nearest_off(crease, &on, &set.approximate_, found.count, kNear) - S::near;
-    if (room <= 0 || !agrees_below(patch, *crease, plane)) return false;
+    if (room <= 0) return false;
     set.known_.add_room(on, room);
   }
   seated = on;

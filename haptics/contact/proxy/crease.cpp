@@ -406,7 +406,6 @@ const Crease* KnownCreases::find(const TissuePatch& patch, const dvec3& x) noexc
   if (glm::length(near->x - x) > C::reused) {
     if (!follow(patch, x, near->crease)) return nullptr;
     near->x = x;
-    room_ = 0;
   }
   if (near != known_) std::rotate(known_, near, near + 1), touched = x, slid = dvec3(0), room_ = 0;
   return &known_[0].crease;

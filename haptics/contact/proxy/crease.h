@@ -55,7 +55,8 @@ class KnownCreases {
   void forget() noexcept { count_ = 0, none_count_ = 0, room_ = 0; }
   /// Stores that a ball with its centre at c may move by `room` voxels without touching tissue other than last().
   void add_room(const dvec3& c, double room) noexcept { center_ = c, room_ = room; }
-  bool has_room(const dvec3& c) const noexcept { return glm::length(c - center_) < room_; }
+  /// `part`: fraction of the room.
+  bool has_room(const dvec3& c, double part) const noexcept { return glm::length(c - center_) < part * room_; }
   /// Stores that a search near x, in the direction n, has found no crease, so that it is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;

@@ -175,6 +175,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   const FlatHead head = *head_at;
   const FlatField field = *field_at;
   const float* R = head.R;
+  const float examined = std::max(P::examined, near + P::beyond_near);
   SampleBatches w;
   int batches = 0;
   for (int k = 0; k < ContactSet::kMax; k += kBatch) {
@@ -203,7 +204,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     for (int i = 0; i < 8; ++i) coarse[i] = field.samples[j[i]];
     w.from[batches] = k;
     w.qx[batches] = qx, w.qy[batches] = qy, w.qz[batches] = qz;
-    batches += any_of(coarse < P::examined + 0.87f);
+    batches += any_of(coarse < examined + 0.87f);
   }
 
   // Step 1: moves each sample onto the tissue's surface.
@@ -214,7 +215,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   for (int b = 0; b < batches; ++b) {
     const F8 qx = w.qx[b], qy = w.qy[b], qz = w.qz[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
     F8 value = w.value[b];
-    const I8 close = value < P::examined;
+    const I8 close = value < examined;
     F8 engaged, nx, ny, nz;
     const int k = w.from[b];
     std::memcpy(&engaged, samples->area + k, sizeof engaged);

@@ -26,7 +26,10 @@ struct WallSeatParameters {
   // Voxels. For a ball on a crease: a contact whose gap is below `near` is other tissue if it is farther than
   // `off_crease` from the smooth surfaces that form the crease. A search up to `ahead` more shows how far the ball may
   // move before it touches other tissue.
-  static constexpr double near = 0.05, ahead = 1, off_crease = 0.7;
+  static constexpr double near = 0.05, ahead = 2, off_crease = 0.7;
+  // The next search begins when this fraction of that room is used, so that it seldom falls in the tick of a new fit of
+  // the crease. Voxels per tick: a contact that moves faster than `fast` is searched only if all room is used.
+  static constexpr double used = 0.7, fast = 0.3;
   // voxels²; the iteration ends if the hand's squared distance from the wall's normal line at the contact is below this
   static constexpr double aligned = 1e-8;
   static constexpr int iterations = 6;  // largest number of steps along the wall to the contact point
@@ -92,8 +95,9 @@ struct RimParameters {
 struct HeadSampleParameters {
   // voxels; a point nearer than this to the tissue's surface counts as on the surface
   static constexpr float on_surface = 0.25f;
-  // voxels; a sample of the head nearer than this to the tissue's surface is moved onto the surface
-  static constexpr float examined = 1.5f;
+  // Voxels. Samples of the head nearer to the tissue's surface than `examined` are moved onto the surface. A search for
+  // contacts with larger gaps examines samples up to `beyond_near` beyond these gaps.
+  static constexpr float examined = 1.5f, beyond_near = 0.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples near the head's free end, which cuts most
   // Voxels. dense: spacing of samples up to which no tissue is missed. cover: spacing of the additional points for a
   // head whose samples are farther apart.
