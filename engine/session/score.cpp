@@ -411,9 +411,12 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
              {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
               "Half a millimetre of dentin left over the pulp; Typodont's default"}};
   }
+  rules.push_back(
+      input.explore
+          ? ScoreRule{"force_mean_N", 3.33, 2.14, 5, Best::kAtMost, "Dentists press explorers with 3.33 N (SD 2.14 N)"}
+          : ScoreRule{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"});
   rules.insert(rules.end(),
-               {{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
-                {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
+               {{"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
                 {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
                 {"time_s", 600, 300, 2, Best::kAtMost, ours},
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},

@@ -84,5 +84,19 @@ TEST(ExploreMeter, DoingNothingScoresNothingAndFindingAllScoresFull) {
   }
 }
 
+TEST(ExploreMeter, AnExplorerMayPressAsDentistsPressAndHalfThePointsRemainOneStandardDeviationAbove) {
+  ScoreInput in;
+  in.before[2] = in.after[2] = 100e-9;
+  in.before[3] = in.after[3] = 1e-9;
+  in.explore = ExploreMeasures{2, 2, 0, 1};
+  const double full = score(in, default_rules(in)).points;
+  in.hand.force_mean = 3.33;
+  EXPECT_DOUBLE_EQ(score(in, default_rules(in)).points, full);
+  in.hand.force_mean = 3.33 + 2.14;
+  const double lost = full - score(in, default_rules(in)).points;
+  in.hand.force_mean = 100;
+  EXPECT_NEAR(lost / (full - score(in, default_rules(in)).points), 0.5, 0.02);
+}
+
 }  // namespace
 }  // namespace typodont::session

@@ -37,6 +37,8 @@ HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth with f
         ["mean force on the occlusal surface of a crown", "0.45 N (PMID 17074189)", "0.49 N"],
         ["duration of a contact", "0.25 to 0.4 s, or 10 s (J Oral Rehabil 22 (1995) 67-72)", "0.33 to 0.35 s; crown 10 s"],
         ["contacts per second", "1.36 (temporal bone, PMID 34872376)", "1.36; crown 0.10"],
+        ["force on an explorer, on sound teeth", "3.33 N, SD 2.14 N (Caries Res 37 (2003) 365)", "no expert; the score of an exploration takes off points above 3.33 N"],
+        ["force on a condenser, of any width", "9.5 to 10.4 N (J Dent Res 1987, doi 10.1177/00220345870660030601)", "no force: filling exerts none"],
         ["tremor", "8.1 Hz (PMID 11568677), 38 µm rms (Riviere et al.)", "8.1 Hz, 38 µm rms"]]) + "\n" + paragraph(
     """With the measured force on the occlusal surface, the expert prepares a crown in 15 minutes. The expert trembles only while drilling: if
     hand instruments tremble too, the points in `amalgam-filling` fall from 96 to 88. For implant beds and hip sockets,
