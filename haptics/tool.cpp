@@ -275,7 +275,7 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
                    wz = piece.bz - piece.cz;
-      outside |= side < 0 && length > piece.radius;
+      outside |= side <= 0 && length > piece.radius;
       if (length > 0 && ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0) {
         const double f = 1 - piece.radius / length;
         fx = vx * f, fz = vz * f;
@@ -312,13 +312,13 @@ double HeadField::distance(const dvec3& p, double (&to_piece)[4]) const noexcept
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const bool beyond = piece.dx * ez - piece.dz * ex < 0;
+    const double side = piece.dx * ez - piece.dz * ex;
     double d;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
       const double fx = ex - s * piece.dx, fz = ez - s * piece.dz;
       d = std::sqrt(fx * fx + fz * fz);
-      outside |= beyond;
+      outside |= side < 0;
     } else {
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
@@ -326,7 +326,7 @@ double HeadField::distance(const dvec3& p, double (&to_piece)[4]) const noexcept
       const double gx = rho - piece.bx, gz = z - piece.bz;
       d = ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0 ? std::abs(length - piece.radius)
                                                            : std::sqrt(std::min(ex * ex + ez * ez, gx * gx + gz * gz));
-      outside |= beyond && length > piece.radius;
+      outside |= side <= 0 && length > piece.radius;
     }
     to_piece[i] = d;
     best = std::min(best, d);

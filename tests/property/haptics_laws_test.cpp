@@ -138,6 +138,16 @@ TEST(Heads, TheDistanceHasUnitSlopeAlongItsNormalAndTheNearestPointIsOnTheSurfac
   }
 }
 
+TEST(Heads, OnTheAxisOutsideABallTheDistanceIsPositive) {
+  Tool tool;
+  tool.diameter = tool.length = 1.2_mm;
+  for (const double z : {-0.9, -0.61, 0.61, 0.75}) {
+    dvec3 n;
+    EXPECT_NEAR(HeadField(tool, 1e-3).distance({0, 0, z}, n), std::abs(z) - 0.6, 1e-12) << z;
+    EXPECT_EQ(n, dvec3(0, 0, z < 0 ? -1 : 1)) << z;
+  }
+}
+
 TEST(Contact, OnATorusForceErrorsAreAtMostTwoHundredthsOfADegreeAndOfAPercent) {
   ServoSettings s;
   s.friction = false;
