@@ -25,7 +25,9 @@ EndScan summed_one_by_one(const ToolVoxels& voxels, const TissuePatch& patch, co
   const double h = law.voxel, per_voxel = 1 / h;
   const glm::dmat3 R = glm::mat3_cast(R_WT) * per_voxel;
   const dvec3 ahead = R_WT * dvec3(0, 0, -1);
-  double drag = 0, turning = 0;
+  double drag = 0, turning = 0, rim = 0;
+  const auto radius = [](const ToolVoxel& v) { return static_cast<double>(std::hypot(v.p.x, v.p.y)); };
+  for (std::size_t i = 0; i < voxels.ahead; ++i) rim = std::max(rim, radius(voxels.outer[i]) - voxels.edge);
   for (std::size_t i = 0; i < voxels.ahead; ++i) {
     const ToolVoxel& v = voxels.outer[i];
     const dvec3 p = center + R * dvec3(v.p);
@@ -34,11 +36,12 @@ EndScan summed_one_by_one(const ToolVoxels& voxels, const TissuePatch& patch, co
     const glm::ivec3 beyond = glm::ivec3(glm::round(p + 1.5 * ahead)) - patch.lo;
     const std::size_t at = patch.at(beyond.x, beyond.y, beyond.z);
     const Tissue tissue = shown(patch.tissue[at]);
-    if (field - static_cast<double>(patch.distance[at]) < 0.5 || tissue == Tissue::kAir) continue;
+    const double in_bone = radius(v) > rim ? -0.05 : 0;
+    if (sample_linear(patch, p + 1.5 * ahead) >= in_bone || tissue == Tissue::kAir) continue;
     const double hardness = patch.hardness.empty() ? 1 : hardness_fraction(felt_hardness(patch, at));
     const auto t = static_cast<std::size_t>(tissue);
     const double grey = law.grey[t] + law.grey_per_hardness[t] * hardness;
-    const double area = static_cast<double>(v.area) * (1 / voxels.ahead_fraction) * std::min(1.0, 1 - gap * per_voxel);
+    const double area = static_cast<double>(v.area) * (1 - std::pow(std::max(gap * per_voxel, 0.0), 2));
     scan.engaged += area;
     scan.max_grey = std::max(scan.max_grey, grey);
     scan.tissue[t] += area;
@@ -108,7 +111,7 @@ TEST(ImplantEnd, BlocksOfVoxelsInFloatsGiveTheSumVoxelByVoxelWithinAThousandth) 
       test::implant_tool("round", 2.3, 0, R"({"kind": "round", "ability": {"end": 1, "side": 1}})", "sphere")};
   int in_contact = 0, stopped = 0;
   for (const Tool& tool : tools) {
-    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3);
     const EndVoxels end(voxels);
     for (int round = 0; round < 24; ++round) {
       const TissuePatch patch = floor_of_bone(-35, round % 2 == 0, round % 4 >= 2, random);
@@ -147,7 +150,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
   for (const double diameter : {2.2, 2.8, 4.2}) {
     const Tool tool =
         test::implant_tool("drill", diameter, 5, test::drill_block(diameter > 4 ? 3.3 : 0, diameter <= 4));
-    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3);
     const EndVoxels fine(voxels), merged(voxels, kVoxel), as_fine(voxels, 0.1e-3);
     EXPECT_LT(merged.count, fine.count / 2) << diameter;
     EXPECT_EQ(as_fine.x, fine.x) << "merged voxels of 0.12 mm would be coarser than the tissue's";
@@ -178,7 +181,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
 TEST(ImplantEnd, AVoxelCountsAsOneQuery) {
   std::mt19937 random(1);
   const Tool tool = test::implant_tool("drill", 2.2, 5, test::drill_block(0, 1));
-  const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+  const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3);
   const TissuePatch patch = floor_of_bone(-35, false, false, random);
   const std::uint64_t before = queries_of_this_thread();
   scan_end(EndVoxels(voxels), patch, law_of(tool, true), {-8, 2, -18}, {1, 0, 0, 0});

@@ -98,19 +98,19 @@ struct ImplantSession {
   Cut cut;
   Nanos t = 0;
   std::uint32_t tool = 0;
-  double stiffness;
+  double stiffness, period;  // N/m, s
   std::vector<Tool> tools;
 
   explicit ImplantSession(haptics::TissueVolume tissue = bone_block(),
                           const haptics::ServoSettings& s = implant_settings())
-      : steps(std::move(tissue), s), stiffness(s.stiffness), tools(s.tools) {}
+      : steps(std::move(tissue), s), stiffness(s.stiffness), period(s.tick), tools(s.tools) {}
 
   double half() const { return tools[tool].half(); }
   /// Returns the depth (m) of the proxy's tip below the bone's top.
   double depth() const { return -(tick.X_WG * dvec3(0, 0, -half())).z; }
   bool step(const Pose& X_WT, double pedal = 0) {
     haptics::HandSample hand;
-    hand.t = t += 1'000'000;
+    hand.t = t += from_seconds(period);
     hand.X_WT = X_WT;
     hand.pedal = pedal;
     hand.tool = tool;

@@ -26,8 +26,8 @@ namespace {
 
 // voxels (tissue); the distance from bone is read again this far ahead of a tool voxel, along the feed
 constexpr double kAhead = 1.5;
-// voxels; an obstacle lies ahead of a tool voxel if the distance from bone decreases by this much over kAhead
-constexpr double kFalls = 0.5;
+// voxels; the wall of the tool's own bed is wavy by less than this
+constexpr double kWaves = 0.05;
 // voxels; bone nearer to a tool voxel than this, which the tool cannot cut, stops the tool
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
@@ -134,7 +134,37 @@ struct alignas(64) Block {
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
-/// Interpolates the distance from bone trilinearly, like sample_linear(). Returns true if some result is below 1 voxel.
+/// Interpolates the distance from bone trilinearly at the positions x, y, z (voxels), like sample_linear().
+TYPODONT_INLINE void interpolate(const Task& task, const float* x, const float* y, const float* z, std::int32_t* at,
+                                 float* field) {
+  const float lo_x = static_cast<float>(task.lo_x), lo_y = static_cast<float>(task.lo_y),
+              lo_z = static_cast<float>(task.lo_z);
+  const std::int32_t n = task.n;
+  alignas(64) float u[kBlock], v[kBlock], w[kBlock];
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    const float qx = x[i] - lo_x, qy = y[i] - lo_y, qz = z[i] - lo_z;
+    const auto ix = static_cast<std::int32_t>(qx), iy = static_cast<std::int32_t>(qy),
+               iz = static_cast<std::int32_t>(qz);
+    u[i] = qx - static_cast<float>(ix), v[i] = qy - static_cast<float>(iy), w[i] = qz - static_cast<float>(iz);
+    at[i] = (ix * n + iy) * n + iz;
+  }
+  // Four pairs of samples along z, one load each.
+  alignas(64) float low[4][kBlock], high[4][kBlock];
+  const std::ptrdiff_t sy = n, sx = sy * sy;
+  task.reader.pairs(task.distance, at, low[0], high[0]);
+  task.reader.pairs(task.distance + sy, at, low[1], high[1]);
+  task.reader.pairs(task.distance + sx, at, low[2], high[2]);
+  task.reader.pairs(task.distance + sx + sy, at, low[3], high[3]);
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    float along_z[4];
+    for (int k = 0; k < 4; ++k) along_z[k] = low[k][i] + w[i] * (high[k][i] - low[k][i]);
+    const float near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
+                far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
+    field[i] = near + u[i] * (far - near);
+  }
+}
+
+/// Computes the positions of the tool voxels and their distances from bone. Returns true if some gap is below 1 voxel.
 TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const vx = task.voxels.x.data() + first;
   const float* const vy = task.voxels.y.data() + first;
@@ -142,36 +172,14 @@ TYPODONT_INLINE bool sample(const Task& task, std::size_t first, Block& b) {
   const float* const outside = task.voxels.outside.data() + first;
   const auto R = task.R;
   const auto center = task.center;
-  const float lo_x = static_cast<float>(task.lo_x), lo_y = static_cast<float>(task.lo_y),
-              lo_z = static_cast<float>(task.lo_z), h = static_cast<float>(task.law.voxel);
-  const std::int32_t n = task.n;
-  alignas(64) float u[kBlock], v[kBlock], w[kBlock];
+  const float h = static_cast<float>(task.law.voxel);
   for (std::size_t i = 0; i < kBlock; ++i) {
     const float x = vx[i], y = vy[i], z = vz[i];
-    const float px = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
-    const float py = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
-    const float pz = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
-    b.x[i] = px, b.y[i] = py, b.z[i] = pz;
-    const float qx = px - lo_x, qy = py - lo_y, qz = pz - lo_z;
-    const auto ix = static_cast<std::int32_t>(qx), iy = static_cast<std::int32_t>(qy),
-               iz = static_cast<std::int32_t>(qz);
-    u[i] = qx - static_cast<float>(ix), v[i] = qy - static_cast<float>(iy), w[i] = qz - static_cast<float>(iz);
-    b.at[i] = (ix * n + iy) * n + iz;
+    b.x[i] = center.x + (R[0].x * x + R[1].x * y + R[2].x * z);
+    b.y[i] = center.y + (R[0].y * x + R[1].y * y + R[2].y * z);
+    b.z[i] = center.z + (R[0].z * x + R[1].z * y + R[2].z * z);
   }
-  // Four pairs of samples along z, one load each.
-  alignas(64) float low[4][kBlock], high[4][kBlock];
-  const std::ptrdiff_t sy = n, sx = sy * sy;
-  task.reader.pairs(task.distance, b.at, low[0], high[0]);
-  task.reader.pairs(task.distance + sy, b.at, low[1], high[1]);
-  task.reader.pairs(task.distance + sx, b.at, low[2], high[2]);
-  task.reader.pairs(task.distance + sx + sy, b.at, low[3], high[3]);
-  for (std::size_t i = 0; i < kBlock; ++i) {
-    float along_z[4];
-    for (int k = 0; k < 4; ++k) along_z[k] = low[k][i] + w[i] * (high[k][i] - low[k][i]);
-    const float near = along_z[0] + v[i] * (along_z[1] - along_z[0]),
-                far = along_z[2] + v[i] * (along_z[3] - along_z[2]);
-    b.field[i] = near + u[i] * (far - near);
-  }
+  interpolate(task, b.x, b.y, b.z, b.at, b.field);
   Block::Flag any = 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
     b.gap[i] = b.field[i] * h + outside[i];
@@ -188,31 +196,33 @@ TYPODONT_INLINE std::int32_t rounded(float v) {
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Removes the contact of tool voxels that only touch bone beside them: an obstacle must continue ahead of the tool.
+/// Removes the contact of tool voxels that only touch bone beside them: the point ahead of the tool must be in bone.
 /// Returns a bit mask of the labels in contact.
-TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, Block& b) {
+TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, std::size_t first, Block& b) {
   using Flag = Block::Flag;
+  const float* const in_bone = task.voxels.in_bone.data() + first;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
-  const auto beyond = task.beyond;
+  // Voxels without contact read their own position.
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const std::int32_t x = rounded(b.x[i] + beyond.x) - lo_x, y = rounded(b.y[i] + beyond.y) - lo_y,
-                       z = rounded(b.z[i] + beyond.z) - lo_z;
-    b.at[i] = static_cast<std::int32_t>(b.touches[i]) * ((x * n + y) * n + z);
+    const float on = static_cast<float>(b.touches[i]);
+    b.x[i] += on * task.beyond.x, b.y[i] += on * task.beyond.y, b.z[i] += on * task.beyond.z;
   }
-  alignas(64) float ahead[kBlock];
+  interpolate(task, b.x, b.y, b.z, b.at, b.ahead);
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    const std::int32_t x = rounded(b.x[i]) - lo_x, y = rounded(b.y[i]) - lo_y, z = rounded(b.z[i]) - lo_z;
+    b.at[i] = (x * n + y) * n + z;
+  }
   alignas(64) std::int32_t tissue[kBlock], hardness[kBlock];
-  task.reader.samples(task.distance, b.at, ahead);
   task.reader.bytes(reinterpret_cast<const std::uint8_t*>(task.tissue), b.at, tissue);
   if (task.hardness != nullptr) task.reader.bytes(task.hardness, b.at, hardness);
   for (std::size_t i = 0; i < kBlock; ++i) {
-    b.ahead[i] = ahead[i];
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
   Flag labels = 0;  // one bit per label
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const Flag falls = b.field[i] - b.ahead[i] < static_cast<float>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
-    b.touches[i] &= falls & solid;
+    const Flag obstacle = b.ahead[i] < in_bone[i] ? 1 : 0, solid = b.label[i] != 0 ? 1 : 0;
+    b.touches[i] &= obstacle & solid;
     labels |= b.touches[i] << b.label[i];
   }
   return static_cast<std::uint64_t>(labels);
@@ -241,17 +251,16 @@ TYPODONT_INLINE bool evaluate(const Task& task, std::size_t first, std::uint64_t
   const float* const inverse_r = task.voxels.inverse_r.data() + first;
   const float* const ability = task.voxels.ability.data() + first;
   const float* const inverse_ability = task.voxels.inverse_ability.data() + first;
-  const float per_voxel = static_cast<float>(1 / law.voxel), fraction = static_cast<float>(task.voxels.fraction),
-              slowness = task.slowness;
+  const float per_voxel = static_cast<float>(1 / law.voxel), slowness = task.slowness;
   const float unit = task.hardness != nullptr ? static_cast<float>(1.0 / kOwnHardness) : 0,
               own = task.hardness != nullptr ? 0 : 1;
   const float most = static_cast<float>(law.max_grey);
   const Flag cuts = law.cuts ? 1 : 0;
   for (std::size_t i = 0; i < kBlock; ++i) {
-    const float close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
+    const float away = b.gap[i] > 0 ? b.gap[i] * per_voxel : 0, weight = 1 - away * away;
     const float hardness = static_cast<float>(b.byte[i]) * unit + own, able = ability[i];
     const float grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
-    const float contact = area[i] * fraction * weight;
+    const float contact = area[i] * weight;
     const float front = facing[i];
     const float specific = b.energy[i] * hardness * inverse_ability[i];  // J/m³, specific cutting energy of the bone
     const float cut = specific * front * contact * slowness;
@@ -301,7 +310,7 @@ TYPODONT_INLINE void scan_all(const Task& task, EndScan& scan) {
   alignas(64) float grey[kBlock] = {};
   for (std::size_t first = 0; first < task.voxels.x.size(); first += kBlock) {
     if (!sample(task, first, b)) continue;
-    const std::uint64_t labels = scan_beyond(task, b);
+    const std::uint64_t labels = scan_beyond(task, first, b);
     if (labels == 0) continue;
     if (evaluate(task, first, labels, b)) add_stops(task, first, b, scan);
     for (std::size_t i = 0; i < kBlock; ++i) grey[i] = grey[i] < b.grey[i] ? b.grey[i] : grey[i];
@@ -386,12 +395,14 @@ std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
 
 }  // namespace
 
-EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / voxels.ahead_fraction) {
+EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) {
   constexpr float kNever = 1e9f;  // m; padding voxels are this far outside, so they touch nothing
   constexpr double kRounding = 1e-9;
   std::vector<ToolVoxel> all(voxels.outer.begin(), voxels.outer.begin() + static_cast<std::ptrdiff_t>(voxels.ahead));
   if (2 * voxels.edge <= coarsest * (1 + kRounding)) all = merged(all, voxels.edge);
   count = all.size();
+  float rim = 0;  // m, inner radius of the outermost ring of voxels
+  for (const ToolVoxel& v : all) rim = std::max(rim, std::hypot(v.p.x, v.p.y) - static_cast<float>(voxels.edge));
   const std::size_t padded = (count + kBlock - 1) / kBlock * kBlock;
   for (std::size_t i = 0; i < padded; ++i) {
     const ToolVoxel& v = all[std::min(i, count - 1)];
@@ -403,6 +414,7 @@ EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / v
     ability.push_back(v.ability);
     inverse_ability.push_back(v.ability > 0 ? 1 / v.ability : 0);
     r.push_back(std::hypot(v.p.x, v.p.y));
+    in_bone.push_back(r.back() > rim ? -static_cast<float>(kWaves) : 0.0f);
   }
 }
 

@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::implant {
 
-/// Arrays with one element per tool voxel: the first ToolVoxels::ahead voxels of ToolVoxels::outer, which touch bone
-/// first. Padding fills the last block of kBlock voxels; it never has contact.
+/// Arrays with one element per tool voxel: the first ToolVoxels::ahead voxels of ToolVoxels::outer. Padding fills the
+/// last block of kBlock voxels; it never has contact.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
@@ -30,9 +30,9 @@ struct EndVoxels {
   std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
   std::vector<float> ability, inverse_ability;  // cutting ability 0..1, and its reciprocal (0 for 0)
   std::vector<float> r;                         // m, distance from the axis
-  std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // area of the tool's whole end divided by the area that the stored voxels represent
-  double fraction = 1;
+  // voxels (tissue); a tool voxel touches bone only if the distance from bone ahead of it is below this
+  std::vector<float> in_bone;
+  std::size_t count = 0;  // number of stored voxels, without the padding voxels
 };
 
 /// Parameters of the cutting law in this tick. SI.

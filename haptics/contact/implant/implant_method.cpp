@@ -59,7 +59,6 @@ void describe_torque(Keys& keys, Parameters& p) {
 SharedContactMethod read(Keys& keys) {
   Parameters p;
   keys("tool_voxel_mm", p.tool_voxel, {0.02, 0.5, kMillimetre}, "size of the tool's voxels");
-  keys("layers", p.layers, {1, 2}, "number of layers of tool voxels");
   keys("centre_tolerance_mm", p.centre_tolerance, {0.05, 3, kMillimetre},
        "largest distance of an entering tip from the bed's axis and from its entry");
   keys("radius_tolerance_mm", p.radius_tolerance, {0, 1, kMillimetre},

@@ -25,7 +25,6 @@ struct Bed {
 struct Parameters {
   // m, edge of a tool voxel. Zhao 2020: 0.06 mm for a tool of 4.2 × 12 mm.
   double tool_voxel = 0.06e-3;
-  int layers = 2;  // number of layers of tool voxels (Zhao 2020: "1~2")
   // m; criterion 1 for entering a drilled hole: largest distance of the tip from the axis, and largest depth of the tip
   double centre_tolerance = 0.5e-3;
   // m; criterion 1 for entering a drilled hole: largest height of the tip above the entry (the rim stops wide tools)

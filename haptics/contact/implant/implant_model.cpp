@@ -37,7 +37,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
     : OffsetModel(settings), parameters_(parameters), beds_(parameters.beds) {
   beds_.reserve(kMaxBeds);
   for (const Tool& tool : tool_set(settings)) {
-    voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
+    voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel) : ToolVoxels{});
     ends_.emplace_back(voxels_.back(), voxel());
   }
   law_.voxel = voxel();

@@ -17,7 +17,7 @@ constexpr int kNear = 4;
 constexpr int kParts = 8;           // number of parts of a voxel's edge for this average of 1/r
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // tool voxels, depth below the surface at which a second normal is computed
-constexpr double kWithin = 0.05;
+constexpr double kWithin = 0.005;
 // a rim is sharp if the cosine between the normals on the surface and at the depth kWithin is smaller than this
 constexpr double kSmooth = 0.97;
 
@@ -45,19 +45,19 @@ double ability_of(const Tool& tool, const dvec3& p, const dvec3& n) {
 
 }  // namespace
 
-ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
+ToolVoxels make_tool_voxels(const Tool& whole, double edge) {
   Tool tool = whole;
   if (tool.implant && tool.implant->threaded()) tool.diameter = tool.implant->core_diameter;
   const HeadField head(tool, 1.0);
-  const double half_layer = layers * edge / 2, reach = tool.radius() + half_layer;
-  const int across = static_cast<int>(std::ceil(reach / edge)), below = layers;
-  const int above = static_cast<int>(std::ceil(2 * tool.half() / edge)) + layers;
+  const double half_layer = edge / 2, reach = tool.radius() + half_layer;
+  const int across = static_cast<int>(std::ceil(reach / edge)),
+            above = static_cast<int>(std::ceil(2 * tool.half() / edge)) + 1;
   ToolVoxels voxels;
   voxels.edge = edge;
   std::vector<ToolVoxel> others;
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
-      for (int z = -below; z <= above; ++z) {
+      for (int z = -1; z <= above; ++z) {
         // Layers of tool voxels along the axis; a flat end lies half-way between two layers.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
@@ -74,16 +74,14 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         voxel.p = glm::vec3(p);
         voxel.n = glm::vec3(n);
         voxel.outside = static_cast<float>(outside);
-        voxel.area = static_cast<float>(edge * edge / layers);
+        voxel.area = static_cast<float>(edge * edge);
         voxel.inverse_r = static_cast<float>(mean_inverse_r(on_surface.x, on_surface.y, edge));
         voxel.ability = static_cast<float>(ability_of(whole, on_surface, n));
-        const bool ahead = -n.z > kFacingEnd && outside > 0;
-        (ahead ? voxels.outer : others).push_back(voxel);
+        (-n.z > kFacingEnd ? voxels.outer : others).push_back(voxel);
       }
     }
   }
   voxels.ahead = voxels.outer.size();
-  voxels.ahead_fraction = layers == 1 ? 1 : 0.5;
   voxels.outer.insert(voxels.outer.end(), others.begin(), others.end());
   return voxels;
 }

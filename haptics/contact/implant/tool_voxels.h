@@ -21,19 +21,17 @@ struct ToolVoxel {
   float ability;    // cutting ability 0..1; 0: cannot cut
 };
 
-/// All voxels of a tool. The inner voxels of Zhao 2020 are not needed, because haptics/sweep.h removes tissue.
+/// All voxels of a tool, one layer. The inner voxels of Zhao 2020 are not needed: haptics/sweep.h removes tissue, and a
+/// tool voxel touches bone up to a bone voxel away.
 struct ToolVoxels {
   std::vector<ToolVoxel> outer;  // the voxels of the tool's end come first
-  // Number of voxels at the end whose centres are outside the head; these touch bone first.
-  std::size_t ahead = 0;
-  double edge = 0;  // m, edge length of a voxel
-  // fraction of the end's area that the first `ahead` voxels represent; the end's other voxels represent the rest
-  double ahead_fraction = 1;
+  std::size_t ahead = 0;         // number of voxels of the tool's end
+  double edge = 0;               // m, edge length of a voxel
 };
 
-/// Makes the voxels of a tool. `edge`: m; `layers`: shell's thickness in voxels. A threaded tool has only voxels of its
-/// core, because the thread moves in its groove. Cutting ability: from "implant" in the tool's file, otherwise 1.
-ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
+/// Makes the voxels of a tool. `edge`: m. A threaded tool has only voxels of its core, because the thread moves in its
+/// groove. Cutting ability: from "implant" in the tool's file, otherwise 1.
+ToolVoxels make_tool_voxels(const Tool& tool, double edge);
 
 /// Force and torque on the tool, divided by the feed speed, in frame T about its origin.
 struct CuttingWrench {
