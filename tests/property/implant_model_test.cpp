@@ -499,41 +499,92 @@ TEST(ImplantModel, ABedDefinedInTheSceneWorksFromTheFirstTick) {
   EXPECT_NEAR(s.depth(), 4e-3, 0.1e-3);
 }
 
+/// Force (N) by which the hand's motion in one tick may change the force of spring and damper. A rotation of the hand
+/// moves the end of the tool.
+double effect_of(const ImplantSession& s, const Pose& last, double damping) {
+  const double path = glm::length(s.tick.X_WT.p - last.p) + s.half() * rotation_angle(s.tick.X_WT.R, last.R);
+  return s.stiffness * path + damping * path / s.period;
+}
+
 /// Hands that enter and leave beds in unusual ways. In a tick in which the state switches, the force differs from that
-/// of the previous tick by at most the effect of the hand's own motion plus 0.02 N.
+/// of the previous tick by at most the effect of the hand's own motion plus 0.02 N. A tilting tool may hop on the rim
+/// before it enters, so the step of the tick before the switch is added.
 TEST(ImplantModel, NoSwitchOfStateCausesAForceStep) {
-  for (const std::uint64_t seed : {1, 2}) {
-    ImplantSession s;
-    pilot(s, 4);
+  struct Case {
+    std::uint64_t seed;
+    double rate, damping;
+  };
+  for (const Case& c :
+       {Case{1, 1000, 0}, Case{2, 1000, 0}, Case{3, 500, 3}, Case{4, 2000, 3}, Case{5, 4000, 3}, Case{6, 4000, 0}}) {
+    ServoSettings settings = implant_settings();
+    settings.tick = 1 / c.rate, settings.damping = c.damping;
+    ImplantSession s(bone_block(), settings);
+    s.take(kPilot);
+    s.land();
+    ASSERT_TRUE(s.drill(4, 3, 300000));
     s.withdraw();
-    s.take(seed % 2 == 0 ? kGauge22 : kTwist28);
-    std::mt19937_64 random(seed);
+    s.take(c.seed % 2 == 0 ? kGauge22 : kTwist28);
+    std::mt19937_64 random(c.seed);
     const auto any = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     dvec3 p(0, 0, 3), goal = p, force(0), tilt(0), tilt_goal(0);  // mm, N, rad about x and y
     Pose last = s.tick.X_WT;
     std::uint32_t level = kHigh;
     int switches = 0;
-    for (int i = 0; i < 12000; ++i) {
-      if (i % 300 == 0) {
-        goal = dvec3(any(-0.6, 0.6), any(-0.6, 0.6), i / 300 % 2 == 0 ? any(-5, -0.5) : any(0.2, 2));
+    double before = 0;  // N, step of the force in the last tick
+    const int per_goal = static_cast<int>(0.3 * c.rate);
+    for (int i = 0; i < 40 * per_goal; ++i) {
+      if (i % per_goal == 0) {
+        goal = dvec3(any(-0.6, 0.6), any(-0.6, 0.6), i / per_goal % 2 == 0 ? any(-5, -0.5) : any(0.2, 2));
         tilt_goal = 9 * kDegree * dvec3(any(-0.7, 0.7), any(-0.7, 0.7), 0);
       }
-      p += 0.01 * (goal - p);
-      tilt += 0.01 * (tilt_goal - tilt);
+      p += 10 / c.rate * (goal - p);
+      tilt += 10 / c.rate * (tilt_goal - tilt);
       const double angle = glm::length(tilt);
       const dquat R = angle > 0 ? glm::angleAxis(angle, tilt / angle) : dquat(1, 0, 0, 0);
-      s.tip_at(p, i % 1000 < 600 ? 1 : 0, R);
-      const bool high = s.tick.level == kHigh, was_high = level == kHigh;
-      if (high != was_high) {
+      s.tip_at(p, std::fmod(i / c.rate, 1) < 0.6 ? 1 : 0, R);
+      if ((s.tick.level == kHigh) != (level == kHigh)) {
         ++switches;
-        // A rotation of the hand moves the end of the tool. On a rim it lifts the end by more.
-        const double hand =
-            s.stiffness * (glm::length(s.tick.X_WT.p - last.p) + s.half() * rotation_angle(s.tick.X_WT.R, last.R));
-        EXPECT_LE(glm::length(s.tick.f_T_W - force), 0.02 + 1.5 * hand) << "seed " << seed << " tick " << i;
+        // On a rim, a rotation of the hand lifts the end by more.
+        EXPECT_LE(glm::length(s.tick.f_T_W - force), 0.02 + 1.5 * effect_of(s, last, c.damping) + before)
+            << "seed " << c.seed << ", " << c.rate << " Hz, tick " << i;
       }
+      before = glm::length(s.tick.f_T_W - force);
       level = s.tick.level, force = s.tick.f_T_W, last = s.tick.X_WT;
     }
-    EXPECT_GT(switches, 10) << seed;
+    EXPECT_GT(switches, 10) << c.seed;
+  }
+}
+
+TEST(ImplantModel, ASteadyHandFeelsNoStepWhenAGaugeEntersItsBedFromTheRimAndSlidesInIt) {
+  for (const auto& [rate, gauge_mm] :
+       {std::pair{500.0, 2.35}, {500.0, 1.7}, {1000.0, 2.2}, {2000.0, 1.7}, {4000.0, 2.3}}) {
+    {
+      std::vector<Tool> tools = implant_tools();
+      tools[kGauge22] = implant_tool("gauge", gauge_mm, 10, R"({"kind": "gauge"})");
+      ServoSettings settings = implant_settings(R"("implant")", tools);
+      settings.tick = 1 / rate, settings.stiffness = 1000, settings.damping = 2;
+      ImplantSession s(bone_block(0.2, 0.3), settings);
+      s.take(kPilot);
+      s.land();
+      ASSERT_TRUE(s.drill(5, 3, 300000));
+      s.withdraw();
+      s.take(kGauge22);
+      Pose last;
+      dvec3 force(0);
+      double worst = 0;  // N, largest step beyond the effect of the hand's own motion
+      int in_bed = 0;
+      for (double t = 0; t < 2.5; t += s.period) {
+        const double down = t < 0.4 ? 1 - 3 * t : t < 1.2 ? -0.2 - 4 * (t - 0.4) : -3.4 - std::sin(4 * (t - 1.2));
+        s.tip_at({0.08 + (t < 1.2 ? 0 : 0.1 * std::sin(5 * (t - 1.2))), -0.05, down});
+        if (t > s.period) {
+          worst = std::max(worst, glm::length(s.tick.f_T_W - force) - effect_of(s, last, settings.damping));
+        }
+        in_bed += s.tick.level != kHigh;
+        last = s.tick.X_WT, force = s.tick.f_T_W;
+      }
+      EXPECT_LT(worst, 0.02) << gauge_mm << " mm, " << rate << " Hz";
+      EXPECT_GT(in_bed * s.period, 1.3) << gauge_mm;
+    }
   }
 }
 

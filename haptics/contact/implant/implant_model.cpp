@@ -15,6 +15,7 @@ constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as 
 constexpr double kAtPlace = 2e-6;
 // The tip counts as touching if the cosine between contact force and tool axis is larger than this.
 constexpr double kTipContactCosine = 0.5;
+constexpr double kArrived = 1e-7;        // m; a proxy that moves by itself to a place nearer than this is put there
 constexpr double kThreadGrips = 0.2e-3;  // m, depth of the tip at which a thread engages
 // m; an implant counts as seated if it is nearer than this to its final depth or to the bottom of the bed
 constexpr double kSeated = 0.05e-3;
@@ -163,9 +164,22 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
+/// Largest motion (m) in this tick of a proxy that moves by itself to a place `left` m away: it changes the force of
+/// spring and damper by at most switch_slew. `speed`: m/s of this motion; updated.
+double ImplantModel::own_step(const ContactInput& in, double left, double& speed) const noexcept {
+  const double k = stiffness(in), b = settings_.damping, slew = parameters_.switch_slew;
+  if (b > 0) {
+    // Half of the change for the spring, half for the damper, whose force follows the speed.
+    speed = std::min({0.5 * slew / k, speed + 0.5 * slew / b * in.dt, left / std::max(b / k, in.dt)});
+  } else {
+    speed = slew / k;
+  }
+  return left < kArrived ? left : speed * in.dt;
+}
+
 /// Reduces the pose's jump (offset_, turn_) that remains from entering or leaving a bed, and adds it to the pose.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
-  const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
+  const double length = glm::length(offset_), most = own_step(in, length, offset_speed_);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
   const dvec3 turn = rotation_vector(dquat(1, 0, 0, 0), turn_);
   const double angle = glm::length(turn), max_turn = parameters_.turn_slew * in.dt;
@@ -266,6 +280,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   bed_ = bed;
   tip_ = entered_ = tip;
   easing_ = true;
+  easing_speed_ = offset_speed_ = 0;
   axial_ = {};
   torque_ = 0;
   const dquat R = turned_into(beds_[bed], R_hand);
@@ -282,6 +297,7 @@ void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   OffsetModel::release();
   turn_ = glm::normalize(last_.R * glm::conjugate(in.X_WT.R));
   blended_ = switched_ = true;
+  offset_speed_ = 0;
   if (!beds_[bed_].bore && beds_[bed_].depth < parameters_.min_depth && bed_ + 1 == beds_.size() &&
       beds_.size() > parameters_.beds.size()) {
     beds_.pop_back();
@@ -348,9 +364,11 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
 /// Limits the step by switch_slew after the tool has entered a bed, until it drills or has caught up with the hand.
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
-  const double own = glm::dot(in.moved, bed.axis_W), max_step = parameters_.switch_slew * in.dt / stiffness(in);
+  // First the tool comes to the bed's axis (offset_), then it follows the hand along the axis.
+  const double max_step = offset_ == dvec3(0) ? own_step(in, std::abs(wanted), easing_speed_) : 0;
+  const double own = glm::dot(in.moved, bed.axis_W);
   const double slow = std::clamp(step, std::min(own, 0.0) - max_step, std::max(own, 0.0) + max_step);
-  if (std::abs(wanted - slow) <= max_step) easing_ = false;
+  if (max_step > 0 && std::abs(wanted - slow) <= 0.5 * parameters_.switch_slew * in.dt / stiffness(in)) easing_ = false;
   return slow;
 }
 

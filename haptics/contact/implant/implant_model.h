@@ -74,6 +74,7 @@ class ImplantModel final : public offset::OffsetModel {
   double eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept;
   double screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept;
   double thread_torque(const Bed& bed, double tip) const noexcept;
+  double own_step(const ContactInput& in, double left, double& speed) const noexcept;
   void blend(const ContactInput& in, Contact& out, const Pose& state) noexcept;
 
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept override;
@@ -105,7 +106,8 @@ class ImplantModel final : public offset::OffsetModel {
   bool placed_ = false;     // true: an implant was placed; the hand holds nothing
 
   // m, jump of the position when the tool last entered or left a bed; added to the pose, and decreases to zero.
-  dvec3 offset_{0};  // m
+  dvec3 offset_{0};                             // m
+  double offset_speed_ = 0, easing_speed_ = 0;  // m/s, speeds at which offset_ decreases and the tool catches up
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
   bool blended_ = false;   // true: offset_ or turn_ was not zero in the last tick
