@@ -15,6 +15,7 @@ constexpr double kMinSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as 
 constexpr double kAtPlace = 2e-6;
 // The tip counts as touching if the cosine between contact force and tool axis is larger than this.
 constexpr double kTipContactCosine = 0.5;
+constexpr int kMaxSteps = 8;             // largest number of steps of a tool in a tick (Zhao 2020, eq. 11)
 constexpr double kArrived = 1e-7;        // m; a proxy that moves by itself to a place nearer than this is put there
 constexpr double kThreadGrips = 0.2e-3;  // m, depth of the tip at which a thread engages
 // m; an implant counts as seated if it is nearer than this to its final depth or to the bottom of the bed
@@ -354,9 +355,17 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   const double drag = parameters_.sliding_drag + (wanted > 0 ? scan_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
-  const double step =
-      eased(in, bed, wanted,
-            allowed_step(moved, scan_.free, parameters_.steps * voxel(), scan_.collided > 0, parameters_.as_printed));
+  const double longest = parameters_.steps * voxel();
+  double step = allowed_step(moved, scan_.free, longest, scan_.collided > 0, parameters_.as_printed);
+  // Eq. 11: several steps in a tick, while the tool touches nothing.
+  for (int i = 1; i < kMaxSteps && scan_.engaged <= 0 && std::abs(step) >= i * longest; ++i) {
+    const Pose ahead{tool_in_bed(bed, tip_ + step).p, here.R};
+    if (!patch_holds(ahead.p)) break;
+    const EndScan next = step > 0 ? scan_ahead(ahead, cuts, in.spindle) : EndScan{};
+    if (next.engaged > 0) break;
+    step += allowed_step(moved - step, next.free, longest, false, parameters_.as_printed);
+  }
+  step = eased(in, bed, wanted, step);
   axial_.speed = step / in.dt;
   return step;
 }
