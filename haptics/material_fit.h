@@ -24,7 +24,8 @@ struct FeedSample {
 
 struct FitOptions {
   /// Step size of the fit (η of paper S2, eq. 14), density per newton, for the whole curve. 0: chosen so that a step
-  /// removes at most the fraction `relaxation` of the difference between simulated and measured force.
+  /// removes at most the fraction `relaxation` of the difference between simulated and measured force; halved, and the
+  /// pass repeated, whenever a pass over the curve increases the error.
   double eta = 0;
   // Upper limit of η g Σw² (paper S2, eq. 14; g: simulated force per mean density; w: weights of the spheres). The fit
   // converges between 0 and 2. η is the same for all moments; otherwise moments of little contact would dominate.

@@ -1,9 +1,12 @@
 // Tests `typodont pack` as users run it: the program, its files, and its exit statuses.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "engine/base/json.h"
+#include "engine/base/units.h"
 #include "engine/session/packing_file.h"
 #include "tests/support/program.h"
 
@@ -154,6 +157,33 @@ TEST_F(FitMaterial, ARecordedForceCurveGivesDensitiesForTheSceneAndAPlot) {
   EXPECT_EQ(seed.status, 2);
   EXPECT_THAT(seed.err, AllOf(HasSubstr("m.json"), HasSubstr("seed")));
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+TEST_F(FitMaterial, ATableOfTheSevenDocumentedColumnsFromOtherCodeGivesTheHardnessOfItsBone) {
+  // A machine moves a ball of radius R into bone at 0.1 mm/s; a cap of radius a has the volume rate pi a² v.
+  const std::string block = folder.write("machine.json", R"({"name": "machine", "tissue": {"voxel_mm": 0.3, "solids": [
+      {"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [9, 9, 5]}}}]},
+      "tool": {"shape": "sphere", "diameter_mm": 6, "cutting_coefficient": 0.25}, "spindle_krpm": 1.3,
+      "materials": {"cancellous_bone": {"specific_energy_J_per_mm3": 3}}, "model": {"packing": {"spheres": 500}}})");
+  constexpr double kR = 3, kFeed = 0.1, kHardness = 1.6;  // mm, mm/s
+  const double newtons_per_watt = 1 / (0.25 * kR * 1e-3 * 1300 * 2 * kPi / 60);
+  std::string table = "t_s,tool_x_mm,tool_y_mm,tool_z_mm,force_x_N,force_y_N,force_z_N\n";
+  for (int i = 0; i <= 2500; ++i) {
+    const double t = 0.01 * i, z = 2.5 + kR + 0.1 - kFeed * t, deep = std::max(0.0, 2.5 + kR - z);
+    const double rate = kPi * deep * (2 * kR - deep) * kFeed;  // mm³/s
+    table += fmt::format("{},0.4,-0.2,{},0,0,{}\n", t, z, kHardness * 3 * rate * newtons_per_watt);
+  }
+  const auto ran = folder.run("fit-material " + folder.write("machine.csv", table) + " --scene " + block +
+                              " --json --out " + folder / "m.json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json material = Json::load(folder / "m.json");
+  // Equation 14 changes a sphere by its part of the overlap, so spheres at the rim keep the hardness of the start, 1.
+  std::vector<double> hardness;
+  for (const Json& each : material["hardness"].items()) hardness.push_back(each.number());
+  std::sort(hardness.begin(), hardness.end());
+  EXPECT_NEAR(hardness[hardness.size() * 3 / 4], kHardness, 0.15 * kHardness);
+  const Json error = Json::parse(ran.out, "summary")["mean_square_error_N2"];
+  EXPECT_LT(error.items().back().number(), 0.01 * error.items().front().number());
 }
 
 TEST_F(FitMaterial, ACurveWithoutContactAndADivergingStepAreRefusedWithAReasonAndLeaveNoFile) {

@@ -106,7 +106,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   fit.seed = packing.seed, fit.tissue_hash = packing.tissue_hash;
   double steepest = 0;  // N per unit of density; largest over all intervals
   for (const Moment& m : moments) steepest = std::max(steepest, stability_of(m.overlap, m.gain, 1));
-  const double eta = options.eta > 0 ? options.eta : options.relaxation / steepest;
+  double eta = options.eta > 0 ? options.eta : options.relaxation / steepest;
   fit.stability = eta * steepest;
   if (!(fit.stability < 2)) {
     throw Error(std::string(curve), "eta",
@@ -127,17 +127,23 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) sum += std::pow(m.measured - simulated(m), 2);
     return sum / static_cast<double>(moments.size());
   };
+  fit.error.push_back(mean_square());
   for (int round = 0; round < options.rounds; ++round) {
-    fit.error.push_back(mean_square());
+    const std::vector<double> before = rho;
     for (const Moment& m : moments) {
       adjust_densities(m.overlap, m.gain, eta, m.measured, rho);
       // Densities are at least zero, which means no resistance.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }
+    // Each moment's step may be stable and the pass still get worse, because moments share spheres and a curve that no
+    // densities give exactly pulls them in different directions. Then half of the step is enough.
+    const double error = mean_square();
+    const bool worse = options.eta <= 0 && error > fit.error.back();
+    if (worse) rho = before, eta /= 2;
+    fit.error.push_back(worse ? fit.error.back() : error);
     if (options.progress) options.progress(static_cast<double>(round + 1) / options.rounds);
   }
-  fit.error.push_back(mean_square());
   if (fit.error.back() > fit.error.front()) {
     throw Error(
         std::string(curve), "eta",
