@@ -417,7 +417,8 @@ def models(rows, origin, docs):
     page += "## Walls\n\n" + paragraph(
         """A bur drills through the sheet of 0.3 mm; the first columns state the time until the breakthrough, and the
         largest force after it. Hands move through sheets of 0.2, 0.5 and 1 mm, by 1 or 20 mm per tick; the other
-        columns state the % of hands that escape (no force pulls them back).""") + "\n\n"
+        columns state the % of hands that escape (no force pulls them back). These sheets are 14 mm wide, so no hand
+        goes around the edge.""") + "\n\n"
     page += table(["model", "time, s", "force behind, N", *(f"{s.split()[2]} mm, by {k} mm" for s in SHEETS for k in (1, 20))],
                   walls)
     surfaces = {case.split("/")[-1]: row for case, row in rows.items() if case.startswith("surface/ball/offset/")}

@@ -96,11 +96,11 @@ std::vector<ModelTissue> analytic_tissues() {
   return all;
 }
 
-ModelTissue sheet_tissue(double thickness_mm) {
+ModelTissue sheet_tissue(double thickness_mm, double width_mm) {
   const double half = 0.5 * thickness_mm * kMillimetre;
   return {fmt::format("sheet of {:g} mm", thickness_mm),
-          ExactShape::triangles(box(3.0_mm, 3.0_mm, half)),
-          sampled(fmt::format(R"({{"box": {{"size_mm": [6, 6, {:g}]}}}})", thickness_mm)),
+          ExactShape::triangles(box(0.5 * width_mm * kMillimetre, 0.5 * width_mm * kMillimetre, half)),
+          sampled(fmt::format(R"({{"box": {{"size_mm": [{0:g}, {0:g}, {1:g}]}}}})", width_mm, thickness_mm)),
           dvec3(0, 0, half + kProbeRadius + 0.5_mm),
           around,
           false};

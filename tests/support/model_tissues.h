@@ -33,8 +33,8 @@ struct ModelTissue {
 /// Returns the tissues with simple shapes: "ball", "torus", "box edges", "thin sheet", "groove".
 std::vector<ModelTissue> analytic_tissues();
 
-/// Returns a sheet of 6 × 6 mm. Its name is, for example, "sheet of 0.2 mm".
-ModelTissue sheet_tissue(double thickness_mm);
+/// Returns a square sheet. Its name is, for example, "sheet of 0.2 mm".
+ModelTissue sheet_tissue(double thickness_mm, double width_mm = 6);
 /// Returns a tissue with this exact surface. The hand starts above `start`, a point on the mesh. `make` and
 /// `voxels_mm`: as in ModelTissue.
 ModelTissue mesh_tissue(const std::string& name, const TissueMesh& mesh, std::function<TissueVolume(double)> make,
