@@ -26,23 +26,24 @@ enum class Removal {
 };
 
 /// A cut sphere: `base` is the sphere before the current cut, from which eq. 6 of paper S2 computes the current sphere.
-/// Ten doubles, as in the shaders.
+/// Twelve doubles, as in the shaders.
 struct CutSphere {
   dvec3 base{0};           // m, frame W, centre before the current cut
   double base_radius = 0;  // m, radius of the sphere `base`
-  // Volume that `base` represents, including its part of the gaps between spheres, m³.
-  double base_volume = 0;
+  double volume = 0;       // m³, remaining volume, including the sphere's part of the gaps between spheres
   // Unit vector from the nearest point of the cutting path to the base's centre.
   dvec3 away{0};
   // Largest overlap with the base, m; at 2 · base_radius the sphere is gone.
   double overlap = 0;
-  double tool = 0;  // m, radius of the tool sphere that cut
+  double tool = 0;          // m, radius of the tool sphere that cut
+  double whole_radius = 0;  // m, radius before all cuts
+  double whole_volume = 0;  // m³, `volume` before all cuts
 
   bool operator==(const CutSphere&) const = default;
   double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }
   dvec3 center() const { return base + 0.5 * overlap * away; }
 };
-static_assert(sizeof(CutSphere) == 10 * sizeof(double));
+static_assert(sizeof(CutSphere) == 12 * sizeof(double));
 
 }  // namespace packing
 
@@ -61,6 +62,7 @@ struct RestingBall {
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;
+  double curve = 0;  // m, packing::ToolSpheres::curve
 };
 
 /// Earliest contact; at equal times, the one with the lowest `ball`, then the lowest `sphere`.

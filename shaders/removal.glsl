@@ -1,19 +1,19 @@
 // Pass 3 of sphere packings (paper S2 in docs/papers.md, eq. 6): computes the part of a sphere that remains after a
-// ball's cut. Same computation as SphereTissue::after_cut() and SphereTissue::counted().
+// ball's cut. Same computation as SphereTissue::after_cut() and SphereTissue::left_of().
 
-// Returns the volume (m³) that a sphere represents, including its part of the gaps between the spheres.
-double counted(Sphere s) {
+// Returns the volume (m³) that a cut leaves of a sphere, with its part of the gaps between the spheres.
+double left_of(Sphere s, double curve) {
   double r = radius_of(s);
   precise double least = kMin * s.base_radius;
   if (!(r > least)) return 0.0LF;
-  if (!(s.overlap > 0.0LF)) return s.base_volume;
-  double base = ball_volume(s.base_radius);
+  double base = ball_volume(s.whole_radius);
   if (pass.printed != 0u) {
-    precise double left = s.base_volume * ball_volume(r) / base;
+    precise double left = s.whole_volume * ball_volume(r) / base;
     return left;
   }
-  precise double apart = s.tool + s.base_radius - s.overlap;
-  precise double left = s.base_volume * (1.0LF - lens_volume(s.tool, s.base_radius, apart) / base);
+  precise double deep = 2.0LF * (s.whole_radius - s.base_radius) + s.overlap;
+  precise double apart = curve + s.whole_radius - deep;
+  precise double left = s.whole_volume * (1.0LF - lens_volume(curve, s.whole_radius, apart) / base);
   return left;
 }
 
@@ -48,7 +48,8 @@ bool after_cut(inout Sphere s, Ball ball) {
   if (s.overlap > 0.0LF &&
       (dot3(away, dvec3(s.ax, s.ay, s.az)) < kSameSide || ball.r != s.tool || !(overlap > s.overlap))) {
     dvec3 center = center_of(s);
-    s = Sphere(center.x, center.y, center.z, radius_of(s), counted(s), 0.0LF, 0.0LF, 0.0LF, 0.0LF, 0.0LF);
+    s = Sphere(center.x, center.y, center.z, radius_of(s), s.volume, 0.0LF, 0.0LF, 0.0LF, 0.0LF, 0.0LF,
+               s.whole_radius, s.whole_volume);
     overlap = overlap_of(a, b, ball.r, center, s.base_radius, away);
   }
   if (!(overlap > kTouching)) return false;
@@ -58,5 +59,7 @@ bool after_cut(inout Sphere s, Ball ball) {
   s.ay = away.y;
   s.az = away.z;
   s.tool = ball.r;
+  double left = left_of(s, ball.curve);
+  s.volume = left < s.volume ? left : s.volume;
   return true;
 }

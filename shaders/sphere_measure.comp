@@ -21,7 +21,7 @@ void main() {
     for (uint k = 0u; k < pass.balls; ++k) {
       Sphere cut = s;
       if (!is_near(s, balls[k]) || !after_cut(cut, balls[k])) continue;
-      precise double taken = counted(s) - counted(cut);
+      precise double taken = s.volume - cut.volume;
       s = cut;
       uint at = atomicAdd(count, 1u);
       if (at < pass.capacity) overlaps[at] = Overlap(k, i, taken);

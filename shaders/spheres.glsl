@@ -4,12 +4,12 @@
 
 // Same layout as CutSphere in haptics/sphere_passes.h.
 struct Sphere {
-  double bx, by, bz, base_radius, base_volume, ax, ay, az, overlap, tool;
+  double bx, by, bz, base_radius, volume, ax, ay, az, overlap, tool, whole_radius, whole_volume;
 };
 // A ball of the tool with the radius r. It moves from a to b; in pass 1, b is the displacement from a instead. Only
 // spheres near the line from a to n are examined; n lies at b or beyond it.
 struct Ball {
-  double ax, ay, az, bx, by, bz, nx, ny, nz, r;
+  double ax, ay, az, bx, by, bz, nx, ny, nz, r, curve;
 };
 struct Overlap {
   uint ball, sphere;

@@ -1,5 +1,5 @@
 typodont_test(unit_packing KIND unit SOURCES unit/packing_file_test.cpp LIBS typodont_session)
-typodont_test(property_packing KIND property SOURCES property/packing_test.cpp property/packing_collision_test.cpp property/packing_removal_test.cpp property/packing_contact_test.cpp property/packing_model_test.cpp property/packing_reaming_test.cpp property/packing_fit_test.cpp LIBS typodont_haptics typodont_import)
+typodont_test(property_packing KIND property SOURCES property/packing_test.cpp property/packing_collision_test.cpp property/packing_removal_test.cpp property/packing_contact_test.cpp property/packing_model_test.cpp property/packing_reaming_test.cpp property/packing_volume_test.cpp property/packing_fit_test.cpp LIBS typodont_haptics typodont_import)
 typodont_test(acceptance_packing KIND acceptance SOURCES acceptance/pack_command_test.cpp LIBS typodont_session)
 target_compile_definitions(acceptance_packing PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_packing typodont)

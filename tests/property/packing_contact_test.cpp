@@ -247,23 +247,6 @@ TEST(SphereProxy, DoesNotCreepWhileItSticks) {
   EXPECT_EQ(proxy.pose().p, where);
 }
 
-TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverWithinATrillionth) {
-  std::mt19937_64 random(3);
-  const SphereTree tree = plane();
-  Tool cylinder;
-  cylinder.shape = HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 4.0_mm;
-  SphereProxy proxy(tool_spheres(cylinder, 40), {});
-  for (int i = 0; i < 50; ++i) {
-    proxy.place(at(0, 0, 4.0_mm));
-    const dquat R = glm::normalize(dquat(1, random_in(random, 0.5)));
-    for (int k = 0; k < 10; ++k) proxy.follow(tree, {dvec3(0, 0, 1.0_mm), R});
-    ASSERT_TRUE(proxy.touches());
-    const dvec3 f = proxy.force(dvec3(0)), torque = proxy.torque(f);
-    ASSERT_LT(glm::length(torque - glm::cross(proxy.contact_point() - proxy.com(), f)), 1e-12);
-    ASSERT_GT(f.z, 0.1);
-  }
-}
-
 /// The tissue that the head cuts stops the head. At the same time the shank touches tissue that is oblique to the
 /// motion.
 TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {

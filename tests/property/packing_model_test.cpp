@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <random>
+#include <string>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -13,12 +15,16 @@
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact_method.h"
 #include "haptics/dense_tissue.h"
+#include "haptics/import/mesh_solid.h"
+#include "haptics/packing.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont::haptics {
 namespace {
 
 using namespace literals;
+
+const ToolMeshReaderRegistration kToolMeshes{read_mesh_solid};
 
 constexpr double kBall = 3.0_mm, kHead = 0.6_mm;
 
@@ -73,6 +79,64 @@ TEST(PackingModel, OnABallTheForceIsTheSpringForceAlongTheNormal) {
   }
   // the surface is uneven, because the spheres have a size of a quarter of a millimetre
   EXPECT_LT(worst, std::sin(25.0_deg));
+}
+
+/// Writes a ball as a closed mesh (STL). All lengths in m; the file's unit is mm.
+std::string ball_mesh(const dvec3& center, double radius) {
+  const std::string file = ::testing::TempDir() + "typodont_ball_off_the_origin.stl";
+  std::ofstream out(file);
+  constexpr int kRings = 24, kSectors = 48;
+  const auto at = [&](int ring, int sector) {
+    const double polar = kPi * ring / kRings, around = 2 * kPi * (sector % kSectors) / kSectors;
+    const dvec3 n(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar));
+    const dvec3 p = (center + radius * n) / 1.0_mm;
+    return fmt::format("vertex {} {} {}\n", p.x, p.y, p.z);
+  };
+  const auto facet = [&](const std::string& a, const std::string& b, const std::string& c) {
+    out << "facet normal 0 0 0\nouter loop\n" << a << b << c << "endloop\nendfacet\n";
+  };
+  out << "solid ball\n";
+  for (int s = 0; s < kSectors; ++s) {
+    for (int r = 0; r < kRings; ++r) {
+      if (r > 0) facet(at(r, s), at(r + 1, s), at(r, s + 1));
+      if (r < kRings - 1) facet(at(r + 1, s), at(r + 1, s + 1), at(r, s + 1));
+    }
+  }
+  out << "endsolid ball\n";
+  return file;
+}
+
+TEST(PackingModel, ASphereOffTheToolsOriginTurnsTheHandWithItsForceTimesItsLever) {
+  const dvec3 center(0.9_mm, -0.5_mm, 1.3_mm);
+  const std::string file = ball_mesh(center, 0.7_mm);
+  for (const double rate : {500.0, 2000.0, 4000.0}) {
+    ServoSettings s = settings(
+        fmt::format(R"({{"packing": {{"spheres": 2500, "tool_spheres": 1, "tool_mesh": {{"file": "{}"}}}}}})", file)
+            .c_str(),
+        false);
+    s.tick = 1 / rate;
+    for (const double turn : {0.0, 0.7, -1.9}) {
+      Session run(s);
+      const dquat R = glm::angleAxis(turn, glm::normalize(dvec3(1, 2, -0.5)));
+      const int ticks = static_cast<int>(0.4 * rate);
+      double least = 0;
+      // The tool's sphere sinks into the ball from above and stays there, while the hand turns to and fro around it.
+      for (int i = 0; i < 2 * ticks; ++i) {
+        const double deep = 0.2_mm * std::min(1.0, 1.0 * i / ticks) - 0.03_mm, swing = 0.05 * std::sin(12.0 * i / rate);
+        const dquat turned = glm::angleAxis(swing, dvec3(0, 1, 0)) * R;
+        run.tick({dvec3(0, 0, kBall + 0.7_mm - deep) - turned * center, turned});
+        least = std::min(least, run.last.energy);
+        if (i < ticks) continue;
+        // From the tool's origin to the contact, which lies near the top of the uneven ball.
+        const dvec3 lever = turned * center - dvec3(0, 0, 0.7_mm), force = run.last.f_T_W;
+        ASSERT_GT(glm::length(force), 0.05) << rate << " Hz, turned by " << turn << ", tick " << i;
+        ASSERT_LT(glm::length(run.last.tau_T_W - glm::cross(lever, force)),
+                  0.15 * glm::length(lever) * glm::length(force))
+            << rate << " Hz, turned by " << turn << ", tick " << i;
+      }
+      EXPECT_GT(least, -1e-9) << rate << " Hz, turned by " << turn;
+    }
+  }
 }
 
 TEST(PackingModel, FarFromTheTissueThereIsNoForce) {

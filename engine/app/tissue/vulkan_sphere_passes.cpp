@@ -41,9 +41,9 @@ constexpr double kRounding = 2e-6;
 // A sphere in the layout of shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
-  double radius = 0;
+  double radius = 0, curve = 0;
 };
-static_assert(sizeof(Ball) == 80);
+static_assert(sizeof(Ball) == 88);
 struct Pass {
   glm::vec4 around;
   double origin[3];
@@ -59,7 +59,7 @@ struct Contact {
 struct Head {
   std::uint32_t count, unused;
 };
-static_assert(sizeof(SphereShare) == 16 && sizeof(SphereChange) == 88);
+static_assert(sizeof(SphereShare) == 16 && sizeof(SphereChange) == 104);
 
 enum Kind { kContact, kOverlap, kMeasure, kRemoval, kKinds };
 
@@ -107,7 +107,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
 
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept override {
     first = {};
-    if (!put(balls, [](const SweptBall& b) { return Ball{b.from, b.motion, b.from + b.motion, b.radius}; }))
+    if (!put(balls, [](const SweptBall& b) { return Ball{b.from, b.motion, b.from + b.motion, b.radius, 0}; }))
       return false;
     const std::size_t groups = run(kContact);
     if (groups == 0) return false;
@@ -122,7 +122,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   }
 
   bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept override {
-    return put(balls, [](const RestingBall& b) { return Ball{b.p, b.p, b.p, b.radius}; }) && list(kOverlap, found);
+    return put(balls, [](const RestingBall& b) { return Ball{b.p, b.p, b.p, b.radius, 0}; }) && list(kOverlap, found);
   }
 
   bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept override {
@@ -236,7 +236,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     return true;
   }
   bool put_cutting(std::span<const CuttingBall> balls) noexcept {
-    return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius}; });
+    return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius, b.curve}; });
   }
 
   /// Runs one pass and waits for its end. Returns the number of workgroups; 0: failed.

@@ -115,7 +115,8 @@ void ComputePasses::put_cutting(const ToolSpheres& tool, const Pose& from, const
                                 const Pose& near_to) noexcept {
   cutting_.clear();
   for (std::size_t t = 0; t < tool.head; ++t) {
-    cutting_.push_back({from * tool.center_T[t], to * tool.center_T[t], near_to * tool.center_T[t], tool.radius[t]});
+    cutting_.push_back(
+        {from * tool.center_T[t], to * tool.center_T[t], near_to * tool.center_T[t], tool.radius[t], tool.curve[t]});
   }
 }
 
@@ -180,7 +181,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
       const dvec3 a = at * tool.center_T[t], b = to * tool.center_T[t];
       const std::size_t near =
           std::min(tissue.tree().near_segment(a, b, tool.radius[t], buffers.changed), buffers.changed.size());
-      joules += tried.add(tissue, std::span(buffers.changed).first(near), a, b, tool.radius[t], one);
+      joules += tried.add(tissue, std::span(buffers.changed).first(near), a, b, tool.radius[t], tool.curve[t], one);
     }
     times.processor += to_seconds(now() - start);
 

@@ -80,8 +80,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (std::size_t k = begin; k < end; ++k) {
       moment.measured += samples[k].force / static_cast<double>(end - begin);
       carve(spheres, tool, samples[k].X_WT, samples[k + 1].X_WT, buffers, [&](Place place, const CutSphere& before) {
-        overlap[spheres.tree().sphere_in(place)] +=
-            spheres.volume_of(before) - spheres.volume_of(spheres.sphere(place));
+        overlap[spheres.tree().sphere_in(place)] += before.volume - spheres.sphere(place).volume;
       });
     }
     double taken = 0;

@@ -39,6 +39,7 @@ CutSphere taken_by_ball(const CutSphere& s, double r) {
   gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
   gone.tool = r;
   gone.overlap = gone.tool + gone.base_radius;
+  gone.volume = 0;
   return gone;
 }
 

@@ -315,7 +315,7 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
     const std::span<const Place> near = std::span(near_).subspan(begin, near_end_[t] - begin);
     const dvec3 a = from * tool.center_T[t], b = to * tool.center_T[t];
-    sum += tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], energy_);
+    sum += tried_.add(snapshot_.spheres, near, a, b, tool.radius[t], tool.curve[t], energy_);
   }
   return sum;
 }
@@ -425,7 +425,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return true;
 }
 
-void PackingModel::feel(const ContactInput&, Contact& out) noexcept {
+void PackingModel::feel(const ContactInput& in, Contact& out) noexcept {
   const auto contacts = proxy().contacts();
   const auto head = static_cast<int>(proxy().tool().head);
   out.turns_tool = turns_matter();
@@ -441,6 +441,9 @@ void PackingModel::feel(const ContactInput&, Contact& out) noexcept {
     out.turn += c.push * glm::cross(c.p_W - out.p_WG, c.n_W);
   }
   if (total > 0) out.lever /= total;
+  // Friction, and a proxy that has not yet followed the hand, also displace the tool: this force acts at the mean
+  // contact (paper S2, eq. 8).
+  if (out.turns_tool) out.turn += glm::cross(out.lever, out.p_WG - in.X_WT.p - out.on_head - out.on_shank);
   if (total > 0) {
     out.tissue = surface_.fraction;
     out.known_tissue = true;

@@ -29,7 +29,7 @@ class PackingModel final : public ContactModel {
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
-  bool turns_matter() const noexcept override { return proxy().tool().radius.size() > 1; }
+  bool turns_matter() const noexcept override { return proxy().tool().turns_matter(); }
   void begin_anew() noexcept override { forget_contact(); }
   void release() noexcept override { forget_contact(); }
   bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;

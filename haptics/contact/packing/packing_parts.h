@@ -78,7 +78,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   for (std::size_t t = 0; t < tool.head; ++t) {
     const std::size_t found = std::min(near(t, std::span(buffers.changed)), buffers.changed.size());
     const std::size_t count = tissue.cut_near(found, X_WA * tool.center_T[t], X_WB * tool.center_T[t], tool.radius[t],
-                                              buffers.changed, buffers.before, removed);
+                                              tool.curve[t], buffers.changed, buffers.before, removed);
     for (std::size_t k = 0; k < count; ++k) keep(buffers.changed[k], buffers.before[k]);
   }
   return removed;

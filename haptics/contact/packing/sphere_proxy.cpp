@@ -451,8 +451,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A single ball at the origin of frame T does not depend on rotation, so the loop can omit rotation.
-  const bool turns = tool_.size() > 1 || arm_[0] > 0;
+  const bool turns = tool_.turns_matter();
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
     for (std::size_t k = 0; k < count; ++k) {
@@ -596,11 +595,6 @@ dvec3 SphereProxy::contact_point() const noexcept {
   dvec3 p(0);
   for (std::size_t k = 0; k < count_; ++k) p += contacts_[k].push / std::max(pushed_, 1e-300) * contacts_[k].p_W;
   return p;
-}
-
-dvec3 SphereProxy::torque(const dvec3& force) const noexcept {
-  if (!touches()) return dvec3(0);
-  return glm::cross(contact_point() - com(), force);
 }
 
 }  // namespace typodont::haptics::packing

@@ -87,11 +87,8 @@ class SphereProxy {
 
   /// Force on the hand in N (paper S2, eq. 7). `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Torque in N·m about the centre of mass, if `force` acts at the contact point (paper S2, eq. 8).
-  dvec3 torque(const dvec3& force) const noexcept;
   /// Mean of the contact points, m, weighted by the pushes of the contacts.
   dvec3 contact_point() const noexcept;
-  dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
   /// Rotation vector between two orientations, rad.
   static dvec3 rotation_angle(const dquat& from, const dquat& to) noexcept;

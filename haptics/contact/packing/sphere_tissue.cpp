@@ -35,7 +35,7 @@ SphereTissue::SphereTissue(const SpherePacking& packing, Removal removal, std::s
     const auto t = static_cast<std::size_t>(packing.tissue[i]);
     const double volume = cell.empty() ? ball_volume(packing.radius[i]) * packing.solid_volume[t] / filled[t] : cell[i];
     const auto place = static_cast<std::size_t>(tree_.place_of(static_cast<int>(i)));
-    spheres_[place] = {packing.center[i], packing.radius[i], volume, {}, 0, 0};
+    spheres_[place] = {packing.center[i], packing.radius[i], volume, {}, 0, 0, packing.radius[i], volume};
     tissue_[place] = packing.tissue[i];
   }
 }
@@ -47,13 +47,13 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume of a sphere with its share of the gaps between spheres, m³.
-double SphereTissue::counted(const CutSphere& s) const noexcept {
+/// Volume that a cut leaves of a sphere, with its share of the gaps between spheres, m³.
+double SphereTissue::left_of(const CutSphere& s, double curve) const noexcept {
   if (gone(s)) return 0;
-  if (!(s.overlap > 0)) return s.base_volume;
-  const double base = ball_volume(s.base_radius);
-  if (removal_ == Removal::kAsPrinted) return s.base_volume * ball_volume(s.radius()) / base;
-  return s.base_volume * (1 - lens_volume(s.tool, s.base_radius, s.tool + s.base_radius - s.overlap) / base);
+  const double base = ball_volume(s.whole_radius);
+  if (removal_ == Removal::kAsPrinted) return s.whole_volume * ball_volume(s.radius()) / base;
+  const double deep = 2 * (s.whole_radius - s.base_radius) + s.overlap;
+  return s.whole_volume * (1 - lens_volume(curve, s.whole_radius, curve + s.whole_radius - deep) / base);
 }
 
 PerTissue SphereTissue::volumes() const noexcept {
@@ -64,7 +64,7 @@ PerTissue SphereTissue::volumes() const noexcept {
 
 /// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if the ball does not
 /// overlap what earlier cuts have left of the sphere.
-bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
+bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r, double curve) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
     const dvec3 off = center - nearest_on(a, b, center);
@@ -75,23 +75,24 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
     // The cut does not continue the last one: the current state becomes the base from which overlaps are measured.
-    s = {s.center(), s.radius(), counted(s), {}, 0, 0};
+    s = {s.center(), s.radius(), s.volume, {}, 0, 0, s.whole_radius, s.whole_volume};
     overlap = overlap_of(s.base, s.base_radius);
   }
   if (!(overlap > kTouching)) return false;
   s.overlap = std::min(overlap, 2 * s.base_radius);
   s.away = away;
   s.tool = r;
+  s.volume = std::min(s.volume, left_of(s, curve));
   return true;
 }
 
 std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                               std::span<CutSphere> before, Removed& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
-  return cut_near(found, a, b, r, changed, before, removed);
+  return cut_near(found, a, b, r, r, changed, before, removed);
 }
 
-std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
+std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, double curve,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
   std::optional<Place> unmended;  // tissue sphere whose bounding boxes must still be updated
@@ -99,8 +100,8 @@ std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec
     const Place place = changed[k];
     CutSphere s = sphere(place);
     const CutSphere was = s;
-    if (!after_cut(s, a, b, r)) continue;
-    count(place, counted(was) - counted(s), removed);
+    if (!after_cut(s, a, b, r, curve)) continue;
+    count(place, was.volume - s.volume, removed);
     if (unmended && !tree_.share_leaf(*unmended, place)) tree_.mend_above(*unmended);
     put(place, s);
     unmended = place;
@@ -112,29 +113,31 @@ std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec
 }
 
 void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
-  count(tree_.place_of(i), volume(i) - counted(after), removed);
+  count(tree_.place_of(i), volume(i) - after.volume, removed);
   set(i, after);
 }
 
 /// Data of eight tissue spheres for SIMD: their states before and after a cut by one ball.
 struct SphereTissue::Lanes {
   static constexpr std::size_t kLeafSize = SphereTree::kLeafSize;
-  double base[3][kLeafSize], base_radius[kLeafSize], base_volume[kLeafSize], away[3][kLeafSize], overlap[kLeafSize],
-      tool[kLeafSize];
-  double new_away[3][kLeafSize], new_overlap[kLeafSize], taken[kLeafSize], protrudes[kLeafSize];
+  double base[3][kLeafSize], base_radius[kLeafSize], volume[kLeafSize], whole_radius[kLeafSize],
+      whole_volume[kLeafSize], away[3][kLeafSize], overlap[kLeafSize], tool[kLeafSize];
+  double new_away[3][kLeafSize], new_overlap[kLeafSize], new_volume[kLeafSize], protrudes[kLeafSize];
   unsigned changes;  // bit mask: spheres that changed and have valid results
   unsigned others;   // bit mask: spheres that after_cut() must compute
 
   void put(std::size_t k, const CutSphere& s) {
     base[0][k] = s.base.x, base[1][k] = s.base.y, base[2][k] = s.base.z;
-    base_radius[k] = s.base_radius, base_volume[k] = s.base_volume;
+    base_radius[k] = s.base_radius, volume[k] = s.volume;
+    whole_radius[k] = s.whole_radius, whole_volume[k] = s.whole_volume;
     away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
     overlap[k] = s.overlap, tool[k] = s.tool;
   }
   /// Copies to `s` the state of sphere `k` after a cut by a ball of radius `r`.
   void take(std::size_t k, double r, CutSphere& s) const {
     s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
-    s.base_radius = base_radius[k], s.base_volume = base_volume[k];
+    s.base_radius = base_radius[k], s.volume = new_volume[k];
+    s.whole_radius = whole_radius[k], s.whole_volume = whole_volume[k];
     s.away.x = new_away[0][k], s.away.y = new_away[1][k], s.away.z = new_away[2][k];
     s.overlap = new_overlap[k], s.tool = r;
   }
@@ -142,25 +145,27 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// SphereTissue::counted() for eight spheres, with bit-identical results. Not for Removal::kAsPrinted.
-TYPODONT_INLINE void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
-                                   D8& volume) {
+/// SphereTissue::left_of() for eight spheres, with bit-identical results. Not for Removal::kAsPrinted.
+TYPODONT_INLINE void left_lanes(const D8& base_radius, const D8& overlap, const D8& curve, const D8& whole_radius,
+                                const D8& whole_volume, D8& left) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
+  const D8 deep = 2.0 * (whole_radius - base_radius) + overlap;
   D8 base, lens;
-  ball_volumes(base_radius, base);
-  lens_volumes(tool, base_radius, tool + base_radius - overlap, lens);
-  const D8 part = base_volume * (1.0 - lens / base);
-  volume = radius > SphereTissue::kMin * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
+  ball_volumes(whole_radius, base);
+  lens_volumes(curve, whole_radius, curve + whole_radius - deep, lens);
+  const D8 part = whole_volume * (1.0 - lens / base);
+  left = radius > SphereTissue::kMin * base_radius ? part : D8{};
 }
 
 /// SphereTissue::after_cut() for eight spheres, with bit-identical results. `others` receives the spheres whose cut
 /// does not continue their last one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
-  D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
+void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r, double curve) {
+  D8 x, y, z, base_radius, volume, whole_radius, whole_volume, away_x, away_y, away_z, overlap, tool;
   read_lanes(x, s.base[0]), read_lanes(y, s.base[1]), read_lanes(z, s.base[2]);
   read_lanes(away_x, s.away[0]), read_lanes(away_y, s.away[1]), read_lanes(away_z, s.away[2]);
-  read_lanes(base_radius, s.base_radius), read_lanes(base_volume, s.base_volume);
+  read_lanes(base_radius, s.base_radius), read_lanes(volume, s.volume);
+  read_lanes(whole_radius, s.whole_radius), read_lanes(whole_volume, s.whole_volume);
   read_lanes(overlap, s.overlap), read_lanes(tool, s.tool);
   const D8 zero{};
   D8 off_x, off_y, off_z;
@@ -173,9 +178,8 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   const D8 deep = r + base_radius - distance, twice = 2.0 * base_radius, deepest = twice < deep ? twice : deep;
   const L8 fresh = overlap <= zero, continued = (to_x * away_x + to_y * away_y + to_z * away_z >= zero + kSameSide) &
                                                 (tool == zero + r) & (deep > overlap);
-  D8 before, after;
-  counted_lanes(base_radius, base_volume, overlap, tool, before);
-  counted_lanes(base_radius, base_volume, deepest, zero + r, after);
+  D8 left;
+  left_lanes(base_radius, deepest, zero + curve, whole_radius, whole_volume, left);
   // Half of an overlap moves the sphere, the other half reduces its radius, so the sphere leaves its old surface.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
@@ -187,13 +191,13 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   s.others = bits_of(~(fresh | continued));
   write_lanes(s.new_away[0], to_x), write_lanes(s.new_away[1], to_y), write_lanes(s.new_away[2], to_z);
   write_lanes(s.new_overlap, deepest);
-  write_lanes(s.taken, before - after);
+  write_lanes(s.new_volume, left < volume ? left : volume);
 }
 
 }  // namespace
 
 double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
-                     const PerTissue& weight) noexcept {
+                     double curve, const PerTissue& weight) noexcept {
   double sum = 0;
   const std::size_t first = count_;
   const auto state = [&](Place place) -> const CutSphere& {
@@ -205,7 +209,7 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     const std::span<const Place> some =
         near.subspan(begin, std::min(near.size() - begin, SphereTissue::Lanes::kLeafSize));
     for (std::size_t k = 0; k < some.size(); ++k) lanes.put(k, state(some[k]));
-    cut_lanes(lanes, a, b, r);
+    cut_lanes(lanes, a, b, r, curve);
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
@@ -215,13 +219,13 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
       if (lanes.others >> k & 1) {
         const CutSphere& before = state(place);
         step.after = before;
-        if (!tissue.after_cut(step.after, a, b, r)) continue;
-        step.taken = tissue.counted(before) - tissue.counted(step.after);
+        if (!tissue.after_cut(step.after, a, b, r, curve)) continue;
+        step.taken = before.volume - step.after.volume;
         step.protrudes = glm::distance(step.after.center(), before.center()) + step.after.radius() - before.radius();
       } else {
         if (!(lanes.changes >> k & 1)) continue;
         lanes.take(k, r, step.after);
-        step.taken = lanes.taken[k];
+        step.taken = lanes.volume[k] - lanes.new_volume[k];
         step.protrudes = lanes.protrudes[k];
       }
       sum += step.taken * tissue.hardness(place) * weight[static_cast<std::size_t>(tissue.tissue(place))];

@@ -50,9 +50,7 @@ class SphereTissue {
   /// Sets a sphere's tissue and hardness, at set-up or painting.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
   /// Volume of sphere i with its share of the gaps between spheres, m³.
-  double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// Volume in m³ of a sphere in the state `s`.
-  double volume_of(const CutSphere& s) const noexcept { return counted(s); }
+  double volume(int i) const noexcept { return sphere(i).volume; }
   /// Remaining volume of each tissue, m³.
   PerTissue volumes() const noexcept;
 
@@ -62,8 +60,9 @@ class SphereTissue {
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Like cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
-  std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
-                       std::span<CutSphere> before, Removed& removed) noexcept;
+  /// `curve`: ToolSpheres::curve of the ball.
+  std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, double curve,
+                       std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept;
   /// Sets a sphere to an earlier state, for undo.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the change to `removed`.
@@ -85,8 +84,8 @@ class SphereTissue {
 
  private:
   friend class TriedCut;
-  double counted(const CutSphere& s) const noexcept;
-  bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
+  double left_of(const CutSphere& s, double curve) const noexcept;
+  bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r, double curve) const noexcept;
   static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kMin * s.base_radius); }
   /// Sets a sphere without updating the bounding boxes above it in the tree.
   void put(Place place, const CutSphere& s) noexcept {
@@ -129,7 +128,7 @@ class TriedCut {
   bool complete() const noexcept { return count_ <= kMaxSteps; }
   /// Adds a ball of radius `r` that moves from a to b. Returns Σ removed volume × hardness × `weight` of its tissue.
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
-             const PerTissue& weight) noexcept;
+             double curve, const PerTissue& weight) noexcept;
 
  private:
   friend class SphereTissue;

@@ -69,7 +69,11 @@ class Rings {
           best_i = i, best_j = j;
         }
       }
-      if (best_i < 0) return {std::move(centers), std::move(radii)};
+      if (best_i < 0) {
+        ToolSpheres head(std::move(centers), std::move(radii));
+        for (std::size_t k = 0; k < head.head; ++k) head.curve[k] += glm::length(glm::dvec2(head.center_T[k]));
+        return head;
+      }
       const std::size_t count = in_ring(best_i, best_j);
       for (std::size_t k = 0; k < count; ++k) {
         const double angle = 2 * kPi * static_cast<double>(k) / static_cast<double>(count);
@@ -136,15 +140,8 @@ class Rings {
 }  // namespace
 
 ToolSpheres::ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii)
-    : center_T(std::move(centers_T)), radius(std::move(radii)), head(radius.size()) {
-  double volume = 0;
-  for (std::size_t i = 0; i < head; ++i) {
-    const double v = std::pow(radius[i], 3);
-    com_T += v * center_T[i];
-    volume += v;
-    head_reach = std::max(head_reach, glm::length(center_T[i]) + radius[i]);
-  }
-  com_T /= volume;
+    : center_T(std::move(centers_T)), radius(std::move(radii)), curve(radius), head(radius.size()) {
+  for (std::size_t i = 0; i < head; ++i) head_reach = std::max(head_reach, glm::length(center_T[i]) + radius[i]);
   reach = head_reach;
 }
 

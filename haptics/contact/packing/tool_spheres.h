@@ -19,13 +19,17 @@ struct ToolSpheres {
 
   std::vector<dvec3> center_T;
   std::vector<double> radius;
+  // m, for each sphere of the head: radius of the head's surface there, for the volume of a cut. In a ring of spheres,
+  // it is the distance from the axis to the surface.
+  std::vector<double> curve;
   // Number of spheres of the head, which come first. The rest belong to shank and safe end.
   std::size_t head = 0;
-  dvec3 com_T{0};         // m, centre of mass for uniform density (S2, eq. 9)
   double reach = 0;       // m from T's origin to the tool's farthest point
   double head_reach = 0;  // m from T's origin to the head's farthest point
 
   std::size_t size() const { return radius.size(); }
+  /// False for a single ball at T's origin, whose contacts do not depend on rotation.
+  bool turns_matter() const { return size() > 1 || center_T[0] != dvec3(0); }
 };
 
 /// A ball is one sphere, any other head up to `spheres` spheres in rings. Shank and safe end: chains on the axis.
