@@ -28,7 +28,7 @@ struct SoundState {
 };
 
 struct SynthOptions {
-  double hold = 0;  // s without a new state, after which contact ends and the drill runs down; 0: never
+  double hold = 0;  // s; if no new state arrives for this time, contact ends and the drill runs down; 0: no limit
   /// Uses models of lower order (sufficient_order()).
   bool lower_order = false;
 };

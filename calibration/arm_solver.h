@@ -17,8 +17,8 @@ struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// Serial arm with the published kinematics of WoodenHaptics and Polhem. Angles of B and C from the vertical; x to the
-/// user, y right, z up. True angle = scale · reading + offset.
+/// Serial arm with the published kinematics of WoodenHaptics and Polhem. The angles of the joints B and C are measured
+/// from the vertical; x points to the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of the links La, Lb, Lc
   // Origin of the haptic frame H relative to the arm's foot, m.

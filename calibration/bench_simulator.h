@@ -14,9 +14,9 @@ struct SimulationOptions {
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
   bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
-  // Largest deviation from the drawings: displacement per axis, m; rotation, rad (doubled for panel, base and eyes).
+  // Largest deviation from the nominal poses: displacement per axis, m; rotation, rad (doubled for panel, base, eyes).
   double placement_error = 0.02;
-  // Felt minus seen position, m.
+  // Position at which the user feels a point minus position at which the user sees it, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
   double delay = 0.0234;  // s, delay of the display relative to the arm
   double touches = 1;     // factor on the usual number of touches in each step
@@ -60,7 +60,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the calibration routine, starting from the drawings. For each step: simulates the captures, then solves.
+/// Runs the calibration routine from the bench's nominal dimensions. For each step: simulates captures, then solves.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

@@ -36,9 +36,9 @@ struct EyesResult {
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
   // Noise of an alignment across the line of sight, and rms of the residuals, m.
   double sigma = 0, rms = 0;
-  std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
-  std::vector<double> residuals;          // m, residual of each alignment of tip and dot
-  std::string not_determined;             // what the alignments of tip and dot do not determine; empty: nothing
+  std::vector<std::size_t> rejected;      // indices of the rejected alignments of stylus tip and screen dot
+  std::vector<double> residuals;          // m, residual of each alignment of stylus tip and screen dot
+  std::string not_determined;             // what the alignments do not determine; empty: they determine all
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
 

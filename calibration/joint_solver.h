@@ -28,8 +28,8 @@ struct JointResult {
   double seconds = 0;
 };
 
-/// Throws Error if there are too few touches of marks, captures of the eyes, or touches with recorded dots. X_WH does
-/// not change, because X_WH defines the frame W.
+/// Throws Error if there are too few captures of one kind: touches of marks, alignments with one eye, or touches for
+/// which both eyes' dots were recorded. X_WH does not change, because X_WH defines the frame W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -62,7 +62,7 @@ inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
 /// Position at which a user sees a point that is drawn at p_W. `believed`: rig that the program assumes. `truth`: the
-/// actual bench.
+/// actual rig.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

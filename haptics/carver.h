@@ -32,8 +32,8 @@ class Carver {
   /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Ends the current stroke and undoes the last one. Returns false if there is none. Afterwards a new snapshot is due.
-  /// Until then, the servo uses its old snapshot. In the new one, it repeats only cuts that the carver lacks.
+  /// Ends the current stroke and undoes the last one; false: there is none. Then a new snapshot is due; until it
+  /// arrives, the servo uses its old one. In the new one, the servo repeats only cuts that the carver has not made yet.
   bool undo();
   /// Redoes the stroke that was undone last. Returns false during a stroke, because its first cut has discarded the
   /// undone strokes.

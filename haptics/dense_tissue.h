@@ -67,8 +67,8 @@ struct DenseTissue {
   }
 };
 
-/// Hardness, one byte per voxel: fraction b / 255 of a tissue's stiffness (Material::stiffness) and specific energy
-/// (Material::specific_energy). Used for soft caries, and for bone whose hardness follows from a scan's grey values.
+/// Hardness byte of a voxel with the full stiffness and specific energy of its Material. A byte b stands for the
+/// fraction b / 255 of both. Smaller bytes: soft caries, and bone whose hardness follows from a scan's grey values.
 inline constexpr std::uint8_t kOwnHardness = 255;
 inline constexpr std::uint8_t kMinHardness = 1;
 

@@ -61,7 +61,7 @@ class Fill {
   Tissue label_;
   const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
-  HeadField head_;  // head and the space through which it leaves, voxels
+  HeadField head_;  // head together with its exit path along the axis; lengths in voxels
   dvec3 center_;    // voxels, centre of the ball of filling
   double radius_;
   Pose X_VT_;  // pose of the head in the volume's frame V, voxels

@@ -27,7 +27,7 @@ struct ImplantTool {
   double end_ability = 0;     // cutting ability on the end face, farther from the axis than `centre_radius`
   double centre_ability = 0;  // cutting ability on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
-  double centre_radius = 0;   // m, radius within which the end face has centre_ability
+  double centre_radius = 0;   // m, radius within which the end face's cutting ability is centre_ability
   double max_grey = 0;        // Hounsfield units; denser bone stops the tool
   // Alpha of eq. (2), Zhao 2020: ratio of tangential to normal force at the edge.
   double thrust_ratio = 1;

@@ -44,7 +44,7 @@ class LockStep {
   const PatchUse* fresh_snapshot() const { return fresh_ ? &use_ : nullptr; }
 
  private:
-  /// Applies the waiting cuts up to the next edit; the servo must adopt that edit first.
+  /// Applies the waiting cuts. Stops at an undo, a redo or a loose piece, of which the servo must first get a snapshot.
   void follow_servo();
 
   ServoSettings settings_;

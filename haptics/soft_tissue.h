@@ -180,7 +180,7 @@ class SoftTissue {
     double exit = 0;  // m, largest depth of the head below the point's rest position
     // Weight of the contact: 1 if the head presses from above, 0 if its side passes the point.
     double weight = 0;
-    dvec3 slope{0};  // gradient of `exit` over the tool's position
+    dvec3 slope{0};  // gradient of the depth `exit` with respect to the tool's position
     // m, part of an initial overlap that causes no force; it decreases to zero
     double ignored = 0;
     double force = 0;  // N, force of the tool into the tissue

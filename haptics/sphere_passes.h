@@ -21,7 +21,7 @@ namespace packing {
 enum class Removal {
   // The intersection of the tool with the uncut sphere (lens, eq. 2 of paper S2).
   kMended,
-  // The shrinkage of the sphere (eq. 6 of paper S2 as printed): at a small overlap δ, about 2 radius/δ times too much.
+  // The sphere's loss of volume by eq. 6 of paper S2 as printed; at a small overlap δ, 2 radius/δ times too large.
   kAsPrinted,
 };
 

@@ -15,8 +15,8 @@ namespace typodont::haptics {
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, ω₀: speed without load, at full pedal
-  double stall_torque = 0;  // N·m, T_s at full pedal; 0: ideal motor, whose speed does not fall under load
-  double held_torque = 0;   // N·m, T_h at full pedal
+  double stall_torque = 0;  // N·m, stall torque T_s at full pedal; 0: ideal motor, whose speed does not fall under load
+  double held_torque = 0;   // N·m, T_h at full pedal: torque up to which the motor keeps its speed
   // Time constant with which the speed follows the pedal, s; 0: the speed changes at once.
   double run_up_time = 0;
   // Handpiece that is drawn with this motor (as Tool::handpiece); empty: a turbine.

@@ -39,7 +39,7 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 
 // Largest distance of a sample's curved path from the straight segments that replace it, voxels.
 constexpr double kBend = 0.01;
-// voxels; like kBend, for a head with a round end; the correction Straight::bend_turn makes the error much smaller
+// voxels; replaces kBend for a head with a round end, whose error Straight::bend_turn makes much smaller
 constexpr double kMaxBend = 0.03;
 
 }  // namespace
@@ -141,7 +141,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // Largest distance of a listed sample from the sweep's box, voxels: listed path, motion since then, rounding.
+  // Largest distance of a listed sample from the sweep's box, voxels: listed path + later motion + rounding.
   constexpr int kListedBeyond = 3;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kListedBeyond;

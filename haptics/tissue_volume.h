@@ -96,7 +96,7 @@ class TissueVolume {
   /// Returns a number for the current state of the tissue, for written_since(). It is never 0, and differs between
   /// volumes.
   std::uint64_t mark();
-  /// The writes of carve() and fill() since a mark.
+  /// The samples that carve() and fill() have changed since a call of mark().
   struct Written {
     VoxelBox box;                    // bounding box, voxels
     std::vector<glm::ivec3> leaves;  // first voxel of each written leaf (8³ samples); a leaf may be listed twice

@@ -49,7 +49,7 @@ class HeadField {
   static constexpr int kMaxPieces = 4;
   struct Piece {
     double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)
-    double dx = 0, dz = 0, inverse2 = 0;    // vector b - a, and 1/|b - a|²
+    double dx = 0, dz = 0, inverse2 = 0;    // vector from end a to end b; 1 / its squared length
     double cx = 0, cz = 0, radius = 0;      // centre and radius of an arc; radius 0: a line
   };
   Piece pieces[kMaxPieces];
@@ -86,7 +86,7 @@ struct Tool {
   double shank_diameter = 1.6e-3;  // m, full diameter; default: friction grip shank, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck
   double neck_length = 0;          // m, length from the neck to the full diameter
-  double safe_length = 0;          // m, length of the safe end; 0: none
+  double safe_length = 0;          // m, length of the safe end, a pin that never cuts; 0: no pin
   double safe_diameter = 0;        // m, diameter of the safe end
 
   // Tissue that is added at the free end while the pedal is pressed; kAir: none.

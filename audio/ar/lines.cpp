@@ -128,7 +128,7 @@ std::vector<double> without_drift(const std::vector<double>& values, double rate
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    // The mean is symmetric, so a linear drift vanishes too.
+    // The averaged range is symmetric about i, so subtracting its mean also removes a linear drift.
     const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);

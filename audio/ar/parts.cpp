@@ -85,8 +85,8 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // Frames between the first and the last of constant level are idle or load. Parts shorter than kShortest join their
-  // neighbour.
+  // From the first to the last frame with a constant level, the drill idles or works under load. Parts shorter than
+  // kShortest are joined to a neighbouring part.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

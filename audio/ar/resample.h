@@ -26,7 +26,7 @@ class InterpolationKernels {
 
  private:
   struct Set {
-    double speed;  // largest playback speed for which this set is used
+    double speed;  // largest playback speed for which these kernels are used
     int taps;      // number of filter taps; a multiple of 16
     // Kernels for kPhases + 1 positions between two samples, each a row of `taps` values.
     std::vector<float> rows;

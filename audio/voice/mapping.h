@@ -6,7 +6,7 @@
 
 namespace typodont::audio {
 
-// The first three values: each of them alone replaces 63 % of the idle sound by the sound of cutting.
+// Each of the next three values alone replaces 63 % of the idle sound by the sound of cutting.
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut

@@ -14,7 +14,7 @@ namespace typodont::audio {
 /// speed. Samples are computed only when they are read.
 class ModelStream {
  public:
-  /// `kernels` must outlive the stream, and cover its highest speed.
+  /// `kernels` must outlive the stream, and be made for at least the highest speed of playback.
   ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels, std::uint64_t seed);
 
   /// Adds gain[i] × sample to out[i], played at speed[i] (1: as recorded). While the gain is zero, playback stands

@@ -141,8 +141,8 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // Derived cutting sounds use the lines of the idle sound with other amplitudes; recorded cutting sounds have their
-    // own lines.
+    // Derived cutting sounds use the spectral lines of the idle sound with other amplitudes; recorded cutting sounds
+    // have spectral lines of their own.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -405,7 +405,7 @@ struct DrillSynth::Impl {
   // Spindle speed relative to the free speed: current value, value at the end of the ramp, change per sample.
   double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
-  // Level of each stream.
+  // Level of each sound in `streams`.
   std::array<Level, kTissueCount> weights;
   Level bright, scrape_level, suction_level, spray_level;
   float slip = 0, low = 0;

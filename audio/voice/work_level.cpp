@@ -74,7 +74,7 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // Bisection of the gain of high frequencies. For each of its values, the working gain gives the measured level.
+  // Bisection of the gain of high frequencies. For each tried value, `gain` is set so that the level is as measured.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

@@ -381,7 +381,7 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Two tones for each Cue, Hz: rising for a recorded touch, falling for a deleted one, low for an outlier.
+  // Two tones for each Cue, Hz: ready, touch recorded (rising), outlier (low), touch deleted (falling), step done.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

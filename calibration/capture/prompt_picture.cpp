@@ -68,7 +68,7 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     picture.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = grey;
   };
-  // Divides the text between words into lines, near the top of the picture. Only the text is mirrored.
+  // Breaks the text into lines at its spaces. The lines are near the top of the picture; only they are mirrored.
   const int scale = std::max(1, width / 420), line_cells = std::max(8, width / (6 * scale) - 4);
   std::vector<std::string> lines(1);
   std::string_view rest = prompt.text;

@@ -62,7 +62,7 @@ struct LengthColumns {
     const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
     return dvec3(at(0), at(1), at(2)) * unit;
   }
-  /// Throws Error if all values in mm are below 3 mm, or if a point is beyond 10 m.
+  /// Throws Error if a file in mm has only coordinates below 3 mm (probably metres), or if a coordinate exceeds 10 m.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
     double reach = 0;
     for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});

@@ -37,7 +37,7 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume (m³) of wrong points, or of 1 / their largest probability density (if sigma > 0).
+        // Logarithm of the volume (m³) that contains wrong points; if sigma > 0, of 1 / their largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -120,7 +120,7 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // Probability that step 2 stops early; step 3 adds missing pairs.
+    // Probability that step 2 (forward search) stops too early; step 3 then adds the missing pairs.
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
@@ -354,7 +354,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // NFA as in the class Consensus.
+    // Computes the expected number of chance agreements (NFA), as the class Consensus does.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});

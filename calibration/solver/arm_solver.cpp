@@ -30,7 +30,7 @@ dquat about(const dvec3& axis, double angle) {
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
-  // Index of the group's first unknown; a socket has 3 unknowns, a plate 6.
+  // Index of the first unknown of this socket (3 unknowns: position) or plate (6 unknowns: pose).
   std::size_t first_parameter = 0;
 };
 
@@ -198,9 +198,9 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the parameters of the arm alone (variable projection). For each candidate, sockets and plates take
-  // their best places: J is projected onto the complement of their derivatives N. A prior (nominal values, plausible
-  // errors) holds undetermined parameters.
+  // Gauss–Newton by variable projection: only the arm's parameters are iterated. For each set of parameters, the best
+  // places of sockets and plates follow: the Jacobian J is projected onto the complement of their derivatives N. A
+  // prior (nominal values, plausible errors) keeps undetermined parameters near their nominal values.
   MatrixXd open_axes;
   // Covariance of the parameters after division by their scales.
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);

@@ -180,7 +180,7 @@ double noise_of(const Track& track) {
 }
 
 struct Shift {
-  double u = 0;     // s, delay of the stream with fewer samples: query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s, delay of the sparser stream: query(t) = sparse(t - u - rate (t - middle of the interval))
   double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
@@ -225,7 +225,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // pose of the sparse stream, in the query's frame
+    Pose X;  // maps positions of the sparser stream to the frame of the denser one (query)
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
@@ -275,7 +275,7 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // Derivatives of X s(t - u - rate dt): -v, -v dt, 1, and θ × (at - centre).
+          // Derivatives of `at` by delay, rate, translation and rotation: -v, -v dt, 1, lever (v: velocity).
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -462,7 +462,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // If noise splits a minimum in two, both count once.
+    // If noise splits a minimum into two, they count as one minimum.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);

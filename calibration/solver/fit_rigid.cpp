@@ -123,7 +123,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(max_eigenvector(K));
   }
 
-  // Two Newton steps δ refine the rotation: maximise tr(exp(-[δ]) B), B = M Rᵀ, by (tr B - sym B) δ = axial(B).
+  // Two Newton steps δ refine the rotation R: they maximise tr(exp(-[δ]) B), B = m Rᵀ, by (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];

@@ -37,9 +37,9 @@ constexpr std::size_t kRefined = 10;     // number of best random samples that c
 constexpr std::size_t kMinToReject = 8;  // number of pairs below which none is rejected
 // From this number of pairs on, noise is a full 6×6 matrix.
 constexpr std::size_t kMinForFullNoise = 20;
-// Smallest rms rotations that determine X and Z, rad: about the main axis, and about the second axis.
+// Smallest rms rotations of the arm from which a result is computed, rad: about the main axis; about the second.
 constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
-// If the ratio of the arm's rms rotation to the rotation noise is below this, X and Z are not determined.
+// If the arm's rms rotation divided by the rotation noise is smaller than this, there is no result.
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -69,13 +69,13 @@ dquat turned_by(const Vector3d& v) {
   return {std::cos(0.5 * angle), k * v.x(), k * v.y(), k * v.z()};
 }
 
-/// Unknown poses: X on the arm, Z in the room.
+/// The unknown poses in A X = Z B: X of the sensor on the arm, Z of its fixed counterpart.
 struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of a pair: Z B in the frame of A X (rotation vector; translation). The rows are
-/// scaled to equal noise, with the lever arm from frame S to M.
+/// Residual of a pair (A, B): the pose Z B relative to the pose A X, as a rotation vector and a
+/// translation. Multiplied by the matrix `whitening`, so that all six numbers have equal noise.
 struct Row {
   Pose A, B;
   Unknowns at;  // linearisation point

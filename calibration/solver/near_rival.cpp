@@ -144,8 +144,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Probability of this split by chance: the ratio of squared residuals has the distribution Beta((3m-12)/2, 3); with
-  // known σ, decrease/σ² is chi-squared with 6 degrees of freedom. The result is multiplied by the number of splits.
+  // Probability of this split by chance. For m pairs, the ratio of squared residuals is distributed as Beta(1.5m-6, 3);
+  // with known σ, decrease/σ² is chi-squared (6 degrees of freedom). It is multiplied by the number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);

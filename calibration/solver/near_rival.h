@@ -17,7 +17,7 @@ struct Split {
   double log_nfa = 0;                      // logarithm of the expected number of equally good splits of random pairs
 };
 
-/// Best split of `pairs`, if it fits better than one motion with noise, also with noise that is larger along one axis.
+/// Best split of `pairs` into two motions; nullopt if they fit one motion, also one with more noise along one axis.
 /// `known_sigma`: m per axis, 0: estimated; `rounding`: m, rounding error of the coordinates.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);

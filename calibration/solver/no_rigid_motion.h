@@ -16,7 +16,7 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
 /// Scale: distances in D / distances in H. Empty unless this scale fits much better than 1 and differs from 1 by ≥ 2 %.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// The same scale for data with outliers: median of distance between two points in D / distance between them in H.
+/// Like other_scale(), for data with outliers: median over pairs of points of (distance in D / distance in H).
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

@@ -149,7 +149,7 @@ class Registration {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Adds pairs that fit the first motion after all, unless this increases the noise.
+    // Refits the first motion with all pairs within the limit; if there is a rival, only if this does not add noise.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -188,7 +188,7 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // Largest probability that chance makes pairs agree on another motion. Known noise: larger, so 4 pairs suffice.
+      // Largest probability that pairs agree on another motion by chance. With 1e-3 (known noise), 4 pairs suffice.
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = max_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // Pairs that agree only loosely are bad touches, not a second motion.
@@ -285,7 +285,7 @@ class Registration {
     }
   }
 
-  // Tests whether D is a mirror image of H, or has other units.
+  // Tests whether the points in frame D are a mirror image of those in frame H, or have other units.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -334,7 +334,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // t = c_D - R c_H, so θ changes t by [R c_H] θ.
+    // Translation t = c_D - R c_H (c: centroids), so a small rotation θ changes t by [R c_H] θ ([ ]: cross matrix).
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;
@@ -345,7 +345,7 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared error over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C).
+    // Mean squared error in the workspace: 3σ²/N + tr(S) tr(C) - tr(S C). S: second moment; C: covariance of R.
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];

@@ -53,7 +53,7 @@ double quantile(std::vector<double> values, double fraction) {
 
 struct Residual {
   std::size_t point;
-  double distance;  // m, signed distance of the point from the surface D
+  double distance;  // m, signed distance of the point from the surface in frame D
   dvec3 p_D, n_D;
 };
 

@@ -62,7 +62,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // Adds a ridge, far below the weight of one touch, for the case that all points lie in a plane.
+    // Regularization (ridge), far smaller than the weight of one touched point, for points that all lie in a plane.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;
@@ -136,7 +136,7 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
     result.worst = std::max(result.worst, moved);
     squares += moved * moved;
   }
-  // A displacement is the difference of 2 touches with 3 axes: 6 σ².
+  // A displacement is the difference of two touched points. Each has the variance σ² on three axes, so the sum is 6 σ².
   result.sigma = std::sqrt(6.0) * touch_sigma;
   const double chance =
       2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));

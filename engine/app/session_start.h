@@ -1,4 +1,4 @@
-// Starts sessions without a clock, for `typodont servo` and for programs that use the library.
+// Starts sessions that do not run in real time, for `typodont servo` and for programs that use the library.
 #pragma once
 
 #include <memory>

@@ -27,7 +27,7 @@ struct CsvTable {
 /// Converts cells that are not plain numbers. NaN means that the cell is invalid.
 struct CellReader {
   std::function<double(std::string_view cell)> read;
-  std::string expected;  // after "expected" in the message, for example "a tissue's name"
+  std::string expected;  // text after "expected" in an error message, for example "a tissue's name"
 };
 
 /// Reads a table. Cells are separated by commas, semicolons or tabs, and may be quoted; lines with '#' are comments.

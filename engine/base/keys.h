@@ -94,7 +94,7 @@ class Keys {
   }
   /// Declares a key for any other type of value. Returns its JSON, which the caller reads; empty: nothing to read.
   std::optional<Json> operator()(Key key, const Form& form, std::string_view meaning);
-  /// Like the function above, for a value that may be an object; the function `of` describes the object's keys.
+  /// Declares a key whose value may be an object, and returns its JSON; the function `of` describes the object's keys.
   template <std::invocable<Keys&> Of>
   std::optional<Json> operator()(Key key, const Form& form, Of&& of, std::string_view meaning);
   // Declare a key whose value is an object that the function `of` describes, or a list of such objects.

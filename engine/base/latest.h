@@ -83,7 +83,7 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // Bits of middle_, the slot that no thread uses. kIndex: its index; kFresh: unread value; kReturned: see hand_back().
+  // Bits of middle_. kIndex: index of the slot that no thread uses. kFresh: unread value. kReturned: see hand_back().
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

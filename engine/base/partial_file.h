@@ -12,7 +12,7 @@ namespace typodont {
 /// Which existing files may be overwritten.
 enum class Over {
   kNoInput,  // all files except inputs of this process (input_file.h)
-  // all files, also inputs; for commands that change a file
+  // all files, including inputs of this process; used by commands that change a file
   kItsInput
 };
 

@@ -44,7 +44,7 @@ struct Handpiece {
 /// How handpieces are drawn.
 struct HandpieceView {
   bool shown = true;
-  bool open = true;  // true: not drawn where it would hide the cut
+  bool open = true;  // true: the handpiece is not drawn where it would hide the cut
   // Angle of the handpiece about the tool's z, from x of T to x of H, rad. −35° points to the right and to the user.
   double roll = -35 * kDegree;
 };

@@ -83,8 +83,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Plans the particle's next full update in steps / 2 to `steps` steps. The update's step is a multiple of a power of
-  // two, minus an offset per group. So one group is updated together, and different groups in different steps.
+  // Plans the particle's next full update in steps / 2 to `steps` steps. The step plus an offset per group is a
+  // multiple of a power of two, so one group is updated together, and different groups in different steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMaxSteps;
@@ -156,8 +156,8 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   set_rate(s, static_cast<float>(stokes * factor));
 
   // Lower bound of the time until the particle meets tissue or the nozzle, or needs a new drag rate. The particle's
-  // speed stays below the larger of its current and its terminal speed. While the air moves half the way to the nozzle,
-  // its mean speed is less than twice its current speed.
+  // speed stays below the larger of its current and its terminal speed. On the first half of the way to the nozzle, the
+  // air's mean speed is less than twice its current speed.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {

@@ -40,14 +40,14 @@ struct Film::State {
   FilmOptions options;
   CoarseField field;
   PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
-  std::vector<std::int32_t> slot_at;  // for each sample of the field: slot of its cell, or -1
+  std::vector<std::int32_t> slot_at;  // for each sample of the field: index of its cell; -1: no cell
   std::vector<Cell> cells;
   std::vector<float> rise;  // 1/m², rise of each cell's level divided by the volume that flows in
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s, for each cell the larger of two rates: of its emptying, and of the levelling between it and its neighbours
+  // 1/s, for each cell the larger of two rates: that of its outflow, and that at which its level nears its neighbours'
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
@@ -197,7 +197,7 @@ void Film::State::link(std::int32_t i) {
 }
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
-  // Gradients read one more sample around the changed box; the links below reach one sample further.
+  // Cells up to one sample outside the changed box are computed again, and links up to two samples outside.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;

@@ -40,8 +40,8 @@ struct SprayOptions {
   // water: density (kg/m³), viscosity (Pa·s), surface tension (N/m)
   double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;
   double scatter = 0.25;  // random part of a thrown droplet's speed divided by the rim's speed
-  // We^½ Re^¼ above which a droplet splashes (Mundo, Sommerfeld & Tropea 1995). The fraction `splashed` of the
-  // droplet leaves as mist.
+  // A droplet splashes if We^½ Re^¼ is larger than this (Mundo, Sommerfeld & Tropea 1995; We: Weber number). The
+  // fraction `splashed` of the droplet leaves as mist.
   double splash_number = 57.7;
   double splashed = 0.5;
   // 1/s, fraction of the touched film that the bur throws off per time at the rim speed `fling_speed`

@@ -54,8 +54,8 @@ struct HmdRig {
   bool stage = true;
   // Pose of the headset's space D in W, measured for example with an arm; empty: the tissue is in front of the user.
   std::optional<Pose> X_WD;
-  double magnify = 1;  // magnification, which scales the hand's motion too; only without X_WD
-  /// Distance of the tissue in front of and below the eyes, m; only without X_WD.
+  double magnify = 1;  // magnification, which scales the hand's motion too; used only if X_WD is empty
+  /// Distance of the tissue in front of and below the eyes, m; used only if X_WD is empty.
   double distance = 0.35, below = 0.22;
   bool passthrough = false;  // shows the room behind the scene, if supported
   bool depth = true;         // true: passes the picture's depth to the runtime, if accepted
@@ -80,7 +80,7 @@ struct DisplayRig {
   double magnify = 1;      // magnification of the picture, see magnified()
   /// Centre of the magnification, m, frame W; empty: middle of the tissue.
   std::optional<dvec3> magnify_about;
-  // Length in the rig divided by the same length on the bench; below 1 after magnified().
+  // Length in this rig divided by the length of the real screen, mirror or glass; magnified() makes it smaller than 1.
   double scale = 1;
 };
 
@@ -132,7 +132,7 @@ dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC)
 EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
                  const dvec3& shift = dvec3(0));
 
-/// Positions of both eyes; for mono, both in the middle.
+/// Positions of both eyes; for a mono picture, both positions are the midpoint of the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// Returns true if both eyes are at least 5 cm in front of the screen.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;

@@ -100,8 +100,8 @@ class Output {
   /// Returns the next target; nullopt: minimised, or the surface is lost for now. Throws RunFailure if it is lost for
   /// good.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows the target after its commands were submitted. `drawn`: changed parts; nullopt: all. `finish` waits for the
-  /// device and composes a target in memory.
+  /// Shows the target after its commands were submitted. `drawn`: changed parts; nullopt: all. `finish` is called
+  /// for a target in memory: it waits for the device and composes the picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
@@ -128,7 +128,7 @@ class Output {
   virtual void leave_monitor(int) {}
   /// Time between two screen refreshes, s; 0 if pictures are drawn only into memory.
   virtual double refresh_period() const { return 0; }
-  /// Pixels of the last picture, RGBA; only in memory.
+  /// Pixels of the last picture, RGBA; empty if pictures are shown in a window.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 

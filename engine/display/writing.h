@@ -43,8 +43,8 @@ struct Hud {
 /// Smallest visual angle of a lower-case x, rad: 20 arc minutes. ISO 9241-303 requires less: 20 to 22 arc minutes for a
 /// whole character.
 inline constexpr double kMinXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
-/// Height of letters, in units of half the picture's height, at which x subtends kMinXHeight in the picture's middle;
-/// 0: not a mirror bench.
+/// Smallest readable height of letters, in units of half the picture's height: the letter x in the picture's middle
+/// then has the visual angle kMinXHeight. 0 if the display is not a mirror bench.
 double readable_letters(const DisplayRig& rig);
 
 /// A rectangle in the region of an eye, pixels.

@@ -8,8 +8,8 @@
 
 namespace typodont::render {
 
-/// Writes values to a file. `each_part(use)` calls use(address, bytes) for each value; if a call returns false, it
-/// stops and returns false. Throws Error.
+/// Writes values to a file. `each_part(use)` calls use(address, bytes) for each value; if a
+/// use() returns false, each_part() must stop and return false. Throws Error.
 template <class EachPart>
 void write_parts(const std::filesystem::path& file, EachPart&& each_part) {
   std::ofstream out(file, std::ios::binary);

@@ -12,7 +12,7 @@ namespace typodont::render {
 /// Vertex in the frame H of the handpiece.
 struct HandpieceVertex {
   glm::vec3 p{0}, n{0, 0, 1};  // position (m) and unit normal
-  // Nearest point on the path, m; parts that would look too thin are widened away from it.
+  // m, point of the part's centre line. If the part would look too thin, its vertices are moved away from this line.
   glm::vec3 middle{0};
   glm::vec3 around{1, 0, 0};      // unit vector around the part, along brushed grooves
   glm::vec3 color{1};             // colour of the surface in linear light

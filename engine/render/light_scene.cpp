@@ -26,7 +26,7 @@ constexpr double kInside = 0.25;
 // together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
 constexpr int kImageRays = 384;  // rays per sample that find the light arriving from a mirror's direction
-// Exponent n of the weight cosⁿ of these kImageRays rays; rays within 10° have half of the total weight.
+// Exponent n of a ray's weight cosⁿ(angle to the mirror's direction); rays within 10° have half of the total weight.
 constexpr float kImageLobe = 48;
 // distance, in grid spacings, between samples in open space that have light for mirror reflections
 constexpr int kImageStep = 2;
@@ -340,7 +340,7 @@ struct LightScene::Impl {
   std::vector<Sample> samples;
   std::vector<std::uint32_t> imaged;  // indices of the samples for LightGrid::images
   std::vector<std::int32_t> met;      // per sample and ray: index in `used`, kNothing or kBack
-  // For each of `imaged` and each of its kImageRays rays: index in `used`, kNothing or kBack.
+  // For each sample in `imaged` and each of its kImageRays rays: index in `used`, kNothing or kBack.
   std::vector<std::int32_t> met_by_images;
   std::vector<std::uint32_t> used;  // indices of the triangles that rays met
 
@@ -426,8 +426,8 @@ struct LightScene::Impl {
           for (int z = first.z; z <= last.z; ++z)
             wanted[empty.index(0, {x, y, z})] |= t.metal || tissue_mirrors ? kWanted | kImage : kWanted;
     }
-    // In the open space between bodies, where the tool is drawn, light changes slowly; fill() interpolates between
-    // these samples.
+    // In the open space between bodies, where the tool is drawn, light changes slowly. So only each `step`-th sample
+    // there is computed; fill() interpolates the others.
     const auto mark = [&](int step, std::uint8_t as) {
       for (int x = 0; x < empty.size.x; x += step)
         for (int y = 0; y < empty.size.y; y += step)

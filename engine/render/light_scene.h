@@ -53,7 +53,7 @@ struct LightSources {
   /// Irradiance / π of a white surface that faces the lamp.
   glm::vec3 lamp{0};
 };
-/// The sources as the shaders use them.
+/// Converts a frame's lights to light sources, with the same formulas as the shaders.
 LightSources sources_of(const Lights& lights);
 
 class LightScene {

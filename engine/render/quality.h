@@ -17,7 +17,7 @@ struct Quality {
   // Largest error of the surface, drawn pixels (engine/app/picture/detail.h).
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, side of the handpiece's triangles
-  // Parameters of the light inside tissue (tissue_light.h), which is computed once, at the first frame's level.
+  // Light inside tissue (tissue_light.h). Computed once, with the quality level of the first frame.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // number of random walks from each cell
   // Light between bodies (light_scene.h). true: mirrored light is computed at each sample beside wet tissue.

@@ -598,7 +598,7 @@ struct Renderer::Impl {
     timer.end();
   }
 
-  /// Draws the particles over the restored parts.
+  /// Copies the stored scene into the pictures, and draws the particles over it.
   void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
                 FrameStats& stats) {
     targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);

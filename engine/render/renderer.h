@@ -59,8 +59,8 @@ struct MeshUpdate {
 /// Number of a body of bricks: the working tooth, the gingiva, a neighbouring tooth.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
-// Meshes that are drawn in one view only.
-inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;  // of View::kSection; face also kTemperature
+// Meshes that only some views show. View::kSection shows the cut faces; kTemperature shows only kSectionFace.
+inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;
 inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // shown only in View::kXray
 
 /// Views: the realistic one, and views for teaching.
@@ -188,7 +188,7 @@ struct Cursor {
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit vector towards the lamp
   dvec3 up{0, 1, 0};             // unit vector towards the ceiling
-  /// Unit vector to the window that is reflected; zero: beside the lamp.
+  /// Unit vector towards the window whose light the surfaces reflect; zero: a direction beside the lamp.
   dvec3 window{0, 0, 0};
   double key_strength = 4.0;
   // Spot of the lamp with a soft border at the working tooth, as that of a dental lamp at 0.7 m.
@@ -199,7 +199,7 @@ struct Lights {
   double ambient = 1.0;         // factor by which the room's light is multiplied
 };
 
-/// Direction to the reflected window, a unit vector.
+/// Unit vector towards the window whose light the surfaces reflect.
 dvec3 toward_window(const Lights& lights);
 
 /// kBlack: for semi-transparent mirrors; the hand is visible through black pixels. kClear: black with opacity 0, for a
@@ -282,7 +282,7 @@ class Renderer {
   /// Declares that original bricks of the mesh that lie completely at dot(beyond, (p_W, 1)) < 0 are inside another
   /// body. Until these bricks change, kLook and kDifference do not show them. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
-  /// Sets the tool and the handpiece that holds it; without parts, there is no handpiece. Throws Error for too
+  /// Sets the tool and the handpiece that holds it; a handpiece without parts is not drawn. Throws Error for too
   /// many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
   /// Sets the grid of the film and clears it. Size 0: no film, which costs no time.

@@ -44,18 +44,18 @@ struct FrameData {
   vec4 light_size;
   vec4 key;           // unit vector to the lamp; w: the lamp's strength
   vec4 up;            // unit vector to the ceiling; w: the room's strength
-  vec4 window;        // unit vector to the reflected window
+  vec4 window;        // unit vector to the room's window, which surfaces reflect
   vec4 tool_head;     // centre of the tool's head, m, frame W; w: radius, m; 0: no tool
   vec4 tool_end;      // far end of the shank, m, frame W; w: radius, m
   vec4 tool_motion;   // x: angle of the spindle, rad; y: motion blur, 0..1
   vec4 background;    // x: 1 gradient, 0 black; w: opacity
   vec4 picture;       // xy: size of a pixel in clip space
   vec4 clip;          // points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: all
-  vec4 section;       // plane like `clip`, but only for tissue
+  vec4 section;       // tissue is drawn only where dot(section.xyz, p) + section.w > 0
   vec4 cursor;        // start of the cursor's line, m, frame W; w: radius of the ring, m; 0: no cursor
   vec4 cursor_down;   // xyz: unit direction of the cursor's line
   vec4 mirror;        // mouth mirror: radius, m; fog; 1 / magnification
-  vec4 handpiece[4];  // shadow of the handpiece: head a, head b, body a, body b, m, frame W; w: radius, m
+  vec4 handpiece[4];  // handpiece's shadow: two ends of its head, two of its body, m, frame W; w: radius, m
   // x: half the lamp's width divided by its distance; y: soft border of the spot, m; zw: half size of the spot, m.
   vec4 lamp;
   vec4 lamp_middle;       // middle of the spot, m, frame W
@@ -63,13 +63,13 @@ struct FrameData {
   vec4 tissue_color[16];  // linear colours, indexed as contract/tissue.h and drawn_matter.h; w: translucency
   // x: roughness; y: dry reflectance at normal incidence (metal: 1); z: wetness; w: 1 if TissueLightGrid has its light.
   vec4 tissue_look[16];
-  vec4 film_origin;          // water film: first sample, m, frame W; w: samples per m
+  vec4 film_origin;          // water film: position of the first sample, m, frame W; w: samples per m
   vec4 film_size;            // water film: number of samples per axis
-  vec4 temperature_origin;   // temperatures: first sample, m, frame W; w: samples per m
+  vec4 temperature_origin;   // temperatures: position of the first sample, m, frame W; w: samples per m
   vec4 temperature_size;     // temperatures: number of samples per axis
-  vec4 light_origin;         // LightGrid: first sample, m, frame W; w: samples per m
+  vec4 light_origin;         // LightGrid: position of the first sample, m, frame W; w: samples per m
   vec4 light_samples;        // LightGrid: number of samples per axis
-  vec4 tissue_light_origin;  // TissueLightGrid: first cell, m, frame W; w: cells per m
+  vec4 tissue_light_origin;  // TissueLightGrid: position of the first cell, m, frame W; w: cells per m
   vec4 tissue_light_cells;   // TissueLightGrid: number of cells per axis
 };
 

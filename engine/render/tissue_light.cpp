@@ -159,7 +159,7 @@ struct TissueLight::Impl {
   std::vector<std::int32_t> unused;  // indices of `elements` that no cell uses any more
   std::deque<std::vector<LitTriangle>> fixed_triangles;
   struct Brick {
-    CellBox box;  // the cells whose distance the brick's triangles can determine
+    CellBox box;  // the cells whose distance may depend on the brick's triangles
     std::vector<LitTriangle> triangles;
   };
   std::unordered_map<std::uint64_t, Brick> bricks;  // bricks of the working tooth
@@ -233,7 +233,7 @@ struct TissueLight::Impl {
             glm::ivec3(glm::floor(glm::clamp(high, glm::vec3(-1), last)))};
   }
 
-  // For each cell of the box that measure() computed last: nearest triangle, or null; whether the sign is known.
+  // For each cell of the box of the last measure(): nearest triangle or null; whether the distance's sign is known.
   std::vector<const LitTriangle*> nearest;
   std::vector<std::uint8_t> known;
 
@@ -799,7 +799,7 @@ struct TissueLight::Impl {
       walk_now(*e);
       --left;
     }
-    // Smoothing and filling change cells up to three cells away.
+    // Smoothing and fill() change cells up to three cells away from each cell in `walked`.
     std::vector<std::size_t> near;
     CellBox changed;
     for (const std::size_t at : walked) {

@@ -17,7 +17,7 @@ constexpr double kMarkEdge = 0.01e-3;     // m, width of the soft edge of a dept
 constexpr int kRingsPerTurn = 10;         // number of rings per turn of a thread
 constexpr int kFluteRings = 16;           // number of rings along a fluted head
 constexpr double kCrease = 30 * kDegree;  // rad; at a larger angle of the outline, the head has an edge
-constexpr double kChord = 1e-6;           // m, largest distance from a mesh edge to its ring
+constexpr double kChord = 1e-6;           // m, largest distance of a mesh edge from the circle that it approximates
 constexpr double kCoarsest = 5e-4;        // for large heads, this fraction of the radius is used instead of kChord
 
 /// Number of corners of a ring: a multiple of 24, so that 2, 6, 8 or 12 flutes have equal numbers of corners.
@@ -25,8 +25,8 @@ int corners_around(double radius) {
   return 24 * static_cast<int>(std::ceil(kPi / std::acos(1 - std::max(kChord / radius, kCoarsest)) / 24));
 }
 
-/// Adds rings along a profile. `cut`: radius with flutes at a profile radius, z and angle; `marked`: true if the
-/// surface is dark at z.
+/// Adds rings along a profile. cut(profile radius, z, angle) returns the radius of the surface with flutes; marked(z)
+/// returns true if the surface is dark at z.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Finish finish,
                Cut&& cut, Marked&& marked) {
@@ -90,7 +90,7 @@ std::vector<dvec2> refined(const ToolShape& shape) {
   return out;
 }
 
-/// Divides an outline into smooth parts between its edges.
+/// Divides an outline at its sharp corners into smooth parts.
 std::vector<std::vector<dvec2>> smooth_parts(const std::vector<dvec2>& outline) {
   std::vector<std::vector<dvec2>> parts;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -113,7 +113,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
 
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
-  const double ends = outer * slope + opening;  // m, z at which the slanted opening ends
+  const double ends = outer * slope + opening;  // m; vertices below this z are shifted to form the slanted opening
   ToolMesh mesh;
   // Inner surface: from the dark bottom in the tube to the rounded rim. The outer surface follows.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
@@ -155,7 +155,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   // then gradual) that turns along a helix; only their cutting edges touch the outline.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // Right-handed thread: turning clockwise, seen from the shank, screws it in. Its depth fades at both ends.
+      // Right-handed thread: turning clockwise, seen from the shank, screws it in. Its grooves fade at both ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);

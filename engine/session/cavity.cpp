@@ -160,7 +160,7 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 
 /// The margin: curves where the border of the cut meets the surface before the work, as ordered points in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  constexpr double kLevel = 0.5;           // voxels, depth below the surface before the work at which the margin lies
+  constexpr double kLevel = 0.5;           // voxels; the margin lies at this depth below the original surface
   using Key = std::array<std::size_t, 4>;  // edge of a triangle: for each end, the indices of two samples
   struct End {
     dvec3 p;
@@ -399,7 +399,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Facets inside pores are left out, because no probe can reach them. The volumes above include the pores.
+  // Leaves out facets inside pores, because no probe can reach them. The measured volumes include the pores.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -423,8 +423,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // Facets count for `contour` if the surface before the work or the target shape is more than
-    // kNewSurface away. A facet is new if it is deeper than kNewSurface below the surface before the work.
+    // A facet counts for `contour` (rms distance from the target shape) if the surface before the work or the target
+    // shape is more than kNewSurface away. It is new if it is deeper than kNewSurface below the original surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;

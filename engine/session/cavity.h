@@ -12,7 +12,7 @@
 
 namespace typodont::session {
 
-/// Tissue before and after the work, and ideal, on one grid.
+/// Tissue before and after the work, and the ideal result, on one grid.
 struct Preparation {
   VoxelFrame frame;            // sample (0,0,0) is at the frame's origin
   DenseField before, after;    // distance fields before and after the work
@@ -67,7 +67,7 @@ struct CavityMeasures {
   std::optional<Cup> cup;            // sphere fitted to a reamed socket (hollow half of a joint)
   std::optional<double> cup_offset;  // m, distance of the cup's centre from the ideal shape's
   std::optional<double> cup_tilt;    // rad, angle between the cup's axis and the ideal shape's
-  // Removed tissue that had to stay, m³. Empty: none protected.
+  // Removed tissue that had to stay, m³. Empty: no tissue had to stay.
   std::optional<double> kept_removed;
 };
 

@@ -18,7 +18,7 @@ constexpr float kRefineLimit = 20;
 // Voxels; smaller distances remain unchanged. Larger than a voxel's diagonal (1.73), so that the distances at all
 // corners of a cell that the surface crosses remain unchanged.
 constexpr float kUnchangedBand = 1.8f;
-// Voxels; a distance below kUnchangedBand is kept if the seed's surface point is at most this much farther away.
+// Voxels. A distance below kUnchangedBand is kept if the nearest known surface point is farther by at most this.
 constexpr float kSeedGap = 0.4f;
 
 /// For each voxel: index and surface point (voxels) of its nearest seed (voxel beside the surface), and a bound. A
@@ -106,7 +106,7 @@ double interpolated(const DenseField& field, const glm::dvec3& p, const Value& v
   const glm::dvec3 q = glm::clamp(p, glm::dvec3(0), glm::dvec3(field.size - 1));
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(field.size - 2, glm::ivec3(0)));
   const glm::dvec3 f = q - glm::dvec3(i);
-  // Index steps to the other corners of the cell. A box may be only one voxel thick.
+  // Index steps to the other corners of the cell; 0 along an axis on which the field has only one voxel.
   const auto nz = static_cast<std::size_t>(field.size.z), nyz = static_cast<std::size_t>(field.size.y) * nz;
   const std::size_t x = field.size.x > 1 ? nyz : 0, y = field.size.y > 1 ? nz : 0, z = field.size.z > 1 ? 1 : 0;
   const std::size_t at = field.at(i.x, i.y, i.z);
@@ -254,7 +254,7 @@ bool TrueDistances::is_beside_surface(std::size_t at) const {
 float TrueDistances::computed(std::size_t at) const {
   const float given = field_.distance[at];
   if (nearest_[at] == NearestSeeds::kNone) return given;
-  // A field composed of solids can have small values far from its surface, where a solid was subtracted from air.
+  // Small values are not always near the surface: where a solid was subtracted from air, they occur far from it.
   const bool in_band = std::abs(given) <= kUnchangedBand;
   if (in_band && (reach_[at] <= std::abs(given) + kSeedGap || is_beside_surface(at))) return given;
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);

@@ -31,8 +31,8 @@ struct Verification {
   // kOtherLaw: the recording was made with another force law, so its hand motion was replayed with the current law
   enum class State { kNotChecked, kIdentical, kDiffers, kOtherLaw } state = State::kNotChecked;
   std::string what;  // description of the first difference between recording and replay
-  // Only with kOtherLaw: difference between the forces, N; removed volume with the current law and in the recording,
-  // m³.
+  // Only for kOtherLaw. force_…: difference between recorded and replayed force, N. removed, removed_before: removed
+  // volume in the replay and in the recording, m³.
   double force_rms = 0, force_max = 0, removed = 0, removed_before = 0;
 };
 
@@ -56,8 +56,8 @@ struct ReportOptions {
 /// Reads a PNG picture for a report or a session. Throws Error if the file is no PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// The volumes, hand measures and result that the session contains, as the input of the score. If the session has no
-/// result, the final volume is computed as the initial volume minus the volume that the ticks removed.
+/// The volumes, the measures of the hand's motion and the result in the session, as input of the score. If the session
+/// has no result, the final volume is computed as the initial volume minus the volume that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
 /// Computes the score with the rules in the session's scene.
 Score score_session(const SessionReader& session);

@@ -121,15 +121,15 @@ struct ScoreRule {
   std::string name;  // name of the measure, one of known_score_names()
   double target = 0;
   double tolerance = 1;
-  // Relative weight; the weights of all items together give 100 points. 0: only shown.
+  // Relative weight; the weights of all items together give 100 points. 0: the item is shown but gives no points.
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // publication from which target and tolerance were taken
-  // True: the scene lists the rule. If its measure does not exist (such as the depth of a floor), it gives no points.
+  // True: the scene lists the rule. Then a measure without value (for example a floor's depth) gives no points.
   bool asked = false;
 };
 
-/// The data from which a value is computed. It decides how well a replay can verify the value.
+/// The data from which a value is computed. On this depends how well a replay can verify the value.
 enum class Basis {
   kReplay,  // computed from tissue, forces and poses, which a replay checks
   kTicks,   // computed also from the number of ticks and the servo rate
@@ -160,8 +160,8 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if nothing gives points
-  // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. Depends
-  // on the task: fraction of lesions and surface, of phases, of required changes, or of caries; else 1 after a change.
+  // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. The
+  // fraction of lesions found and surface explored, finished phases, required changes made, or caries removed.
   double completion = 1;
   PassMark pass;
 
@@ -190,8 +190,8 @@ void check_rules(const Json& block);
 /// Reads "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}; the default if it is missing. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. An item without value is left out, with its weight. But if the task asks for it and the geometry
-/// was measured, it counts and gives no points.
+/// Computes the score. An item without value is left out, and its weight does not count. But if the task lists the
+/// item and the geometry was measured, its weight counts and it gives no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

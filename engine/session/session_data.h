@@ -94,7 +94,7 @@ struct Lost {
   // Number of other records lost because the disk was full or failed: changes of the servo's tissue copy, events,
   // stream samples.
   std::uint64_t other_disk = 0;
-  std::uint64_t other_ring = 0;     // number of other records (as in other_disk) lost because a queue was full
+  std::uint64_t other_ring = 0;     // number of records other than ticks and cuts, lost because a queue was full
   std::uint64_t pictures_disk = 0;  // number of pictures of the result lost because the disk was full or failed
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }

@@ -449,7 +449,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Checks the columns in which gaps are visible, for all ticks. The other columns are checked when they are read.
+  // Checks the columns index, t_ns and cuts of all ticks, which show gaps. Other columns are checked when read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -485,7 +485,7 @@ void SessionReader::Impl::find_gaps() {
       last_index = i, last_t = at, last_made = so_far;
     }
   }
-  // Counts missing cuts in the gap of ticks that contains them. If there is no such gap, a new gap is created.
+  // Adds the number of missing cuts to the gap of missing ticks in which they were made, or else to a new gap.
   const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
                            Nanos to) {
     const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
@@ -636,7 +636,7 @@ bool repair_session(const std::filesystem::path& file) {
       write_again(reader, partial->path());
     }
   }
-  // Another file may have got this name in the meantime; it must not be replaced.
+  // Since the recording was opened, another file may have got its name. Such a file must not be replaced.
   struct stat opened {
   }, named{};
   if (::fstat(bytes.fd(), &opened) != 0 || ::stat(file.c_str(), &named) != 0 || opened.st_ino != named.st_ino ||

@@ -142,8 +142,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // Corners on a crease get the normal `side`: the mean normal of the other corners, or the triangle's own. On a gentle
-  // crease (a narrow fissure), small triangles get the mean of both sides, so that the crease looks round.
+  // Corners on a crease get the normal `side`: the mean normal of the corners that are on no crease; if there are none,
+  // the triangle's normal. A gentle crease (narrow fissure) looks round: there, small triangles get both sides' mean.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -224,7 +224,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     }
   }
   const CellShapes& shapes = CellShapes::get();
-  // steps down along u and v to each of the four cells
+  // for each of the four cells: 1 if it is one cell lower along u; the same along v
   static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
   const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
   count = 0;
@@ -322,7 +322,7 @@ struct SurfaceMesher::State {
     return it == bricks.end() ? nullptr : it->second.get();
   }
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons of the upper neighbours use this brick's cells.
+    // Also queues the neighbours with higher indices, because their polygons use this brick's cells.
     for (int o = 0; o < 8; ++o) {
       Brick* const upper = find(key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
       if (!upper || upper->queued) continue;

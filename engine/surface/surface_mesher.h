@@ -56,10 +56,10 @@ class SurfaceMesher {
   /// Sets the tolerance for bricks that put() receives from now on. Bricks of different tolerance join without cracks.
   void set_tolerance(float tolerance);
 
-  /// Call it when one of the brick's 19³ samples has changed. Before remesh(), it must have been called for every brick
-  /// whose 17³ corners differ in sign.
+  /// Passes a brick's samples to the mesher. Call it when one of the brick's 19³ samples has changed. Before remesh(),
+  /// it must have been called for every brick whose 17³ corners differ in sign.
   void put(const FieldBrick& brick);
-  /// Like put() for a brick without surface.
+  /// Tells the mesher that a brick has no surface any more; in place of put().
   void remove(const glm::ivec3& key);
 
   /// Meshes the changed bricks. Returns the sorted keys of all bricks that changed since the last call, also of those

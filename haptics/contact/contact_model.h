@@ -87,11 +87,11 @@ struct Contact {
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;   // m, length by which other members are divided (comment "in `unit`"): 1 m, or the size of a voxel
-  dvec3 lever{0};    // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: the head's centre
-  dvec3 turn{0};     // moment of all contacts, Σ w (x - c) × n, in `unit` squared
-  dvec3 on_head{0};  // Σ w n over the head's contacts, in `unit`
-  // Sum Σ w n over the contacts of the shank and of the safe end, in `unit`. on_head + on_shank is the displacement
-  // from the hand to the proxy that the contacts cause.
+  dvec3 lever{0};    // mean lever arm of the contacts, Σ w_i (x_i - c) / Σ w_i, in `unit`; c: the head's centre
+  dvec3 turn{0};     // moment of all contacts, Σ w_i (x_i - c) × n_i, in `unit` squared
+  dvec3 on_head{0};  // Σ w_i n_i (weight × direction) over the head's contacts, in `unit`
+  // Σ w_i n_i (weight × direction) over the contacts of the shank and of the safe (non-cutting) end, in `unit`. The
+  // contacts displace the proxy from the hand by on_head + on_shank.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps `tissue` of the last tick
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1

@@ -38,7 +38,7 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// Adding kGrid rounds a double below 2 to a multiple of 2^-29. Its products with floats are then exact without FMA.
+// Adding kGrid rounds a double below 2 to a multiple of 2^-29. Products of such multiples with floats are exact.
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// For each sample j, sums of the weights from j to the last sample. A weight is the difference of two rounded sums, so

@@ -22,8 +22,8 @@ TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // `after`: sum of the weights of all later samples of the row. Both sums contain kGrid, which rounds them; their
-  // difference does not contain it.
+  // A weight is the sum of the weights from its sample on (`from`) minus that of all later samples (`after`). Both sums
+  // contain kGrid, which rounds them; their difference does not contain it.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);

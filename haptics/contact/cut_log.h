@@ -51,7 +51,7 @@ struct MadeCut {
 /// count less by this volume.
 class RisingCount {
  public:
-  /// Returns the volume (m³) to count for a cut.
+  /// Returns the volume (m³) by which the count increases after a cut that removed the volume `removed`.
   PerTissue counted(const PerTissue& removed) noexcept {
     PerTissue now{};
     for (std::size_t t = 0; t < now.size(); ++t) {

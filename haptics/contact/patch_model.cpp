@@ -37,11 +37,11 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     update_coarse(fresh, false);
   }
   std::swap(fresh, patch_);
-  std::swap(fresh.step, patch_.step);  // only the carver's snapshot needs memory for steps
+  std::swap(fresh.step, patch_.step);  // the memory for steps stays in `fresh`, which returns to the carver
   adopted(strokes_edited, !edited && !first);
 }
 
-/// Moves patch_ to the position of its step `fresh`. Old samples and the servo's own cuts remain.
+/// Moves patch_ to the position of `fresh`, which contains only the new samples. Old samples and own cuts remain.
 void PatchModel::step_to(TissuePatch& fresh) noexcept {
   if (fresh.from != patch_.number) return;  // cannot happen: `fresh` is always made for the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;
@@ -60,8 +60,8 @@ void PatchModel::step_to(TissuePatch& fresh) noexcept {
   adopted(false, true);
 }
 
-/// Repeats the newest cuts in `fresh` after an undo, a redo or the removal of a loose piece, which the old samples do
-/// not contain. Volume that both a loose piece and a cut remove is counted once.
+/// Repeats the servo's newest cuts in `fresh`, if it contains an undo, a redo or the removal of a loose piece that the
+/// old patch lacks. Volume that both a loose piece and a cut remove is counted once.
 void PatchModel::repeat_cuts(TissuePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {

@@ -26,7 +26,7 @@ int patch_edge_for(std::span<const Tool> tools, double voxel) {
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
-  // 1e-6: rounding errors must not add eight more samples.
+  // The edge is rounded up to a multiple of n samples. 1e-6 is subtracted so that rounding errors do not add n samples.
   constexpr int n = Sweep::kLeaf;
   return n * static_cast<int>(std::ceil((2 * half + 1 - 1e-6) / n));
 }

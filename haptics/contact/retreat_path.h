@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// Points (voxels) from outside the tissue to the proxy, without loops. If the memory is full, every second point is
-/// removed. Servo thread only; allocates at set-up.
+/// Path of the proxy: points (voxels) from outside the tissue to the proxy, without loops. If the memory is full, every
+/// second point is removed. Servo thread only; allocates at set-up.
 class RetreatPath {
  public:
   /// True if a head with orientation `now` does not fit the hole that it cut with orientation `then`. Not for balls.
@@ -37,8 +37,8 @@ class RetreatPath {
     points_.pop_back();
     far_ = std::min(far_, points_.size());
   }
-  /// Returns c, moved back along the path by at most `max_step`, as far as the path leads towards `target`. There is no
-  /// tissue where the head has been, but inexact contacts in a deep hole can hold it.
+  /// Returns c, moved back along the path by at most `max_step`, as far as the path leads towards `target`. Needed in
+  /// a deep hole: inexact contacts can hold the head although its path is free of tissue.
   dvec3 withdrawn(dvec3 c, const dvec3& target, double max_step) noexcept;
   /// Index of the point nearest to `target`, or size() if none is nearer than `within`.
   std::size_t nearest(const dvec3& target, double within) const noexcept;
@@ -58,8 +58,8 @@ class RetreatPath {
 
   std::vector<dvec3> points_;
   double longest_ = kSpacing;  // voxels, largest distance between consecutive points
-  // All points of the path before index far_ are farther than kFar + kSamePlace from the point far_from_. So a proxy
-  // within kFar of far_from_ is not near these points.
+  // Number of points at the start of the path that a search may skip while the proxy is within kFar of far_from_: these
+  // points are farther than kFar + kSamePlace from far_from_.
   std::size_t far_ = 0;
   dvec3 far_from_{0};
 };

@@ -14,13 +14,13 @@ struct Snapshot {
   std::uint32_t number = 0;  // number of the snapshot, from 1; 0: empty
   // 0: complete snapshot. Otherwise: contains only what the snapshot with this number lacks, and can replace only that.
   std::uint32_t from = 0;
-  std::uint64_t cuts = 0;       // number of the last cut that it contains
+  std::uint64_t cuts = 0;       // number of the last cut that the snapshot contains
   std::uint32_t edits = 0;      // number of undos and redos before the snapshot
   std::uint64_t edited_at = 0;  // number of the last cut before the newest undo or redo
   // m³, volume restored by undos, minus volume removed by redos
   PerTissue taken_back{};
   std::uint32_t pieces = 0;  // number of loose pieces removed before the snapshot
-  PerTissue loose{};         // m³, volume of these loose pieces
+  PerTissue loose{};         // m³, volume of the loose pieces removed before the snapshot
   dvec3 center_W{0, 0, 0};   // m, centre around which the snapshot was requested
 
   Snapshot() = default;

@@ -51,14 +51,14 @@ class TissueBody {
   /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
   /// cuts to its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
-  /// Copies the tissue around snapshot.center_W, or around the nearest possible centre, which it then stores there.
-  /// `held`: number of the servo's snapshot; 0: unknown. The copy may contain only what that snapshot lacks; then
-  /// snapshot.from becomes `held`.
+  /// Copies the tissue around snapshot.center_W. If no copy can have this centre, uses the nearest possible centre and
+  /// stores it in snapshot.center_W. `held`: number of the servo's snapshot; 0: unknown. The copy may contain only what
+  /// the servo's snapshot lacks; then snapshot.from becomes `held`.
   virtual void cut_out(Snapshot& snapshot, std::uint32_t held) = 0;
   /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
   /// record.
   virtual void remember_writes(bool wanted) = 0;
-  /// Updates `snapshot`, the newest one, by the recorded changes.
+  /// Applies the recorded changes to `snapshot`, which is the newest snapshot.
   virtual void bring_up_to_date(Snapshot& snapshot) = 0;
 
   /// Returns the tissue as a distance field with labels, for rendering, scores, reports and files. A body with another

@@ -39,12 +39,12 @@ struct TissuePatch : Snapshot {
   // its own, larger voxels.
   std::vector<TissuePatch> coarse_levels;
   int every = 1;
-  // Allows the carver to copy only new or changed samples. copied_at: TissueVolume::mark() at the last copy; 0: copy
-  // all. written_lo, written_hi (voxels): box of the samples that the servo has changed since that copy, inclusive.
+  // Data with which the carver copies only new or changed samples. copied_at: TissueVolume::mark() at the last copy; 0:
+  // copy all. written_lo, written_hi: box of the samples that the servo has changed since then, voxels, inclusive.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
-  // Has one element with an intermediate surface (offset/intermediate_surface.h), in a complete tissue patch: a copy of
-  // the samples, for the servo.
+  // One element if the model has an intermediate surface (offset/intermediate_surface.h) and the carver copies the
+  // whole tissue patch: a second copy of the samples, for the servo. Otherwise empty.
   std::vector<TissuePatch> intermediate;
   // The new samples if Snapshot::from is not 0; in this case, the arrays above are not valid.
   PatchStep step;
@@ -137,11 +137,11 @@ struct FieldSample {
 // The following functions do not check whether the tissue patch contains the samples around p_V: call holds() first.
 
 /// Trilinear interpolation at p_V (voxels). Error: h²/4R for a surface with radius R and the voxel size h. Takes 3–4
-/// ns. For searches, never for a force. Outside a whole tissue patch, returns a lower bound.
+/// ns. For searches, never for a force. Outside a patch that is `whole`: lower bound of the distance.
 double sample_linear(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Lower bound of the distance from p_V to tissue, voxels. Beside fillings, it may be smaller than the field.
 double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear interpolation with gradient; also outside a `whole` tissue patch.
+/// Trilinear interpolation with gradient. Outside a patch that is `whole`: the result at its nearest point.
 FieldSample sample_linear_gradient(const TissuePatch& patch, const dvec3& p_V) noexcept;
 /// Quasi-interpolating cubic B-spline on 6³ samples at p_V (voxels): C², exact for cubics, error O(h⁴). Its weights
 /// contain the prefilter, so a cut requires no update (Condat, Blu & Unser 2005, sec. III).

@@ -40,7 +40,7 @@ struct PassivityLaw {
   // s; replaces `hold` for the largest speed while the hand feels no force. It is shorter, because a fast approach is
   // often followed by a slow touch.
   double free_hold = 0.15;
-  double fading = 0.5;  // s, time constant with which largest speed and change decay after `hold`
+  double fading = 0.5;  // s, time constant with which the largest recent speed and change of velocity decay
   double uneven = 1.5;  // predicted length of the next tick divided by the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion of the hand counts as rounding error or rest
   double leap = 2;      // m/s; a faster motion of the hand counts as a jump
@@ -51,7 +51,7 @@ struct PassivityLaw {
   double credit = 0.5e-9;
 };
 
-/// Maximum of recent values: constant for `hold`, then decaying.
+/// Maximum of recent values. It is constant for the time `hold` (s), and decays afterwards.
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
@@ -69,8 +69,8 @@ struct PassivityState {
   double retreat = 0;
   double advance = 0;   // m per tick, fastest recent motion against the force
   dvec3 moved{0};       // m, displacement in the previous tick
-  double distance = 0;  // m, length of `moved`
-  // Valid for ticks of decay_for s. per_second: 1 / decay_for. decay, clock_decay: factors per tick (retreat, longest).
+  double distance = 0;  // m, length of the displacement in the previous tick
+  // In a tick of decay_for s, `retreat` decays by the factor decay, `longest` by clock_decay. per_second: 1 / decay_for
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   // m/s: largest recent speed, and largest recent change of velocity in one tick; also without contact
   RecentMaximum speed, change;
@@ -79,7 +79,7 @@ struct PassivityState {
   double fade = 1;              // factor per tick by which `speed` and `change` decay
   double since_reversal = 1e9;  // s of motion since the hand's last large reversal
   double longest = 0;           // s, longest recent tick
-  // rad per tick: fastest retreat, fastest advance, previous rotation.
+  // rad per tick, fastest recent rotation along the torque (retreat) and against it (advance); turned: last rotation
   double rotation_retreat = 0, rotation_advance = 0;
   dvec3 turned{0};
 };

@@ -27,8 +27,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Largest n·w. The normal n rotates from the first normal of the first piece (straight down at a tip) to the last one
-  // of the last piece. If n passes the direction of w, n·w is at most |w|; otherwise the first or last n gives it.
+  // Largest n·w (n: normal, w: motion). Along the meridian, n turns from the normal at its start (at a tip: straight
+  // down) to the normal at its end. If n passes the direction of w, the largest n·w is |w|; otherwise it is at an end.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -26,7 +26,7 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  // voxels from the sweep's base voxel: box of the samples
+  // lower corner of the box of samples, in voxels from the sweep's base voxel
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
@@ -98,7 +98,7 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Always written; an unchanged group is overwritten by the next. A branch would often be mispredicted.
+    // Writes every group; the next group overwrites an unchanged one. A branch would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -147,7 +147,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // z is computed once for each possible start of a group, so that rounding does not depend on the row's first sample.
+  // z of the eight samples of a group, for each possible start of a group. All rows use it, so rounding is the same.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -216,7 +216,7 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Cuts the collected groups now if the groups of eight more rows might not fit into `work`.
+      // Cuts the collected groups now if `work` might not have space for the groups of the next eight rows.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -246,15 +246,15 @@ struct BallBlocks {
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the sweep, plus one voxel on each side
   glm::ivec3 held_lo, held_hi;  // box of the tissue patch
-  // path lengths at which the blocks must be examined again, one element per block
+  // for each block: length of the ball's path at which the block must be examined again, voxels
   float* due;
   int due_x, due_y;
-  float path_length;  // path length at the end of this sweep
-  float ahead;        // path length for which groups are listed; 0: no list
+  float path_length;  // length of the ball's path at the end of this sweep, voxels
+  float ahead;        // voxels; groups of samples that change within this length are listed; 0: no list
   float slip;         // voxels, largest rounding error of a depth
   int lanes;          // number of samples in a group
-  // Layers of blocks along x belong to the parts in turn. `part`: the current part; `first_layer`: part of the first
-  // layer.
+  // Along x, layers of blocks are assigned to the parts 0, 1, …, parts - 1, 0, 1, … `part`: the part that is cut now.
+  // `first_layer`: the part to which the first layer belongs.
   int parts, part, first_layer;
   CutFront::Found* found;  // buffer for the list of groups
   // number of groups found; may exceed `capacity`
@@ -409,7 +409,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance by which the ball must approach before the sample changes; a sample at kInner never changes.
+            // Distance by which the ball may approach without changing a sample. At kInner, a sample no longer changes.
             F8 safe_travel = (raised ? now : least) - depth;
             safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables extend beyond the sweep's box: groups may end outside it, and lists are used for up to one more voxel.
+  // The table of heights exceeds the sweep's box in z: groups may end outside, and lists reach one voxel farther.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -100,7 +100,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // Copies the blocks a to b (indices before the box was moved).
+    // Copies the data of the blocks a ≤ index < b, which stay in the box. Indices are those before the box was moved.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {

@@ -28,9 +28,9 @@ class CutFront {
   /// parts, so that the list of one part is short enough to be made again in one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups `from` to `to` of a list with equal properties. `kind`: pieces of the meridian that can be
-  /// nearest to a sample. `narrow`: only the first kNarrowest samples can change. `stage`: eighth of the list's
-  /// lifetime, 0 to 7, from which on samples of these groups can change.
+  /// Consecutive groups of a sorted list, `from` to `to` - 1, with equal kind, narrow and stage. `kind`: which pieces
+  /// of the meridian can be nearest to the samples. `narrow`: only the first kNarrowest samples of a group can change.
+  /// `stage`: the list's lifetime has eight stages, 0 to 7; the samples cannot change before this stage.
   struct Run {
     int kind;
     bool narrow;
@@ -59,7 +59,7 @@ class CutFront {
 
   /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than is stored here.
   void forget() noexcept { known_ = false; }
-  /// Position of a group in a tissue patch with the edge n that starts at voxel `patch_lo`.
+  /// A group in a tissue patch: index of its first sample (`at`), and number of its samples (`lanes`).
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -85,15 +85,15 @@ class CutFront {
   // Voxels per tick. Faster heads get no lists, because they would use up a list within a few ticks.
   static constexpr double kMaxListed = 0.2;
 
-  /// One part of the lists: the groups that the head may change until its path length is `until`. Arrays: position and
-  /// index of each group's first sample, relative to the first stored voxel; number of samples that may change;
-  /// tissue.
+  /// The list of one part: groups of samples that the head may change before its path length is `until`. Arrays, for
+  /// each group: position and index of its first sample, relative to the first stored voxel; number of samples that may
+  /// change; their tissue.
   struct Groups {
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    // voxels: path length at which the list expires, and path length for which it is valid
+    // voxels; until: path length at which the list expires; lasts: motion for which a new list is valid
     double until = -1, lasts = 0;
     int capacity() const { return static_cast<int>(x.size()) - kPadding; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
@@ -139,7 +139,7 @@ class CutFront {
   struct Blocks {
     glm::ivec3 first, last;
   };
-  /// Blocks that this cut or the next voxel of path can change. `lo`, `hi`: box of the sweep, voxels.
+  /// Blocks that can change in this cut or in the next voxel of motion. `lo`, `hi`: box of the sweep, voxels.
   Blocks reached(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
     const glm::ivec3 step(kRows, kRows, kRowLength), origin = first_ * step;
     return {(lo - 1 - origin) / step, (hi + 1 - origin) / step};
@@ -161,12 +161,12 @@ class CutFront {
 
    private:
     const CutFront& front_;
-    int first_part_, layers_;  // part of the first layer that the head reaches, and number of reached layers
+    int first_part_, layers_;  // index of the part to which the first reached layer belongs; number of reached layers
     int most_;                 // largest number of reached parts that get lists
     // Voxels. The lists of one cut get the lifetimes 1, 2, … × this value, so that they expire one after another.
     // ahead_: for parts that the head reaches; ahead_of_empty_: for others.
     double ahead_, ahead_of_empty_;
-    int early_;  // part renewed although its list is valid; -1: none
+    int early_;  // index of a part that gets a new list although its list is still valid; -1: none
     int made_ = 0, empty_ = 0;
   };
   /// `holds`: the new tissue patch contains all listed samples, so the lists remain valid. `n`: edge of the patch in
@@ -182,7 +182,7 @@ class CutFront {
   /// Table of those terms of the distance that depend only on z. `k`: number of the table.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kRowLength + kBeyond); }
 
-  // Spare elements of each table, because a group may begin at the last sample of the stored box.
+  // Spare elements at the end of each table in heights_: a group may begin at the last sample of the stored box.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // number of stored blocks along each axis
@@ -190,7 +190,7 @@ class CutFront {
   // due_: path length at which each block must be examined; moved_: buffer for move_around()
   std::vector<float> due_, moved_;
   static constexpr int kMaxParts = 16;
-  // The number of parts is a power of two. Positions in their lists are relative to the first stored voxel.
+  // One list per part; the number of parts is a power of two. Positions are relative to the first stored voxel.
   std::vector<Groups> parts_;
   // First voxel and edge (samples) of the tissue patch for which the lists were made.
   glm::ivec3 listed_lo_{0};

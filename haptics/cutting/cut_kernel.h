@@ -1,7 +1,7 @@
-// Included once in each namespace of lane_ops.h. Raises samples and sums the removed volume of each tissue.
+// Included once in each namespace of lane_ops.h. Changes samples and sums the removed volume of each tissue.
 
-/// Raises samples to `depth` (at most kInner, 3 voxels) where `ahead` is set and `depth` exceeds `least`. `least`:
-/// receives the larger of `old` and −kMargin (−3.5). `rises`: receives the mask of raised lanes.
+/// Returns `depth` in lanes where `ahead` is set and `depth` exceeds both `old` and −kMargin (−3.5 voxels); otherwise
+/// `old`. Sets `least` to the larger of `old` and −kMargin, and `rises` to the mask of the lanes with `depth`.
 TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
@@ -19,7 +19,7 @@ struct Taken {
   RemovedVolume* removed;
   GradedSamples graded;  // a copy, so that its pointers stay in registers
   Ints units = {};
-  // Sum of removed units × hardness byte, divided into its low 16 bits and the rest.
+  // Sum of (removed volume × hardness byte), in two numbers: the low 16 bits, and the higher bits.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;

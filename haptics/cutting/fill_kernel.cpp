@@ -50,8 +50,8 @@ struct Lanes {
   }
 };
 
-/// Increases distances of the samples in `meant`, so that the filling stays inside the limiting solid. Groups are
-/// aligned to the volume's blocks, so the result does not depend on the block.
+/// Increases the distances of the samples selected by `meant`, so that the filling stays inside the limiting solid. The
+/// eight samples are aligned to the volume's blocks, so the result does not depend on the processed box.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));

@@ -15,7 +15,7 @@ class FreshLabels;
 /// Input of lower_block(): a ball of filling. Positions in voxels, relative to a base voxel near the head.
 struct FillBall {
   HeadPose head;
-  // meridian of the head; neither the head nor its path of retreat may contain filling
+  // meridian of the head; no filling may enter the head, or the path on which the head can be withdrawn
   MeridianPiece pieces[HeadField::kMaxPieces];
   // bit mask of all pieces of the meridian
   unsigned all_pieces;

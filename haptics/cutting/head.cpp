@@ -307,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Index of the meridian's piece that is nearest to all samples of the group from `first_voxel`; if none is: `kind`.
+  /// Index of the meridian's piece that is nearest to all samples of the group from `first_voxel`; none: `kind`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -351,7 +351,7 @@ class HeadPass {
   // kNone: the block is not read. kExamine: it is read, but the head recedes from all its samples. kRaise: it may
   // change.
   enum class Work { kNone, kExamine, kRaise };
-  /// Call it after near(). Returns kNone, and sets `safe_travel`, if nothing can change within `ahead`.
+  /// Call it after near(). If no sample can change within `ahead` voxels of path, returns kNone and sets `safe_travel`.
   Work what(int lane, HeadBlock& block, float& safe_travel, bool clipped) const {
     const float d = seen_.distance[lane], path_length = after_ ? back_.longest : 0;
     // The middle sample shows if the block can change, because samples and depths change by at most one per voxel.
@@ -588,7 +588,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
 }
 
 /// Cuts the blocks in one part of the active front that must be examined now, and sets the path length of their next
-/// examination. Lists groups that may change within `ahead`.
+/// examination. Lists groups of samples that may change within the next `ahead` voxels of path.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -637,7 +637,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               safe_travel = clipped ? 0 : found.safe_travel;
               kinds[z - z0] = block.kind;
             }
-            // After pose A (k = 0), all blocks must be examined again at once, because pose B follows.
+            // After pose A (k = 0), all blocks are marked as due, because they must be examined at pose B as well.
             row[z] = k == 0 ? -CutFront::kNever : path_length + (safe_travel - slip);
           }
           if (k == 0) continue;
@@ -678,8 +678,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// For heads too fast for sample lists. A large head's samples do not fit into the fast caches, so blocks are processed
-/// in batches of eight: prefetch one sample of each block; decide which blocks to cut, prefetch their rows; cut.
+/// For fast heads, whose lists of samples would soon be invalid. A large head's samples exceed the fast caches, so
+/// blocks are processed in batches of eight: prefetch a sample per block; choose blocks, prefetch their rows; cut.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();
@@ -736,8 +736,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   if (front.outdated() < front.parts()) {
-    // The tables extend beyond the sweep's box, because groups end with their blocks, and lists are used for up to one
-    // more voxel. In a motion along the axis, the box contains only the end of the head; earlier lists extend farther.
+    // The tables extend beyond the sweep's box: groups of samples reach to the end of their blocks, and lists are used
+    // for a voxel more. In a motion along the axis, the box contains only the head's end; earlier lists extend farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kRowLength - 1);

@@ -1,8 +1,8 @@
 // Included once in each namespace with eight lanes, after cut_kernel.h, depth_kernel.h, row_kernel.h and path_kernel.h.
 
 /// Raises each sample to max(old, min(depth, kInner)), ignoring depths below -kMargin (kInner 3, kMargin 3.5 voxels).
-/// Returns true if a sample changed. `may_raise` false: changes no sample, only computes `found`. `tops`: receives
-/// samples that may have been deeper earlier in the motion.
+/// Returns true if a sample changed. `may_raise` false: changes no sample. `found`: receives the distance that the head
+/// can move before a sample changes. `tops`: receives samples that may have been deeper earlier in the motion.
 TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSafeTravel& found) {
   static_assert(kLanes == kRowLength);
@@ -71,14 +71,14 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // moving: the depth, or −kNoEnd (far outside) where a motion along the axis changes nothing. The list is for
+        // moving: the depth, or −kNoEnd (far outside) where a motion along the axis changes nothing. found.live is for
         // this motion, so it uses `moving`; safe travel is for any later motion, so it uses `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         travel = pick(raised, zero, least - depth);
         travel = pick(full | no_less(depth, inner), no_end, travel);
         if (found.live) {
-          // prefetches the labels, which are needed soon for the list
+          // prefetches the tissue labels of the samples, which are needed soon
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), travel), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

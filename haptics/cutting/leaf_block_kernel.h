@@ -5,8 +5,8 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Like carve_head_block() for a whole block of a leaf, but without removed volume and safe travel. Only for blocks in
-/// which no sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
+/// Raises each sample of a block to its depth in the head, without computing removed volume and safe travel. Only if no
+/// sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kRowLength, kGroups = kRows / kTogether;
@@ -61,7 +61,7 @@ TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// Like the function above, but computes depths below the pieces that `block.kind` selects.
+/// Raises each sample of a block to its depth below the meridian pieces that `block.kind` selects.
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);

@@ -1,7 +1,7 @@
 // Included once in each namespace of lane_ops.h, after cut_kernel.h. Cuts by a ball in a leaf.
 
-/// Centres of the groups of a leaf, relative to its first sample. A group is one or two rows along y at constant x; the
-/// z coordinate is 3.5.
+/// Centres of a leaf's groups of samples, relative to its first sample, voxels. A group is one row of eight samples
+/// along z, or two rows that are neighbours along y. So z is 3.5 for all centres.
 struct LeafGroups {
   static constexpr int kCount = Sweep::kLeaf * Sweep::kLeaf * Sweep::kLeaf / kLanes;
   static constexpr int kRowsTogether = kLanes / Sweep::kLeaf;
@@ -29,8 +29,8 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
               pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  // Let d be the vector to a group's centre: squared distances of its samples differ from d² by at most 2 (kHalfY |d_y|
-  // + kHalfZ |d_z|), and upwards by kHalf2 more.
+  // Bounds of a sample's squared distance, if d is the vector to its group's centre:
+  // d² - s to d² + s + kHalf2, where s = 2 (kHalfY |d.y| + kHalfZ |d.z|).
   const Floats min_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
   const Floats hole2 =
@@ -52,7 +52,7 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
 template <bool capsule>
 TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
-  // Terms of distances that depend on y or z only. A group is one or two whole rows, so all have the same z terms.
+  // Terms of distances that depend only on y, or only on z. The z terms are the same for all groups.
   float y_along[n], y_apart[n];
   alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
@@ -80,7 +80,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     along_x[x] = px * c.abx;
     apart_x[x] = capsule ? px : qx * qx;
   }
-  // Calls visit(position of the first sample, depths, mask of the samples ahead of A).
+  // Calls visit() with a pointer to the group's samples, their depths in the ball, and the mask of samples ahead of A.
   const auto visit_group = [&](int group, const auto& visit) __attribute__((always_inline)) {
     const int x = group / kInPlane, i = group % kInPlane;
     const Floats dot = (all(along_x[x]) + along_y[i]) + along_z;
@@ -106,11 +106,11 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // Raised samples are now at the ball's surface, so any further motion of the ball can change them: distance 0.
+  // The changed samples are at the ball's surface. Any further motion of the ball can change them, so it returns 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats min_safe_travel = never;
   const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // voxels by which the ball must approach before the sample changes; a sample at kInner (3) never changes
+    // Voxels by which the ball must approach before the sample changes. At kInner (3 voxels), a sample never changes.
     const Floats now = load(at);
     min_safe_travel =
         lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));

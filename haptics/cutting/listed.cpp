@@ -128,7 +128,7 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // Often all groups of a part are narrow (Run::narrow), or none is: then only one of the kernels is called.
+    // One kernel cuts the narrow groups of samples (Run::narrow), another one all other groups. Skips unneeded kernels.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

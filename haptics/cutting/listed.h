@@ -1,5 +1,5 @@
-// Cuts of the groups in the lists of the active front (CutFront). Most cuts change only samples in these lists. Private
-// to haptics/cutting.
+// Cuts the groups of samples that the active front of a tool (CutFront) lists. Most cuts change only listed samples.
+// Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -30,11 +30,11 @@ struct BallFront {
   Capsule c;
   // first voxel of the CutFront, relative to the origin of `c`
   glm::ivec3 origin;
-  float* distance;  // sample at the first voxel of the CutFront
+  float* distance;  // pointer to the sample (signed distance) of the first voxel
   struct {          // tables, one value for each z
-    // for a capsule: height above its start A, voxels; for a ball at B: squared height difference from B, voxels²
+    // capsule: height of a sample above A, voxels; ball at B: squared height difference of a sample from B, voxels²
     float* apart;
-    // voxels², height above the motion's start A × z component of the motion
+    // voxels², height of a sample above the motion's start A, multiplied by the motion's z component
     float* ahead;
   } heights;
   CutFront::Listed groups;

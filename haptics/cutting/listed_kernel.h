@@ -25,8 +25,8 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Cuts groups. `capsule` false: only with the ball at B. `ahead`: all samples are ahead of A; `whole`: all may change.
-/// If `ahead` or `whole` is true, this condition is not tested for each sample.
+/// Cuts groups with a ball that moves from A to B; `capsule` false: only with the ball at B. `ahead`: all samples are
+/// ahead of A. `whole`: all samples may change. If one of these is true, it is not tested for each sample.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -85,7 +85,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      // samples behind A cannot increase
+      // samples behind the start of the motion cannot increase
       if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
@@ -112,8 +112,8 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(). motion_rho, motion_z: a sample's motion away from the head's axis and along it, times rho,
-/// the sample's distance from the axis. least: smallest depth that changes the sample's value.
+/// Input of may_be_deeper(). motion_rho, motion_z: a sample's motion away from the head's axis and along the axis, both
+/// multiplied by the sample's distance from the axis. least: smallest depth that changes the sample's value.
 struct Passed {
   Floats motion_rho, motion_z, least;
 };
@@ -165,8 +165,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// For a motion along the axis: end, rim or flank is nearest. The depth is bit-identical to that of BelowAny, but only
-/// for samples that this motion can cut.
+/// Depth below the head's end, rim or flank, in a motion along the axis. For samples that this motion can cut, it is
+/// bit-identical to the depth of BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -190,8 +190,8 @@ struct BelowAny {
   }
 };
 
-/// For kChunk groups, in frame T, voxels: terms of the position that are equal along z of frame V, and motion of the
-/// first sample back to the last pose.
+/// Data of kChunk groups in frame T, voxels. x, y, z: part of a sample's position that does not depend on z of frame
+/// V. motion_x, motion_y, motion_z: motion of a group's first sample back to the head's previous pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
@@ -199,7 +199,7 @@ struct HeadRows {
 
 /// Bounds of the motions of all samples in a group; only the motion of the group's middle is computed.
 struct HeadSides {
-  // Voxels. half: half a group's length along z. off: component of this vector across the head's axis, plus the motion.
+  // Voxels. half: half a group's length. off: part of this length perpendicular to the head's axis + longest motion.
   float half, off;
   float across;  // voxels, motion perpendicular to the axis
   // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the
@@ -232,8 +232,8 @@ struct HeadSides {
     const Floats motion_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.motion_x + g, motion_x - all(half * bend[0])), store(rows.motion_y + g, motion_y - all(half * bend[1]));
     store(rows.motion_z + g, motion_z - all(half * bend[2]));
-    // Each sample has its own direction away from the axis, so this component of the motion is bounded for the whole
-    // group.
+    // Each sample has its own direction away from the axis. So the motion in this direction gets a bound that is valid
+    // for the whole group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -294,7 +294,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // In a motion along the axis (still_above below kNoEnd), no sample is deeper before the end.
+  // still_above < kNoEnd: the head moves along its axis, so no sample is deeper during the motion than at its end.
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {

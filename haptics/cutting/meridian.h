@@ -19,8 +19,8 @@ struct MeridianPiece {
   // At the corners a and b: tan(φ/2), where φ is the angle between the neighbouring normals.
   float corner_a, corner_b;
 };
-// The kind of a block or group tells which pieces can be nearest to its samples. Below this value: index of the only
-// one. Otherwise: kManyPieces plus a bit mask of these pieces.
+// The kind of a block or group of samples tells which pieces of the meridian can be nearest to the samples. One piece:
+// its index, which is below kManyPieces. Several pieces: kManyPieces plus a bit mask of the pieces.
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
 /// Pose of a head in voxels, relative to the voxel `base`, which is so near that floats are precise enough.
@@ -30,7 +30,7 @@ struct HeadPose {
   float R[9];  // rotation from V to T, column by column
 };
 
-/// The samples from which a head removes tissue: an array, and the box of voxels that it contains.
+/// The samples from which a head removes tissue: arrays of their values, and the box of voxels that the arrays contain.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -38,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels, used as the motion until a sample can change; this value means that the sample never changes
+// voxels, stands for an infinite length, for example the motion until the change of a sample that never changes
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -28,7 +28,7 @@ namespace {
 
 namespace {
 
-// tan of half the angle at a corner; at a sharper corner, one line alone does not give the depth
+// tan of half the angle by which the outline turns at a corner; if larger, one line alone does not give the depth
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of search steps; almost always less than ten
 // voxels, largest difference between the paths of a block's samples and that of its centre
@@ -168,8 +168,8 @@ struct Deepest {
   F8 rho, below, depth;  // voxels; below: height below the flank's lower end, otherwise 0
 };
 
-/// Returns the largest depths below a line, in closed form. If a round end continues a flank, depth is the radius minus
-/// the distance from a half-line; squared distances are quadratic along the path.
+/// Returns the largest depths below a line, in closed form. If the line is a flank with a round end, the depth is the
+/// radius minus the distance from a half-line on the axis; the squared distance is quadratic along the path.
 TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
   const MeridianPiece& line = head.pieces[line_index];
   const Points path = paths_from(head, from);
@@ -188,15 +188,15 @@ TYPODONT_INLINE Deepest deepest_below(const Straight& head, int line_index, cons
   s = eight::greater(eight::lesser(s, one), none);
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
-    // The head is convex: the deepest point is that nearest to the round end's centre if it is below this centre,
-    // otherwise that nearest to the axis.
+    // The head is convex. If the point nearest to the round end's centre is below this centre, it is the deepest point;
+    // otherwise the point nearest to the axis is the deepest.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * path.z) / eight::greater(across2 + path.z * path.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
     s = above + at_end * path.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * path.x, from.y + s * path.y, from.z + s * path.z}, none, none, none};
-  // The position of the maximum is that on the straight path; its small error has no first-order effect on the depth.
+  // Uses the position of the maximum on the straight path. Its small error changes the depth only to second order.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -232,8 +232,8 @@ void examine_centres(const Straight* path_at, Centres* centres) {
   search.begin(path, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(path, step, centres->emptied);
-  // The depth is below both tangents, so also below their weighted mean. The weights make this mean constant along the
-  // path.
+  // The depth is below its tangents at the positions a and b, so also below their weighted mean. The weights make this
+  // mean constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -273,7 +273,7 @@ void examine_line(const Straight* path_at, Centres* centres, int line) {
 /// Eight block centres at the start of the path: their depths, and distances from each piece of the meridian.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
-  Points at;  // positions of the centres in the head's frame
+  Points at;  // positions of the block centres in the head's frame
   // For each block: index of the line of the meridian that alone determines all depths below Sweep::kInner; -1: none.
   int line[8];
   F8 rho;  // voxels, distance from the axis
@@ -299,7 +299,7 @@ void examine_start(const Straight* path_at, const Centres* centres, AtStart* fou
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes by a lower bound of n·w (normal n, motion w). `rounding`: voxels, error of this product.
+/// Blocks from which the head recedes: n·w > 0 (n: head's normal, w: motion of samples). `rounding`: voxels, its error.
 TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -334,8 +334,8 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
   return -approach >= path.turned * kHalf + rounding;
 }
 
-/// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. Below a line they are concave
-/// along the path, so they are smallest at one end of the path.
+/// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. The depth below a line is concave
+/// along the path, so it is smallest at one end of the path.
 TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -450,9 +450,9 @@ bool carve_path_block(const Straight* path_at, const PathBlock* block_at, Remove
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  // voxels, motion of the head after which a sample in a row that is not read can change
+  // voxels, motion of the head after which a sample can change in a row whose samples are not loaded
   float unread = kNoEnd;
-  F8 read = F8{} + kNoEnd;  // voxels of motion until a sample that is read can change
+  F8 read = F8{} + kNoEnd;  // voxels, motion after which a sample in a loaded row can change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float reach_beside = block.unread(ix, iy); reach_beside >= 0) {
@@ -566,8 +566,8 @@ Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* 
     for (int j = 0; j < 3; ++j)
       path.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // The squared chord of the rotation angle is half the sum of the squared elements of R − 1. A sample may be up to
-  // `beyond` (voxels) outside the head.
+  // The rotation R moves a sample by at most its distance × √(half the sum of the squared elements of R − 1). A sample
+  // may be up to `beyond` (voxels) outside the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   path.turned = static_cast<float>(std::sqrt(turned / 2));
   path.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
@@ -606,8 +606,8 @@ float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
 
 namespace {
 
-/// Cuts along one straight part of the path: choose(), examine(), cut() for eight blocks at a time, while the next
-/// eight are loaded.
+/// Cuts along one straight part of the path. choose(), examine() and cut() process eight blocks at a time, while the
+/// next eight are loaded.
 class PathPass {
  public:
   /// `part` of the path; `cut_before`: its start has been cut; `turned`: voxels, difference between the paths of a
@@ -797,7 +797,7 @@ bool Sweep::carve_path(const HeadTarget& target, RemovedVolume* removed, const D
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // A block farther than `far` from the axis at A is outside on the whole path.
+    // A block farther than `far` from the head's axis at the start A is outside the head on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(path.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + path.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kRowLength));

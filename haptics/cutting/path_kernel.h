@@ -60,8 +60,8 @@ TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns true for samples that may have been deeper than at the end of the motion, and deeper than `least`. Depth is
-/// concave along the path, so going back from the end it grows by at most `growth` / `scale`.
+/// Returns true for samples that earlier in the motion may have been deeper than `least` and than `depth`, the depth at
+/// its end. Depth is concave along the path, so it was never more than `depth` + `growth` / `scale`.
 TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
@@ -111,7 +111,7 @@ TYPODONT_INLINE NearestOnPath nearest_on_path(const MeridianPiece* pieces, unsig
 }
 
 /// Upper bound of n·w over the outward normals n of the pieces `first` to `last`. `away`, `along`: components of the
-/// motion w perpendicular to the axis and along it; `tip`: the sample may be nearest to a tip.
+/// motion w perpendicular to the axis and along it; `tip`: the sample may be nearest to a pointed end.
 TYPODONT_INLINE Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // The normal n rotates from that of the first piece (straight down at a tip) to that of the last piece. If it passes

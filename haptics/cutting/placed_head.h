@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// Adds a head to the tissue as Fill adds a ball; for implants that stay in bone. Carver thread only.
+/// Fills the shape of a tool's head with tissue; for implants that stay in bone. Carver thread only.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);

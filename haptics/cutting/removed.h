@@ -15,7 +15,7 @@ namespace typodont::haptics {
 /// Distances, labels and hardness of samples; the same index refers to the same sample in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
-  const Tissue* tissue = nullptr;          // null: nothing is filled
+  const Tissue* tissue = nullptr;          // tissue labels; null: no sample is filled
   const std::uint8_t* hardness = nullptr;  // null: the tissue has no hardness per voxel
 
   /// Hardness of a sample; filling has its own hardness.

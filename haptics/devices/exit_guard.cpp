@@ -64,7 +64,7 @@ void install_exit_guard() {
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
       ::sigaction(kSignals[i], nullptr, &before[i]);
-      // A signal that the program ignores does not end it.
+      // A signal that the program ignores does not end the program, so it keeps its setting.
       if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }

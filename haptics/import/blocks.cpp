@@ -621,7 +621,7 @@ void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Alo
 template <class Along, class Squared>
 Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // Squared distance beyond `reach`: larger than 3 reach²; kFar + 2 reach² must not overflow.
+  // Stands for a distance beyond `reach`. Larger than 3 reach², the largest valid value; kFar + 2 reach² fits the type.
   constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
@@ -712,7 +712,7 @@ static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read re
     return r;
   };
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
-  const int apart = corners ? 1 : 0;  // allowed gap between touching runs along z
+  const int apart = corners ? 1 : 0;  // 1: runs that meet only diagonally along z also touch
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {

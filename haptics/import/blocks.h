@@ -142,7 +142,7 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// Smooths a volume with the kernel (1 + c) G − c G∗G. G: Gaussian; c = 1 + (blur / sigma)² ≤ 3. Blur displaces curved
 /// iso-surfaces by blur² · mean curvature; the kernel's second moment −blur² moves them back.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// The factor c of the kernel in smooth_in_place().
+/// The factor c in the kernel of smooth_in_place(): 1 + (blur / sigma)², at most 3.
 double sharpening(double sigma, double blur);
 /// Standard deviation of white noise after smooth_in_place() divided by that before it.
 double noise_left(double sigma, double blur);
@@ -189,7 +189,7 @@ SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // For blocks that are not stored, with the indices of BlockSet::slot: 1 if connected to the walls of the box.
+  // For each block that is not stored (indices as in BlockSet::slot): 1 if it is connected to the walls of the box.
   std::vector<std::uint8_t> blocks;
 };
 /// Finds the part of the mask `open` that is connected to the walls of the box.

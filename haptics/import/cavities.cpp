@@ -53,7 +53,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
 
   const Sparse<float> clearance = distance_squared_to(solid, static_cast<int>(widest_mouth) + 1);
   // Above this radius of the ball, the radius grows in longer steps: the rim of a wide opening need not be exact.
-  constexpr double kFine = 8;  // voxels, radius of the ball above which it grows in longer steps
+  constexpr double kFine = 8;  // voxels; if the ball's radius is larger, it grows in longer steps
   for (double r = 1; r <= widest_mouth; r += r < kFine ? 0.5 : 0.15 * r) {
     const SparseMask roomy = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
       return !solid.v[i] && !cavity.v[i] && clearance.v[i] > static_cast<float>(r * r);

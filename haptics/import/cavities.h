@@ -22,7 +22,7 @@ class Hollows {
   Hollows(const Sparse<float>& smooth, const std::optional<double>& air, double voxel)
       : smooth_(smooth), air_(air), largest_(kMaxMarrow / (voxel * voxel * voxel)) {}
 
-  /// Returns for each space whether it is a hollow.
+  /// Returns for each closed space in bone: true if it is a hollow, false if it contains marrow.
   std::vector<bool> operator()(const SparseComponents& spaces) const;
 
  private:

@@ -23,7 +23,7 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   const BlockSet& set = *g.set;
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
-  // start[k]: index of the first sample of block k of the (at most 2×2×2) blocks around p; negative: not stored.
+  // p and its neighbours lie in at most 2×2×2 blocks. start[k]: index of block k's first sample; -1: block not stored.
   constexpr int kEdge = BlockSet::kEdge;
   const glm::ivec3 first = lo & ~(kEdge - 1);
   std::ptrdiff_t start[8];

@@ -192,8 +192,8 @@ class Crowns {
     }
   }
 
-  /// Calls change(area, at_border) for each connected piece of triangles whose covered_ is equal to `covered`. If
-  /// change() returns true, the piece's covered_ is inverted.
+  /// Calls change(area, at_border) for each connected piece of crown triangles (`covered` true) or of other triangles
+  /// (false). If change() returns true, crown triangles of the piece become other triangles, or the reverse.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);

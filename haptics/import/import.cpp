@@ -95,7 +95,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // Enamel surrounds the centre: the scan shows no root.
+  // Enamel and tissue have nearly the same centre: enamel is on all sides, so the scan shows no root.
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;

@@ -73,7 +73,7 @@ struct ImportOptions {
   std::optional<double> shell;  // m, thickness of enamel or cortical bone in a mesh
   // Height of the crowns from gingiva to cusps, m, for an arch without colours.
   std::optional<double> crown;
-  bool greys = true;             // keeps the grey values, for write_preview()
+  bool greys = true;             // true: the grey values are kept, for write_preview()
   std::optional<double> memory;  // bytes, largest allowed memory; empty: the free memory
   /// Receives the estimated memory in bytes before the work begins; may be empty.
   std::function<void(double)> estimated;

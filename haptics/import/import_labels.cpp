@@ -149,7 +149,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
                      kPerVoxel * static_cast<double>(Grid<float>::count(out.size)),
                  options, report);
 
-  // For each voxel of the box: its tissue, and 1 if the voxel is inside.
+  // For each voxel of the box: its tissue (`label`); 1 for tissue and 0 for air (`inside`).
   Grid<Tissue> label(box, Tissue::kAir);
   Grid<float> inside(box, 0);
   for_each_slab(last.x - first.x + 1, [&](int x) {

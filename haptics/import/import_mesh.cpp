@@ -209,7 +209,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // If there are very many small triangles, only every n-th is used, with n times its area.
+  // With more than kEnough triangles, only every n-th small one is used, with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -219,7 +219,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  // Largest depth of the base's triangles below its plane, m.
+  // Triangles of the base lie at most this far (m) inside the plane that touches the base from outside.
   constexpr double kDeep = 1.5e-3;
   // Smallest cosine of the angle between the normal of a triangle of the base and the base's normal.
   constexpr double kSlope = 0.9;
@@ -249,7 +249,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // A side counts as the base itself if the cosine of the angle between their directions is at least this.
+  // A side counts as the base itself if the cosine between its normal and the base's normal is at least this.
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -465,10 +465,10 @@ ImportRegion mesh_bounds(const std::filesystem::path& file, const ImportOptions&
 double voxel_of_meshes(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
   // Usual voxel edge, and the step by which it grows until the number of voxels is allowed, m.
   constexpr double kDefault = 0.1e-3, kStep = 0.01e-3;
-  // Voxels of the volume beyond the band around the mesh, sum of both sides of an axis.
+  // Width of the volume beyond the band around the mesh, voxels: sum of both sides along an axis.
   constexpr double kMargin = 8;
   const auto extent = [&](double voxel) { return bounds.hi - bounds.lo + 2 * options.band + kMargin * voxel; };
-  constexpr double kLongest = 1;  // m; meshes that are farther apart belong to different frames
+  constexpr double kLongest = 1;  // m; if all meshes together are longer, their coordinate frames differ
   if (!glm::all(glm::lessThanEqual(bounds.hi - bounds.lo, dvec3(kLongest))))
     throw Error("INPUT", "",
                 fmt::format("meshes that are {:.4g} mm long together", longest_of(bounds.hi - bounds.lo) / kMillimetre),
@@ -600,7 +600,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   const ImportRegion bounds = bounds_of(mesh);
   check_length(file, bounds.hi - bounds.lo, options, "an arch or a part of one", kMin, kMost);
 
-  // Small holes are closed first. Then the area vector points from the longest border to the surface.
+  // Small holes are closed first, so that area_vector() points from the longest border to the opposite surface.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);

@@ -405,7 +405,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     // segmentation, after it, and on another grid; imported volume; kept grey values. kResidue: fixed memory, bytes.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    // Additional bytes per voxel near the body: jaws, teeth.
+    // Additional memory for the scan of a jaw and of a tooth, bytes per voxel near tissue.
     constexpr double kJaw = 70, kTooth = 35;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
@@ -421,7 +421,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the imported volume has the same grid, segment() also computes its distances.
+  // If the imported volume has the same grid spacing as the working grid, segment() also computes its distances.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;

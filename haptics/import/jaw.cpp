@@ -47,7 +47,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // Weight of a step between two samples that are the darkest of the bright samples.
+  // Smallest weight of a step: at least one of the two samples is at the threshold of bright samples.
   constexpr double kMin = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -138,7 +138,7 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// Second derivatives at a sample; zero at the walls.
+// Second derivatives at a sample; zero at the border of the volume.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
   if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
@@ -192,8 +192,8 @@ class LayerBound {
 // brightest value across the wall gives the wall's thickness; the border's grey value follows from it.
 class CanalBound {
  public:
-  /// `blur`, `radius` (of the canal): voxels. The grey values must be smoothed by smooth_in_place(g, sigma, blur),
-  /// which corrects curvature only where they vary slowly.
+  /// `blur`, `sigma`, `radius` (of the canal): voxels. The grey values must be smoothed by smooth_in_place(g, sigma,
+  /// blur), which corrects the effect of curvature only where grey values vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
     constexpr double kStep = 0.1, kThickest = 6;  // voxels, step and largest value of the tabulated thicknesses
     // Smallest rise from bone (0) to wall (1); a smaller rise is normal variation of bone.
@@ -204,7 +204,7 @@ class CanalBound {
     const auto curved = [](double x, double width) {
       return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
     };
-    // Grey value at x (voxels) of a cylindrical edge of height 1 at 0, after blur and smoothing.
+    // Grey value at x (voxels) of a cylindrical edge at x = 0 (step from 0 to 1), after blur and smoothing.
     const auto edge = [&](double x, double curvature) {
       return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
              c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
@@ -249,7 +249,7 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // Smallest depth, voxels: kBlurs × `blur` + 0.5, at most kBlurs. 0.5: from the next sample outside to the border.
+    // Smallest depth, voxels: min(kBlurs × `blur` + 0.5, kBlurs). Depths count from the next sample outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -336,17 +336,17 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects root canals, which blur narrows. Blur keeps their deficit Σ (dentin − grey), so their volume is deficit /
-// (dentin − pulp). Near the border, a sample is pulp if its ball contains fewer darker samples than this volume.
-// `to_crown`: squared distance; `blur`: voxels; `soft_elsewhere`: grey value for pulps that are too narrow to measure;
-// `brightest_soft`: replaces the grey value of a pulp that is much brighter.
+// Corrects root canals, which blur narrows. Blur does not change the sum of (dentin − grey) over a canal, so the
+// canal's volume is this sum / (dentin − pulp). A sample near the border is pulp if a ball around it contains fewer
+// darker samples than this volume. `to_crown`: squared distance; `blur`: voxels; `soft_elsewhere`: grey value for pulps
+// that are too narrow to measure; `brightest_soft`: replaces the grey value of a pulp that is much brighter.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     double brightest_soft, Sparse<Tissue>& tissue) {
-  // Distance from a border that blur affects, and radius of a ball that reaches beyond a canal's far side; voxels.
+  // Distance from a border up to which blur changes samples; radius of a ball that reaches beyond a canal; voxels.
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  // Smallest number of dentin samples near a sample (kMin) and in all teeth (kEnough) for a grey value of dentin.
+  // Fewest dentin samples from which the grey value of dentin is taken: near a sample (kMin), in all teeth (kEnough).
   constexpr std::size_t kMin = 20, kEnough = 200;
   // kBrightest, kDarkest: limits of a sample's pulp fraction; below 0 and above 1, because of noise and enamel.
   constexpr double kBrightest = -0.25;
@@ -616,7 +616,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // The outer plate of bone, far from crowns and from walls that cut the jaw.
+  // The bone's outer plate, far from crowns and from the volume's walls where they cut through the jaw.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
@@ -633,15 +633,15 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);
-  // Weights of a step into bone. Small beside marrow, so that roots without a bright wall stay teeth, and in the bone's
-  // outer plate, because roots may lie in it. kInPlate: distance from the crown, m.
+  // Weights of a random walk's step into bone: small beside marrow, so that roots without a bright wall stay teeth;
+  // small in the bone's outer plate, because roots may lie in it. kInPlate: distance from the crown, m.
   constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
   const double in_plate = voxel * voxel / (kInPlate * kInPlate);
   Sparse<float> into_bone(set, 0, 0);
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first walk finds roots in the bone's outer plate. In the second walk, the rest of the plate absorbs the walk.
+  // The first random walk finds roots in the bone's outer plate. The second ends (as bone) in the rest of the plate.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
@@ -710,8 +710,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // Brightest grey value along the gradient of the grey value. It belongs to a wall only if the opposite direction
-    // leads into the canal.
+    // Brightest grey value in the direction in which the grey value rises. It is measured only if the opposite
+    // direction leads into the canal; otherwise it is not from the canal's wall.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -736,7 +736,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     nerve = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
     });
-    // Beside the nerve, a bright wall includes samples that blur has darkened.
+    // Beside the nerve, samples of a bright wall that blur has darkened also belong to this wall.
     const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
     nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();

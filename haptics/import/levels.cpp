@@ -112,7 +112,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // The lowest bin of a valley: the lower of both peaks ends here.
+      // This is the lowest bin between two peaks: the lower of these peaks ends here.
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
@@ -127,7 +127,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // A bin of the histogram belongs to the peak that is reached by climbing from it.
+    // A bin of the histogram belongs to the peak that is reached from the bin by steps to the higher neighbour bin.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -221,7 +221,7 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // Grey value beside the tissue: largest peak below the threshold, or else the surroundings.
+    // Grey value beside the tissue: the largest peak below the threshold. Without such a peak, `outside` is kept.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
     // Grey value of the tissue, if the threshold is half-way between surroundings and tissue.
     const double even = 2 * surface - levels.outside;

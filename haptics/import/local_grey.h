@@ -9,8 +9,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Most frequent value among samples with counts(i), within ± `width`; nullopt if there are too few. Of large volumes,
-/// only every n-th sample is used.
+/// Most frequent value, within ± `width`, of the samples i for which counts(i) is true; nullopt if there are too few.
+/// Of large volumes, only every n-th sample is used.
 template <class Counts>
 std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts counts) {
   constexpr std::size_t kEnough = 20'000'000;
@@ -30,8 +30,8 @@ std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts c
   return mode;
 }
 
-/// Local mean of grey values: smoothed means of cells of 4³ samples. Where few samples count, it approaches the mean of
-/// the whole scan.
+/// Local mean of grey values: smoothed means of cells of 4³ samples. Where only few samples are used, the local mean
+/// approaches the mean of the whole scan.
 class LocalGrey {
  public:
   /// Smooths the samples of `set`. `grey(p)`: value of sample p; `counts(p, i)`: whether the sample is used;
@@ -54,7 +54,7 @@ class LocalGrey {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the whole scan's mean, if all samples nearby together have weight 1.
+    // Weight of the whole scan's mean in the average. All samples near p together have at most the weight 1.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);

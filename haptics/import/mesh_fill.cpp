@@ -71,7 +71,7 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // A triangle between two parts is buried.
+    // A triangle between two different parts is inside the body.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -82,7 +82,7 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Fills cracks: samples between two different parts at most three voxels apart join the part at the higher index.
+/// Fills cracks: if two parts are at most 3 voxels apart, samples between them join the part on the higher-index side.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -110,7 +110,7 @@ void close_cracks(Mask& part) {
 
 /// Finds openings: pairs of neighbouring samples, one inside and one outside, without a triangle between them.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
-  // Voxels; nearer triangles count as lying between the samples.
+  // Voxels. A triangle at most this far from one of the two samples counts as lying between them.
   constexpr float kOnMesh = 1;
   std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
   for_each_slab(part.size.x, [&](int x) {

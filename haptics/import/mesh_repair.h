@@ -1,4 +1,4 @@
-// Repairs of triangle meshes: copies, orientation, holes, shells.
+// Repairs triangle meshes: removes duplicate triangles, orients triangles and shells, closes holes.
 #pragma once
 
 #include <vector>

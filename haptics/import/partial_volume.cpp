@@ -34,7 +34,7 @@ std::vector<BallRow> ball_rows(double blur) {
       for (int z = -kBall; z <= kBall; ++z) {
         const double r = (x * x + y * y + z * z) / kSquared;
         if (r >= 1) continue;
-        // Blur adds blur²/2 · ∇²w to the sum with weight w = (1 − r)², where ∇²w = (20 r − 12) / kSquared.
+        // Weight w = (1 − r)². Subtracts blur²/2 · ∇²w, which blur adds, with ∇²w = (20 r − 12) / kSquared.
         const double weight = (1 - r) * (1 - r);
         row.samples.push_back({weight, weight - 0.5 * blur * blur * (20 * r - 12) / kSquared});
         row.half = z;

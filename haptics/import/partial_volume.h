@@ -5,9 +5,9 @@
 
 namespace typodont::haptics::importing {
 
-/// Moves the zero set of `field` near each sample of `border`: the sum of `fraction` over a ball is the number n of
-/// samples that belong to the tissue. The field is lowered by the value that n samples of the ball exceed. Blur changes
-/// the fraction of a single sample, but not the sum. Only samples in `body` count. `blur`: voxels.
+/// Moves the zero set of `field` near the samples of `border`, so that a ball around each contains the right amount n
+/// of tissue. n is the sum of `fraction` over the ball, which blur does not change. The value that n samples of the
+/// ball exceed is subtracted from the field. Only samples in `body` count. `blur`: voxels.
 void match_volume(Sparse<float>& field, const Sparse<float>& fraction, const SparseMask& border, const SparseMask& body,
                   double blur);
 

@@ -32,8 +32,8 @@ class ScanVolume {
   double black() const { return black_; }
   double white() const { return white_; }
 
-  /// Imports options.region, or all, as import_tissue() does; a larger options.voxel gives a preview. Several threads
-  /// may call it at once. Throws Error, and what options.progress throws.
+  /// Imports options.region or the whole scan, as import_tissue() does; a larger options.voxel gives a preview. Several
+  /// threads may call import() at once. Throws Error, and what options.progress throws.
   Imported import(const ImportOptions& options) const;
 
  private:

@@ -131,7 +131,7 @@ class Segmenter {
   // first distances are exact, for measuring edges.
   static constexpr double kSmooth = 0.8, kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
 
-  // Smooths the blocks that contain samples as bright as the surface, and their neighbours.
+  // Smooths the blocks with samples at least as bright as the tissue's surface, and the blocks beside them.
   void smooth_greys() {
     const auto surface_grey = static_cast<float>(levels_.surface()), outside = static_cast<float>(levels_.outside);
     set_ = std::make_shared<BlockSet>(
@@ -139,8 +139,8 @@ class Segmenter {
     smooth_ = gaussian(grey_, set_, kSmooth, outside, outside);
   }
 
-  // Finds the first surface. Near denser tissue, its threshold is half-way to that tissue, so fissures stay open; but
-  // it is always clearly below the softer tissue.
+  // Finds the first surface. Near denser tissue, the threshold is half-way from the surroundings to that tissue, so
+  // that fissures stay open; but the threshold is always clearly below the softer tissue's grey value.
   void find_solid_and_cavities() {
     const double max_height = std::max(0.8, levels_.height);
     over_ = Sparse<float>(set_, -0.5F, 0.5F);
@@ -190,8 +190,8 @@ class Segmenter {
 
   // Measures the width of edges: the slope at the centre of an edge of height c is c / (σ √2π).
   void measure_edges() {
-    // In a jaw, the slope is measured beside the centre of the edge. `widths` are then too large, but keep the ligament
-    // open; `true_widths` are corrected.
+    // In a jaw, the slope is measured beside the edge's centre. This makes `widths` too large, which keeps the dark gap
+    // between root and bone (ligament) open. `true_widths` are corrected.
     std::vector<float> widths, true_widths;
     for (std::size_t i = 0; i < first_.distance.v.size(); i += 3) {
       if (std::abs(first_.distance.v[i]) > 0.5F) continue;
@@ -216,7 +216,7 @@ class Segmenter {
     if (!true_widths.empty()) {
       const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
       std::nth_element(true_widths.begin(), middle, true_widths.end());
-      // Differences over two voxels widen an edge: σ² grows by 1/3 at samples, hardly between them; 1/6 is the mean.
+      // Slopes are differences over two voxels, which widens edges: σ² grows by 1/3 at samples, by 1/6 on average.
       constexpr double kInterpolation = 1.0 / 6;
       const auto width = static_cast<double>(*middle);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
@@ -226,7 +226,7 @@ class Segmenter {
     over_ = {};
   }
 
-  // Measures the surroundings near each sample, and enamel in its thick parts.
+  // Measures grey values: of the surroundings near each sample, and of enamel in its thick parts.
   void measure_greys() {
     // Uses only samples beyond the blurred edge and outside other bodies.
     const auto surface_grey = static_cast<float>(levels_.surface());
@@ -373,7 +373,7 @@ class Segmenter {
     return smooth_in_place(std::move(g), kSmooth, s_.blur);
   }
 
-  // Finds the denser tissue: grey values above half-way.
+  // Finds the denser tissue: samples brighter than half-way between softer and denser tissue.
   void find_dense_tissue() {
     if (!levels_.dense) {
       s_.dense = Sparse<float>(set_, -0.5F, -0.5F);
@@ -414,8 +414,8 @@ class Segmenter {
     }
   }
 
-  // Finds cavity tissue, also pulp in thin canals, which blur brightens: below the blurred edge, darker than half-way
-  // to the darkest value nearby, if that is clearly darker.
+  // Finds cavity tissue (pulp): samples below the blurred edge that are darker than half-way from the softer tissue to
+  // the cavity's grey value. Blur brightens pulp in thin canals, so there it is half-way to the darkest value nearby.
   void find_cavity_tissue() {
     s_.cavity = limited(-kInfinity, levels_.soft + 2 * levels_.noise);
     const double drop = levels_.soft - cavity_grey_;
@@ -444,7 +444,7 @@ class Segmenter {
       if (!tooth_ && !cavity_.v[i]) s_.cavity.v[i] = -0.5F;
       pulp_.v[i] = s_.cavity.v[i] > 0;
     });
-    // Small regions are noise. A region with more enamel than dentin around it is a fissure.
+    // Removes small regions, which are noise, and regions with more enamel than dentin around them, which are fissures.
     const SparseComponents parts = components(pulp_, true);
     std::vector<Contacts> faces(parts.voxels.size());
     for (std::size_t i = 0; i < pulp_.v.size(); ++i) {
@@ -536,10 +536,10 @@ class Segmenter {
   double shell_ = 0;         // voxels, distance from the surface that blur changes
   double surface_band_ = 0;  // voxels, largest stored distance to the final surface
   std::optional<LocalGrey> surroundings_, enamel_grey_;
-  Sparse<float> filled_;  // grey values without the dim outer edge
+  Sparse<float> filled_;  // grey values in which fill_greys() has brightened the dim outer edge
   double cavity_grey_ = 0;
   Sparse<std::uint8_t> depth_;  // Depth of each sample
-  SparseMask pulp_;             // samples of cavity tissue
+  SparseMask pulp_;             // samples of cavity tissue (pulp)
 };
 
 }  // namespace

@@ -24,8 +24,8 @@ struct Segmentation {
   Sparse<float> grey;
   DistanceField surface;  // distances to phi = 0, at least within the band
   double blur = 0;        // voxels, standard deviation of the scan's blur, measured at edges
-  // Standard deviation of the blur, voxels. In a jaw, `blur` is too large, because it is measured beside the centres of
-  // edges.
+  // Corrected standard deviation of the blur, voxels. In a jaw, `blur` is too large, because it is not measured exactly
+  // at the middle of an edge.
   double true_blur = 0;
   int bodies_kept = 0;
   int cavity_parts = 0;

@@ -36,7 +36,7 @@ double value(const Shading& s, const glm::dvec3& p) {
   return sum;
 }
 
-/// Finds the uniform cells: samples with a gradient below `steepest`, and below twice that at two voxels' distance.
+/// Finds the uniform cells: their samples have a gradient below `steepest`, and below 2 `steepest` two voxels away.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
   // Edge of a cell, m; largest number of cells and of examined samples per axis; step of finite differences, voxels.
   constexpr double kCell = 2.4e-3;
@@ -134,7 +134,7 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
       Row row{.of = {}, .slope = c.slope[a], .samples = c.samples, .weight = c.samples};
       for (std::size_t t = 0; t < kUnknowns; ++t) {
         glm::ivec3 e = Shading::powers()[t + 1];
-        // Derivative per voxel along axis a; the variable runs from -1 to 1.
+        // Derivative per voxel along axis a; the coordinate in the polynomial runs from -1 to 1 over the scan.
         const double factor = e[a] / (0.5 * voxels[a]);
         if (e[a] == 0) continue;
         --e[a];
@@ -210,7 +210,7 @@ void Shading::remove_from(Scan& scan) const {
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
   // kMinRange: a smaller shading is not removed. kSteepest, kPerNoise: largest gradient of uniform tissue, per voxel
   // and relative to noise. kOuter: where the outer part begins, as a fraction of half the extent. kDarkest: fraction of
-  // cells ignored at both ends.
+  // the cells with the smallest error that is ignored; the same for the largest error.
   constexpr double kMinRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kMinCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

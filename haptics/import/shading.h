@@ -24,9 +24,9 @@ struct Shading {
   void remove_from(Scan& scan) const;
 };
 
-/// In uniform tissue and air, the gradient of the grey value is that of the error; regions that contradict the fit get
-/// little weight. The median of the error is 0 in the outer part. `smooth`: scan after slight smoothing; `noise`:
-/// standard deviation. Returns nullopt if the range is below 100, or if there are too few uniform regions.
+/// Fits the error. In uniform tissue and air, it has the gradient of the grey value; regions that contradict the fit
+/// get little weight. Near the scan's faces, the median error is 0. `smooth`: slightly smoothed scan; `noise`: standard
+/// deviation of noise. Returns nullopt if the error's range is below 100 grey values, or for few uniform regions.
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise);
 
 }  // namespace typodont::haptics::importing

@@ -24,7 +24,7 @@ double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
 void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseMask& enamel, const SparseMask& pulp,
                          const Levels& levels, const std::optional<LocalGrey>& enamel_grey, double pulp_grey,
                          const LocalGrey& outside) {
-  // Distance that blur affects at a border, and reach of the surroundings at the surface; voxels.
+  // Voxels. Blur changes grey values up to kBlurred from a border of tissues, and up to kOutside outside the surface.
   constexpr float kBlurred = 2.5F;
   constexpr double kOutside = 3;
   constexpr double kMin = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
@@ -56,7 +56,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
         fraction.v[i] = 1;
         return;
       }
-      // Grey value if all tissue here were dentin. Blur makes a convex surface appear displaced inwards.
+      // of_dentin: grey value of dentin here. displaced: blur makes a convex surface appear displaced inwards.
       const double of_dentin = dentin_grey ? dentin_grey->at(p) : levels.soft;
       const double displaced = at + blur * blur * curvature_at(d, p);
       const double without = glm::mix(of_dentin, outside.at(p), 0.5 * std::erfc(-displaced / (std::sqrt(2.0) * blur)));

@@ -35,7 +35,7 @@ double unseen_canal_volume(const DenseTissue& tooth, double diameter) {
   std::vector<glm::ivec3> area;
   for (int slice = 0; slice < tooth.size[along]; ++slice) {
     seen.assign(static_cast<std::size_t>(tooth.size[u]) * static_cast<std::size_t>(tooth.size[v]), 0);
-    // Marks a voxel inside the tooth as seen and adds it to the area.
+    // Marks a voxel inside the tooth as seen and adds it to `area`, a connected area of the slice.
     const auto visit = [&](const glm::ivec3& p) {
       if (p[u] < 0 || p[v] < 0 || p[u] >= tooth.size[u] || p[v] >= tooth.size[v]) return;
       char& mark = seen[static_cast<std::size_t>(p[u]) * static_cast<std::size_t>(tooth.size[v]) +

@@ -121,7 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // The signed volume of t and a corner is used for both edges that meet at this corner.
+  // Computes the signed volume of triangle t and a corner once for both edges that meet at this corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

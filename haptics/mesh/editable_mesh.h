@@ -124,8 +124,8 @@ class EditableMesh {
   struct NearSearch {
     dvec3 lo_W, hi_W;          // m, corners of the box
     int level = 0;             // level of the grid at which the search continues
-    bool began_level = false;  // true if the search has begun with this level
-    glm::ivec3 cell{0};        // next cell of the level
+    bool began_level = false;  // true: the search of the grid level `level` has begun
+    glm::ivec3 cell{0};        // next grid cell to search in `level`
     Index face = 0;            // next face, if the search tests all faces of the mesh
   };
   /// Calls fn(face) once for each face in the box, and for some faces near it.
@@ -225,7 +225,7 @@ class EditableMesh {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
     Index next = kNone, before = kNone;
     glm::vec3 center{0};  // m, centre of a ball that encloses the face
-    float radius = 0;     // m, radius of this ball, rounded up
+    float radius = 0;     // m, radius of the ball that encloses the face, rounded up
     bool meets(const glm::vec3& lo, const glm::vec3& hi) const noexcept {
       const glm::vec3 off = center - glm::clamp(center, lo, hi);
       return glm::dot(off, off) <= radius * radius;

@@ -52,7 +52,7 @@ class SurfacePieces final : public TissueSurface {
     // the data are valid if `stamp` equals stamp_
     std::uint32_t stamp = 0;
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
-    // newest corner of this vertex; older ones follow by Copy::older
+    // index of this vertex's newest corner; each corner's Copy::older is the index of the corner made before it
     std::uint32_t copy = 0;
   };
   /// `older`: corner that was made before at the same vertex.

@@ -39,7 +39,7 @@ inline double energy_ratio(const EdgeLaw& law, double chip) noexcept {
   return law.energy_ratio * std::pow(std::clamp(chip / law.chip, P::min_range, P::max_range), -law.exponent);
 }
 
-/// Total work divided by work of cutting. Chips rub if the space between grains is too small, but not with blades.
+/// Total work divided by work of cutting. Above 1 if chips rub because the space between grains is small; blades: 1.
 inline double rubbing(const Tool& tool, double feed) noexcept {
   using P = ChipParameters;
   if (!(tool.grit > 0 && feed > 0)) return 1;

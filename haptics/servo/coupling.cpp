@@ -241,8 +241,8 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the edges' force so that they never give more than the spindle's work, even if the hand's velocity changes as
-/// abruptly as it did recently.
+/// Limits the force on the cutting edges, so that it never does more work than the spindle supplied, even if the hand's
+/// velocity changes as abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
@@ -298,8 +298,8 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
   soft_contact.p = p;
 }
 
-/// Vibration, caused by the same contact as the sound. The ledger counts its energy as energy from the spindle. A
-/// period of the vibration lasts at least five ticks.
+/// Vibration, caused by the same contact as the sound. In the energy ledger, its energy counts as work of the spindle.
+/// A period of the vibration lasts at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -42,8 +42,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // Limits the energy deficit of a bur that started in tissue; with a large deficit, it could not cut for a long
-    // time.
+    // Limits the debt: a bur that started in tissue may have used more energy than it received. With a large debt, it
+    // could not cut for a long time.
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
@@ -54,7 +54,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // A scraping edge receives little energy. If it removed too much, it cuts again when the hand has done enough work.
+  // A scraping edge receives little energy. If its budget is used up, it cuts again only after more work of the hand.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

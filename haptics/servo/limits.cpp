@@ -16,8 +16,8 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Part of `change` (N) that is delayed to later ticks, because the change exceeds the slew limit. A late force costs
-/// energy. So of a change by the hand's own motion, nothing is delayed in retreat, and at most lag_limit in approach.
+/// Part of `change` (N) that is delayed because it exceeds the slew limit. A delay costs energy, so a change that the
+/// hand's motion causes is not delayed in retreat, and by at most lag_limit in approach.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -85,7 +85,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
 }
 
 /// Returns the allowed fraction of the force; below 1 if the energy ledger has far less energy than the coupling stores
-/// (fast first contact, start in tissue). From the first retreat on, the spring then stores only the ledger's energy.
+/// (as in a fast first contact). Usually, the limit starts when the hand retreats; it ends when the energy suffices.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (!(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -98,9 +98,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// Returns the factor 0..1 on the force with which the ledger's energy E suffices for the whole retreat. Allowed force:
-/// √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is expected per
-/// tick. `at_stake`: J, energy of the full force in the next tick.
+/// Returns a factor (0..1) for the force, such that the energy E in the ledger suffices for the hand's whole retreat.
+/// Allowed force: √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is
+/// expected per tick. `at_stake`: J, energy of the full force in the next tick.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -110,7 +110,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   const double retreat = glm::dot(now.force, now.moved) / strength;  // m, retreat of the hand in this tick
   double most = 0;                                                   // N, largest allowed force
   if (retreat > 0) {
-    // The hand may retreat as fast as it advanced.
+    // m, largest retreat expected in the next tick: the hand may retreat as fast as it advanced
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.speed.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
     // If the coupling stores more energy than the ledger has, an increase of the force during retreat would return more
@@ -127,8 +127,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// Sets teeth_fraction, so that the felt force presses the cutting edges. If this force has been small for rest_time,
-/// as after a jump into tissue, teeth_fraction increases to 1; otherwise a hand at rest would not cut.
+/// Sets teeth_fraction, the part of the force that presses the cutting edges: usually the part that the user feels. If
+/// this is small for rest_time (after a jump into tissue), it rises to 1; otherwise a resting hand would not cut.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;

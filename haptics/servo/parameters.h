@@ -26,31 +26,31 @@ struct MotionParameters {
 struct CuttingParameters {
   // s; a bur in contact saves energy until it suffices for the next voxel, at most its current power × this time
   static constexpr double budget_time = 0.5;
-  // s; replaces budget_time at a border to harder tissue, and for an edge that the hand moves
+  // s; used instead of budget_time at a border to harder tissue, and for a scraping edge
   static constexpr double held_time = 0.05;
   // m³ that a bur entering tissue may remove before the motor has supplied the energy
   static constexpr double owed_volume = 8e-12;
-  // Smallest owed_volume in voxels: with voxels above 0.1 mm, 8e-12 m³ would be less than eight voxels.
+  // Lower limit of the volume owed_volume, in voxels. It holds for voxels above 0.1 mm: eight of them exceed 8e-12 m³.
   static constexpr double owed_voxels = 8;
 };
 
 /// Parameters of the contact's force and torque (coupling.cpp). Edges: the cutting edges of the tool.
 struct CouplingParameters {
-  // s, time constant of the felt stiffness and torque
+  // s, time constant of the filters for the felt stiffness and the torque
   static constexpr double stiffness_time = 4e-3;
   // s, time constant of the filter for the damper's velocity when cutting or filling
   static constexpr double cut_damping_time = 4e-3;
   static constexpr double tissue_slew = 4;  // N/s, largest rate at which a change of tissue changes the force
   static constexpr double damper_slew = 4;  // N/s, largest rate of change of the damper's force when cutting or filling
-  static constexpr double teeth_slew = 4;   // N/s, largest rate of change of the edges' tangential force
-  // N/s, largest rate of change of the normal force. Changes of depth use it first; stiffness and damper get the rest.
+  static constexpr double teeth_slew = 4;   // N/s, largest rate of change of the tangential force on the cutting edges
+  // N/s; stiffness and damper may change the normal force by at most this rate minus the rate that the depth causes
   static constexpr double waiting_slew = 16;
-  // N/s, largest rate of change of the total force. The other forces use it first; the edges' force gets the rest.
+  // N/s; the force on the cutting edges may change only so far that the total force changes no faster than this
   static constexpr double total_slew = 18;
   // J that the coupling may store without work of the hand when the tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
-  // The spindle's work that was not used must suffice for the edges' force for this number of ticks; otherwise the
-  // edges' force is reduced.
+  // The force on the cutting edges is reduced if the spindle's remaining work would not suffice for this number of
+  // ticks with the force's present energy per tick.
   static constexpr double teeth_ahead = 50;
 };
 
@@ -58,20 +58,20 @@ struct CouplingParameters {
 struct LimitParameters {
   // N/s, largest rate at which the force of a cutting bur changes, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  // N; drilling_slew may delay at most this part of the force's change by the hand's own motion (held_back())
+  // N; if the hand's own motion changes the force, drilling_slew delays at most this part of the change (held_back())
   static constexpr double lag_limit = 0.05;
   // J; a smaller energy deficit counts as rounding error
   static constexpr double deficit = 2e-9;
-  // N, force that the energy ledger allows even if it contains no energy
+  // N, force that the passivity controller allows even if its energy ledger contains no energy
   static constexpr double unpaid_force = 0.1;
-  // the energy ledger limits the force if computed force divided by allowed force is above this
+  // the passivity controller limits the force if the computed force exceeds the force that it allows by this factor
   static constexpr double unpaid_ratio = 2;
   // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
   // the edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
   // s; after this time with little felt force (little_felt), the force that presses the edges begins to increase
   static constexpr double rest_time = 0.1;
-  // Factor on stiffness × retreat, a term that reduces the allowed increase of the force, because the proxy moves too.
+  // If energy is short in retreat, the force grows per tick by at most slew limit - this × stiffness × hand's motion.
   static constexpr double retreat_weight = 3;
   // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Slightly
   // below the 1.1 that documents promise and tests allow (docs/passivity.md).

@@ -53,8 +53,8 @@ struct ContactTick : TickData {
   bool touching() const noexcept { return contact.touching || soft.touching; }
 };
 
-/// Law of passivity for a scene. In a scene that is n times larger, with a coupling n times softer, forces are equal,
-/// so expected motion and credit are n times larger. Not with a real device: hand and encoder do not get larger.
+/// Law of passivity for a scene. In a scene n times larger than a tooth, the coupling is n times softer: the same force
+/// needs n times the motion. So expected motion and energy credit are multiplied by n, except for a real device.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -69,7 +69,7 @@ struct Servo::State {
   struct Motion {
     Pose X_WG;                   // pose of the proxy
     bool placed = false;         // true if X_WG is valid
-    bool began_at_hand = false;  // true: the proxy started at the hand, maybe inside tissue; tested later
+    bool began_at_hand = false;  // true: the proxy started at the hand; it is not yet known whether in tissue
     bool inside = false;         // true: the tool started inside tissue and is not out yet, so it does not cut
     bool started = false;        // true if the last tick had a valid pose
     Nanos began = 0;             // ns, start of the current sequence of valid poses
@@ -104,12 +104,12 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force on the head, not the shank
     dvec3 normal{0};
-    // Unit vector, direction in which the contacts push the head. The limit for a bur with an energy deficit (energy
-    // used before the motor supplied it) counts as a contact.
+    // Unit vector, direction in which the contacts push the head. A bur whose cuts have used more energy than the
+    // motor supplied is slowed down; this limit counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, `teeth_fraction` × component of head_force along `pressed`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. For rotating burs (lands()): felt force
-    // divided by the force before its limits, but rises to 1 if the hand feels little force for long (press_teeth()).
+    // 0..1, fraction of the coupling's force that presses the cutting edges. For a rotating bur (lands()): limited
+    // force divided by unlimited force, but it rises to 1 if this is small for long (press_teeth()). Otherwise 1.
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
     // the limits for rotating burs (lands()). Decreases while the hand feels more; at most twice rest_time.
@@ -130,9 +130,9 @@ struct Servo::State {
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
-    // tissue. The ledger allows it during the contact; afterwards it is set to the ledger's deficit.
+    // tissue. This energy may return to the hand during the contact. Without contact: the ledger's deficit.
     double given = 0;
-    /// true: the ledger has far less energy than the coupling stores, so the ledger limits the force
+    /// true: the energy ledger has far less energy than the coupling stores, so the force is limited
     bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;
@@ -190,13 +190,13 @@ struct Servo::State {
   };
   EdgeMeans edge_means() const noexcept;
 
-  /// Limit of the energy ledger's deficit, J; at most PassivityLaw::credit. A larger deficit is cancelled, because it
-  /// would allow no force, so the hand could never supply the missing energy.
+  /// Largest energy deficit that remains after a contact, J; at most PassivityLaw::credit. A larger deficit is cleared:
+  /// it would allow no force, and without force the hand could never supply the missing energy.
   double max_deficit() const noexcept { return std::min(LimitParameters::deficit, limits.law.credit); }
 
-  /// Largest energy deficit that is cancelled when a contact ends, J: usually `limits.given`, which was allowed during
-  /// the contact. A deficit above max_deficit() is cancelled completely, because it has other causes, such as late
-  /// ticks.
+  /// Largest energy deficit that is cleared when a contact ends, J. Usually `limits.given`, the energy that the contact
+  /// was allowed to return. A deficit above max_deficit() has other causes, such as late ticks, and is cleared
+  /// completely.
   double cancelled_deficit() const noexcept { return sums.energy < -max_deficit() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
@@ -219,7 +219,7 @@ struct Servo::State {
   /// Removes tissue with the energy of this tick. If the tissue changed, returns true and sets the Cut.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
-  /// Called only if `soft` is set.
+  /// Adds the contact with soft tissue to the tick. Called only if the scene has soft tissue.
   void report_soft(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/cutting.cpp:
@@ -242,15 +242,15 @@ struct Servo::State {
   // The next functions are defined in servo/limits.cpp:
   /// Limits force, torque and their rates, and applies the ramps.
   void limit(ContactTick& now) noexcept;
-  /// Reduces the force to the energy that the hand has supplied, or to the ledger's credit. Returns the torque that the
-  /// device can render.
+  /// Passivity: reduces the force so that the device gives the hand at most the energy that the hand has supplied, plus
+  /// a small credit. Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if the tool is a rotating bur. Further limits (limits.cpp) soften the force when it meets tissue.
+  /// Returns true if the tool is a rotating bur. Then more limits apply (limits.cpp): its force on tissue rises softly.
   static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

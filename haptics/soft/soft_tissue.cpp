@@ -14,7 +14,7 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer divided by its thickness
-  static constexpr double stop = 20;           // factor on a point's stiffness beyond its largest compression
+  static constexpr double stop = 20;           // factor on the stiffness of points compressed beyond strain_limit
   // Largest force of soft tissue on the tool, N; a hand that pushes more moves through the tissue.
   static constexpr double max_force = 3;
   // N, largest change of the force per tick in addition to the change that the tool's motion causes.
@@ -319,8 +319,8 @@ void SoftTissue::place_tool(double most) noexcept {
   }
 }
 
-/// Force × cutting speed = specific energy × volume rate (Preston, Archard). The total depth of a point stays
-/// constant; its elastic part becomes cut.
+/// Force × cutting speed = specific energy × volume rate (Preston, Archard). Cutting converts elastic displacement of a
+/// point to cut depth; the sum of both stays constant.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;

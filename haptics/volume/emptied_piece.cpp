@@ -10,7 +10,7 @@ namespace {
 /// For each sample: distance to the piece (if `piece`) or to the remaining tissue, voxels; very large for far samples.
 /// Passes the nearest sample just below the surface from neighbour to neighbour (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  // voxels; samples up to this depth below the surface are the start of the search
+  // voxels; the search starts from the samples at most this far below the surface
   constexpr float kShell = 2;
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
@@ -42,7 +42,7 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // Voxels. kEmpty: largest new distance. kClose: air changes if to_piece is at most this much larger than to_body.
+  // Voxels. kEmpty: largest new distance. Air samples get new distances only where to_piece <= to_body + kClose.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// Returns the distances after the removal of the piece, voxels. Samples of the piece, and air nearest to it, get the
-/// distance to the remaining tissue; all other distances stay exactly the same. No distance becomes smaller.
+/// Returns the distances after the removal of the piece, voxels. Samples of the piece, and air samples whose nearest
+/// tissue was the piece, get the distance to the remaining tissue; all others do not change. No distance gets smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

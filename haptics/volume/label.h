@@ -32,8 +32,8 @@ inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Restores the label before the filling if the filling was removed at this voxel: air without solid filling in its 26
-/// neighbours. Depends only on distances and labels. Returns true if the label changed.
+/// Restores a voxel's label from before the filling, if the voxel is in air now and none of its 26 neighbours contains
+/// solid filling. Depends only on distances and labels. Returns true if the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;

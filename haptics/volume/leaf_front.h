@@ -26,10 +26,10 @@ class LeafFront {
   /// Data of a leaf in one cache line.
   struct alignas(64) Place {
     Leaf* leaf = nullptr;      // null: the leaf has not been examined yet
-    float* samples = nullptr;  // stored here, because reading the leaf would wait for memory
+    float* samples = nullptr;  // the leaf's samples; stored here, because reading the leaf would wait for memory
     Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
     bool cut = false;          // true: the leaf was cut since it was first examined
-    std::uint64_t logged = 0;  // mark (TissueVolume::mark()) after which the leaf was last logged
+    std::uint64_t logged = 0;  // mark (TissueVolume::mark()) since which the leaf is listed as changed
     // path lengths (voxels) at which each block must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };
@@ -49,8 +49,8 @@ class LeafFront {
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Upper bound of the path length of every point of the head since the last restart at 0, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// Returns the leaves from lo to hi (inclusive, within the last advance_to()) that must be examined now, sorted by
-  /// key. Valid until the next call.
+  /// Returns the leaves from lo to hi that must be examined now, sorted by key. The range is inclusive, and inside that
+  /// of the last advance_to(). Valid until the next call.
   std::span<const DuePlace> due(const glm::ivec3& lo, const glm::ivec3& hi);
 
  private:

@@ -22,7 +22,7 @@ class LeafHistory {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // true: the stroke changed the leaf; otherwise the copy is deleted at its end
+    bool changed = false;  // true: the stroke changed the leaf; otherwise the copy is deleted at the stroke's end
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {

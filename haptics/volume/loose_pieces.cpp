@@ -231,7 +231,7 @@ class LoosePieces::KnownBlocks {
   /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. At most
   /// two cache lines.
   struct alignas(32) Block {
-    // number of the last search that visited the block; its results follow
+    // number of the last search that visited the block; this search has set the other members
     std::uint32_t search = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // neighbours over the six faces; -1: not known
@@ -323,7 +323,7 @@ class LoosePieces::KnownBlocks {
       for (std::size_t face = 1; face < 6; face += 2) {
         if (cut.faces[face] == 0) continue;
         const int next = blocks_[static_cast<std::size_t>(cut.block)].beside[face];
-        // The element may belong to an earlier search.
+        // This index may be left over from an earlier search, so it is checked.
         const auto j = static_cast<std::size_t>(cut_block_in_[static_cast<std::size_t>(next)]);
         if (j >= cut_blocks_.size() || cut_blocks_[j].block != next) continue;
         if ((cut_blocks_[j].faces[face ^ 1] & cut.faces[face]) == 0) continue;

@@ -38,13 +38,13 @@ class LoosePieces {
   /// blocks that the cut may have emptied, each with a bit mask of its voxels that still contain tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
-  /// Call it after a change in the box lo..hi (voxels) that is not a cut.
+  /// Updates the stored blocks after a change in the box lo..hi (voxels) that is not a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Call it after undo or redo, which may change anything.
+  /// Discards the stored blocks. Call it after undo or redo, which may change anything.
   void after_edit();
   /// Number of connected bodies of tissue at the start.
   std::size_t bodies() const { return body_count_; }
-  /// Call it after `pieces` were removed from the volume.
+  /// Removes `pieces` from the stored blocks. Call it after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
 
  private:
@@ -73,7 +73,7 @@ class LoosePieces {
   std::size_t body_count_ = 0;
   // bodies except the largest, which has the number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
-  // emptied samples where no search was made; keys may repeat
+  // emptied samples where no search was made yet; a block may occur several times
   std::vector<Emptied> emptied_;
   // number of blocks that may be visited: cuts add to it, searches subtract from it
   std::int64_t credit_ = 0;

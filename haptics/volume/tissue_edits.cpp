@@ -19,7 +19,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Sums the volume of each tissue in leaves, by the fraction of each voxel inside.
+/// Sums the volume of each tissue in leaves. Each voxel counts by the fraction of it that is inside the surface.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -119,7 +119,7 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // number of different marks per volume; at one mark per microsecond, they last twelve days
+  // number of different marks (numbers of states) per volume; at one mark per microsecond, they last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -137,7 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks whose later writes are stored; each tissue patch needs one mark
+  // largest number of marks (numbers of states) since which writes are stored; each tissue patch needs one mark
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
@@ -148,7 +148,7 @@ std::uint64_t TissueVolume::mark() {
 bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
-  // Number of marks whose later writes are known; the newest mark is v.marked.
+  // Number of marks (numbered states of the volume) since which all writes are known; v.marked is the newest mark.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -255,7 +255,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
     add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
     if (leaf.emptied) carved.blocks.push_back({leaf_key(leaf.lo), solid_bits(leaf.distance)});
   }
-  // If there are fillings, restore_labels() may write other leaves.
+  // With fillings, the list of written leaves is not complete, because restore_labels() may write other leaves.
   v.mark_changed(carved.box.lo, carved.box.hi, v.filled.empty());
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;

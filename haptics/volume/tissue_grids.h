@@ -90,7 +90,7 @@ inline Tissue shown_in(std::int32_t value) {
 /// Bit mask of the samples in tissue among 8³ distances.
 SolidBits solid_bits(const float* samples);
 
-/// Leaves as they were before a stroke; while the stroke is undone, as they were after it.
+/// The grids' leaves (8³ voxels) as they were before a stroke; while the stroke is undone, as they were after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
@@ -113,7 +113,7 @@ struct TissueVolume::Impl {
   double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;
   FilePlace place;
-  std::shared_ptr<const TissueMesh> mesh;  // null: the volume comes from other data
+  std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: none
   std::shared_ptr<const NaturalSurface> natural;
   KeySet changed;  // bricks that changed since the last take_changed_bricks()
   // bricks that were cut; outside tissue, their distances are inexact
@@ -126,11 +126,11 @@ struct TissueVolume::Impl {
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
   KeySet filled;  // leaves that may contain filled voxels (label.h)
-  // Writes after each of the last marks, oldest first; the last one belongs to `marked`. Empty: earlier writes are not
-  // known.
+  // Written parts of the tissue after each of the last calls of TissueVolume::mark(), oldest first; the last element
+  // belongs to `marked`. Empty: earlier writes are not known.
   std::deque<Written> writes;
   std::uint64_t marked = first_mark();
-  std::uint64_t foreign_changes = 0;  // see TissueVolume::foreign_changes()
+  std::uint64_t foreign_changes = 0;  // changes that the servo does not make in its patch itself
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;    // number of strokes in the tissue; later strokes are undone
   bool in_stroke = false;  // true: the last stroke is not complete yet
@@ -146,9 +146,9 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// First mark (TissueVolume::mark) of a new volume; differs between volumes.
+  /// First number for the marks of a new volume (TissueVolume::mark()); differs between volumes.
   static std::uint64_t first_mark();
-  /// Call it after a change that log_write() does not record (TissueVolume::foreign_changes).
+  /// Discards `writes`, because a change was made that log_write() does not record (TissueVolume::foreign_changes).
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -159,12 +159,12 @@ struct TissueVolume::Impl {
   /// Ends the stroke, and drops it if it changed nothing.
   void complete_stroke();
 
-  /// Marks voxels lo..hi as changed by cut or filling; lo > hi: none. `listed`: log_write() was called for all leaves.
+  /// Marks voxels lo..hi as changed by cut or filling; lo > hi: none. `listed`: log_write() has logged all leaves.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed);
-  /// Logs a leaf unless already logged. `lo`: its first voxel.
+  /// Adds a leaf to the list of written leaves (`writes`), unless already listed. `lo`: its first voxel.
   void log_write(const glm::ivec3& lo, LeafFront::Place& place);
 
-  /// Like TissueVolume::copy_every(), but only for the samples from..to (inclusive).
+  /// Copies every n-th sample (see TissueVolume::copy_every()), but only samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   /// A leaf's distances and labels.

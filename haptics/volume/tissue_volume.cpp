@@ -52,13 +52,13 @@ TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
 namespace {
 
-/// Label grid's value for voxel `i` of the arrays.
+/// Returns the value that the label grid stores for voxel `i` of `dense`.
 std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i],
                     dense.color.empty() ? kTissueColor : dense.color[i]);
 }
 
-/// Label grid's value for n³ voxels if it is equal for all and all are deeper than the band; otherwise nullopt.
+/// Label grid's value of n³ voxels, if all have the same value and are deeper than the stored band; otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -786,7 +786,7 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
 
 namespace {
 
-/// Returns true if at least one corner is inside tissue and at least one outside.
+/// Returns true if at least one cell corner of the brick is inside tissue, and at least one outside.
 TYPODONT_DISPATCH("avx2", "default")
 bool has_surface(const FieldBrick& brick) {
   unsigned any = 0, all = ~0u;

@@ -31,7 +31,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, longest error message of the reader process; a longer output is an incomplete list of grids
+// bytes. If the reader process fails, an output up to this length is its error message; a longer one is no message.
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 

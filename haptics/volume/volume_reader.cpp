@@ -1,4 +1,4 @@
-// typodont-volume-reader FROM.vdb TO GRID…: copies grids in an isolated process; a damaged file can only end it.
+// typodont-volume-reader FROM.vdb TO GRID…: copies grids in a separate process. A damaged file ends only this process.
 // Memory, time and files are limited; other processes, the network and other files cannot be reached.
 #include <fcntl.h>
 #include <fmt/format.h>

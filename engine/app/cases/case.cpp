@@ -58,7 +58,7 @@ std::vector<std::string> teeth_of(const Json& family) {
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m: w of the surface; below it, depths of the dentin and the lesion's end
+  double top = 0, border = 0, depth = 0;  // m: w of the surface; depth below it of the dentin and of the lesion's end
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
   /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {

@@ -155,8 +155,8 @@ Tissue CaseTooth::tissue(const dvec3& p) const {
   const double c = p.x / (std::hypot(p.x, p.y) + 1e-6);
   const double edge = (c > 0 ? cej_mesial : cej_distal) * c * c;
   const double up = (p.z - edge) / (0.6 * crown);
-  // Thickness by thirds of the crown (OpenMandible): relative to the occlusal third, 0.35 at the neck and 0.75 in the
-  // middle.
+  // Thickness of the enamel by thirds of the crown (OpenMandible), relative to the occlusal (upper) third: 0.75 in the
+  // middle third, 0.35 at the neck.
   const double thick = enamel * (up <= 0 ? 0 : std::min(1.0, 0.25 + 0.75 * up) * std::min(1.0, up / 0.06));
   return thick > 0 && -hollowed(blunt, p) < thick ? Tissue::kEnamel : Tissue::kDentin;
 }

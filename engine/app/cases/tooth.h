@@ -32,7 +32,7 @@ struct CaseTooth {
   double fossa = 0;      // m, depth of the lingual fossa of a front tooth; 0: none
   double furcation = 0;  // m below the neck where roots separate; 0: one root
   std::vector<TaperedTube> roots;
-  // m, rise of the enamel's edge, mesial and distal
+  // m, height to which the enamel's edge rises above the neck, on the mesial and on the distal side
   double cej_mesial = 0, cej_distal = 0;
   double enamel = 0;                           // m, thickness of the enamel in the occlusal third
   std::vector<TaperedTube> pulp;               // the pulp as tubes: chamber, horns and canals

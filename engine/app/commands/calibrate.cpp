@@ -332,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options for computing from captures beside the rig file.
+/// Options of a calibration step that computes its result from captures and updates the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;

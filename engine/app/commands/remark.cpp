@@ -1,4 +1,4 @@
-// The command `typodont remark`: a teacher's remarks on a session, beside its recording.
+// `typodont remark`: edits a teacher's remarks on a session, in a file beside the recording.
 #include <fmt/format.h>
 
 #include <memory>

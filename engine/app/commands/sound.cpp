@@ -234,7 +234,7 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  // Speed, force and tissue of the drill over time.
+  // Number of states of the drill (speed, force, tissue) from which the sound is made.
   std::size_t states = 0;
   {
     std::optional<Progress> progress;

@@ -118,7 +118,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // For models, `right` counts answers that chose the second model.
+    // When contact models are compared, `right` counts the answers that chose the second model.
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

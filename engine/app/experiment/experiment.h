@@ -86,7 +86,7 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  // For each trial with models: true if the second model comes second. Both orders occur equally often.
+  // If models are compared, for each trial: true if the second model comes second. Both orders occur equally often.
   std::vector<bool> orders_;
   Trial next_;
   std::vector<AnsweredTrial> answered_;

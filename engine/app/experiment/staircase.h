@@ -16,7 +16,7 @@ struct StaircaseRule {
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// For kTransformed: settles where the fraction of right answers is 0.5^(1/down).
+  /// For kTransformed: the level settles where the fraction of right answers is 0.5^(1/down).
   int down = 2;
   double weighted_at = 0.75;  // for kWeighted: fraction of right answers where the staircase settles
   double start = 50;          // level of the first trial, in the experiment's unit
@@ -48,7 +48,7 @@ class Staircase {
   }
   /// Number of reversals of direction so far.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the reversals after the first `coarse` (an even number of them). 0: too few
+  /// Geometric mean of the levels at the last reversals (an even number), without the first `coarse` ones. 0: too few
   /// reversals.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;

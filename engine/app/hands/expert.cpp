@@ -71,7 +71,7 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 struct ToolChoice {
   // Distance between two passes, as a fraction of the tool's diameter; smallest and largest such distance, m.
   static constexpr double pass = 0.22, min_pass = 0.12e-3, max_pass = 0.5e-3;
-  // Distance between passes of a coarse tool, in diameters; its upper limit, m, at which ridges of 0.04 mm remain.
+  // Distance between passes of a coarse tool, in diameters, and its upper limit, m (ridges: 0.04 mm high).
   static constexpr double coarse_pass = 0.26, max_coarse_pass = 0.6e-3;
   // Allowed overlap of a hand instrument with tissue that must stay, m. A negative value keeps a distance: if the
   // instrument touched the enamel, the enamel would carry the force, and the filling beside it would hardly be cut.
@@ -112,7 +112,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // If the distance field's gradient is shorter than this, the point is midway between two surfaces (near one: 1).
+  // If the distance field's gradient is shorter than this (near one surface: 1), the point is midway between two.
   static constexpr double one_surface = 0.5;
   // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
@@ -409,7 +409,7 @@ class Plan {
     // excess[k]: cost of unwanted filling in a ball of filling with a radius of k + 1 voxels. wanted: for each k and
     // each height, number of voxels up to this height that lack filling.
     std::vector<double> excess, wanted;
-    // Heights of the elements of `wanted`: the lowest, and the distance between two, m along the axis.
+    // Heights in `wanted`, m along the axis: the lowest height, and the distance between successive heights.
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
@@ -577,7 +577,7 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // Distance of the head at height c to the tissue, minus Filling::free, voxels; 0 if negative.
+    // Distance in voxels from the head at height c to the tissue, minus the gap to keep (Filling::free); at least 0.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -686,7 +686,7 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling at p (voxels); it is low over the cavity.
+  /// Cost of unwanted filling at p (voxels). The cost is low over the cavity, where filling is carved away later.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);

@@ -38,7 +38,7 @@ struct ExpertLeg {
 
 /// Size of the treated object and forces, which scale the motion.
 struct ExpertGrip {
-  // Factor on all lengths of the motion; tooth: 1.
+  // Factor on all lengths of the motion; 1 for a tooth.
   double size = 1;
   double force = 1;    // N, mean force that the task requires
   double lead = 1e-3;  // m, distance of the hand ahead of the tool at the mean force
@@ -74,7 +74,7 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far that fill, and that cut
-  /// Number of layers at the last carving. 0 from the first carving until filling continues.
+  /// Number of layers when the second pass of filling began, or at the last carving after it; before: 0.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, difference from the ideal shape before the last round of cutting

@@ -38,11 +38,11 @@ struct Lead {
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
   // displacement from the tool to the target. The coupling converts the lead to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // For a cut: lead (distance from the target point to the hand) / distance from the tool to the target point.
+  // Gain for cuts: lead (displacement from target point to hand) = gain × displacement from tool to target point.
   static constexpr double gain = 50;
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // For scraping soft filling: lead (distance from the target point to the hand) / distance from tool to target.
+  // Gain for scraping soft filling: lead (from target point to hand) = gain × displacement from tool to target point.
   static constexpr double scrape_gain = 30;
   // Largest lead (distance from the target point to the hand) for scraping, m.
   static constexpr double max_scrape_lead = 1.2e-3;

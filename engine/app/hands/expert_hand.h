@@ -46,7 +46,7 @@ class ExpertHand final : public haptics::HapticDevice {
   ServoTick seen_;
   std::size_t leg_ = 0;
   std::array<ExpertLeg, 2> exit_legs_;  // withdrawal from an abandoned stroke
-  /// Index of the step in exit_legs_; 2: follows the plan.
+  /// Index of the current step in exit_legs_; 2 (past its end): no withdrawal, the hand follows the plan.
   std::size_t way_ = 2;
   std::uint64_t ticks_ = 0;
   Pose from_;
@@ -62,7 +62,7 @@ class ExpertHand final : public haptics::HapticDevice {
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance of the tool from the line in this pass
   int times_ = 0;        // number of returns to the start of the current run of strokes
-  bool back_ = false;    // true: moves back along this run
+  bool back_ = false;    // true: moves back along the current run of strokes
   dvec3 lead_{0};        // m, displacement from the target point to the hand
   double beat_ = 0;      // s, duration of the current contact, or of the pause after it
   bool pauses_ = false;  // true: between two contacts

@@ -17,7 +17,7 @@ namespace typodont {
 
 /// Devices that the user chose to move the tools. The command line overrides the rig file, which overrides the default.
 struct HandChoice {
-  /// address of the hand's device; empty: that of the rig file, otherwise the display's default
+  /// Address of the hand's device. If empty: the address in the rig file, otherwise the display's default.
   std::string hand;
   /// Address of the second hand's device. If empty: the address in the rig file, otherwise there is no second hand.
   std::string left_hand;

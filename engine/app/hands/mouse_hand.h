@@ -23,7 +23,7 @@ class Pointer {
   /// `wheel_step`: m per notch of the wheel.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
   /// If tissue hides the tool, moves it to the surface that the user sees and from there out along the shank. Call
-  /// before the session, because the volume later belongs to the carver.
+  /// before the session starts, because then only the carver thread may use the volume.
   void come_into_sight(const haptics::TissueVolume& tissue);
   /// Call with the new rig when the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }

@@ -22,8 +22,8 @@ constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;      // m, distance between the positions of the tool's head that are evaluated
 constexpr double kLayer = 0.5;        // distance between layers of bulk removal, in tool diameters
 constexpr double kCoarseLayer = 0.8;  // distance between layers for a coarse tool, in tool diameters
-// Thickness of tissue in tool diameters. Thinner tissue gets no rows with a coarse tool, because the floor passes
-// remove it.
+// In tool diameters. A coarse tool does not remove tissue in rows if its height above the cavity's floor is less than
+// this, because passes along the floor remove this tissue.
 constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // distance between rows (parallel passes) of a layer, in tool diameters
 // Largest height difference of floor points that count as level, m.
@@ -45,13 +45,13 @@ constexpr double kCoarseBridged = 3e-3;
 // If the next pass is farther away than this, the tool moves up, across and down, m.
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step in the search for a free path
-// A row longer than this begins with a ramp, m.
+// A row (parallel pass) longer than this begins with a ramp that descends from the layer above, m.
 constexpr double kRamp = 0.8e-3;
 // A pass is divided where the slope of the floor (height per length) is larger than this.
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank that is checked for collisions
 constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
-constexpr double kFloorOfColumn = 1e-6;  // m, precision of the floor's height
+constexpr double kFloorOfColumn = 1e-6;  // m, precision of the lowest height that the head can reach
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, largest error of the distance field far from the surface
 // Number of points on the tool's head in a group. A sphere around the group is tested before its points.
@@ -464,7 +464,7 @@ class StrokePlanner {
     }
   }
 
-  /// True if p is so near the floor that a coarse tool needs no row there, because the floor passes remove this tissue.
+  /// True if the tissue at p is removed by a coarse tool's passes along the cavity's floor, so that p needs no row.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);

@@ -111,7 +111,7 @@ class CarverTurns {
   /// Repeats the servo's cuts, executes the user's commands, offers a new tissue patch if one is due, and meshes
   /// changed mesh bricks. Throws OpenVDB's exceptions.
   Done turn();
-  /// Repeats the cuts still waiting at the session's end.
+  /// Call at the session's end: applies all remaining cuts of the servo to the tissue.
   void finish();
 
  private:

@@ -9,7 +9,7 @@ namespace typodont {
 struct FollowOptions {
   std::string address;  // address of the session's stream, "ws:[HOST:]PORT"
   std::string audio;    // address of the sound output, as for SoundLink
-  double wait = 0.02;   // s, time that a sound device waits for late states
+  double wait = 0.02;   // s, time that a sound device waits for session states that arrive late
   double seconds = 0;   // s, time after which playback ends; 0: at the session's end
 };
 

@@ -26,7 +26,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Makes this input device for the servo thread. It reads the samples of the headset's thread at `rate` (Hz).
+/// Makes a headset's controller an input device of the servo thread, which reads its samples at `rate` (Hz).
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -45,8 +45,8 @@ struct NewTooth {
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Makes a scene for practice from a volume or mesh, upright, at kCrownTop, which shipped rigs show. Replaces files
-/// of this name in the user's folder. Returns the scene file. Throws Error or Cancelled without changing a file.
+/// Makes a scene for practice from a volume or mesh, turned upright and moved to kCrownTop, which shipped rigs show.
+/// Replaces the user's files of this name. Returns the scene file. If it throws (Error, Cancelled), no file changes.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Makes a scene for practice from tissue in memory, which it turns upright. `top`: point

@@ -12,8 +12,8 @@ namespace typodont {
 struct FileChooser {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> folders, files;  // names without the path of the folder
-  bool asked = false;                                 // true: the list was opened in this frame
-  int opened = 0;                                     // number of times that the list was opened
+  bool asked = false;                                 // true: the popup with the list of files must be opened
+  int opened = 0;                                     // number of times that the popup was opened
 };
 
 /// Lists a folder without hidden files. `endings`: file extensions in lower case, for example ".stl". Empty if the

@@ -332,7 +332,7 @@ class Operator {
       case Ask::kDeleteRecording:
         work_.drop();  // cancels tasks that may use this recording, e.g. a report
         fs::remove(s_.outcome.report);
-        // The path of the recording is kept, so that the user can try again.
+        // If this throws, s_.outcome.recording keeps its path, so the user can try again.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));

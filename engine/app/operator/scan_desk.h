@@ -24,8 +24,8 @@ class ScanDesk {
   /// Shows the page, and reads the scan of OperatorState::import in the background. If it can't be read, returns to the
   /// import page with the reason.
   void open();
-  /// Takes finished labels, and starts the computation of requested ones: coarse labels silently, full ones with a
-  /// progress bar. True: something visible has changed.
+  /// Takes over computed tissue labels, and starts the computation of requested ones. Only the computation of labels at
+  /// full size shows a progress bar. True: something visible has changed.
   bool look();
   /// Redraws changed sections. Call before the page is drawn.
   void follow();

@@ -27,7 +27,7 @@ std::uint64_t key_of(const fs::path& scene) {
   return key.key();
 }
 
-/// The picture's file; empty: none.
+/// Path of the scene's picture file; empty if there is none.
 fs::path picture_of(const fs::path& scene) {
   std::error_code code;
   const fs::path own = fs::path(scene).replace_extension(kSuffix);

@@ -70,7 +70,7 @@ SessionControls::SessionControls(OperatorState& s, InterfaceWindow& w, float wid
 
 float SessionControls::height() const {
   ImGui::PushFont(w_.style().small);
-  // Reserves space for all lines, so that the picture keeps its size: plane and legend of the temperatures take two.
+  // Reserves all lines, so that the picture keeps its size. With temperatures, section plane and legend need two lines.
   const int lines = views_.lines(width_) + std::max(shown_.lines(width_), s_.has_heat ? 2 : 1);
   const float small = ImGui::GetFrameHeightWithSpacing();
   ImGui::PopFont();

@@ -82,8 +82,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
-/// A permission of the servo loop, such as real-time scheduling, and whether the system granted it. The names are those
-/// of the report. granted_lines() returns an empty list before the first tick.
+/// A permission of the servo loop, such as real-time scheduling, and whether the system granted it. The report
+/// uses the same names. granted_lines() returns an empty list before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

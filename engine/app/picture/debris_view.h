@@ -104,7 +104,7 @@ class DebrisView {
     std::optional<std::uint32_t> tool;  // index of the tool that `head` and `reach` describe
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // the three counters' values at the last call of count()
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counters of spray, film and picture at the last count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();

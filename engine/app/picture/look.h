@@ -38,7 +38,7 @@ Viewpoint clamped(const Viewpoint& from);
 /// Makes a display rig whose picture has this size (pixels) and this viewpoint. It shows the region around `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
-/// Converts the eye position of a display rig's user to a viewpoint, limited as by clamped().
+/// Converts the eye position of a display rig's user to a valid viewpoint (clamped()) around the point `middle_W`.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
 /// A vertical section plane through the point `through_W`. It faces the viewer at p_WE; the tissue behind it is kept.

@@ -13,7 +13,7 @@ display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics:
   tissue.bounds(lo, hi);
   const dvec3 top = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
   const dvec3 about = rig.magnify_about.value_or(top) / kMillimetre;
-  // mm from the point at which hand and seen tool coincide; the warning states their distance from each other there.
+  // mm from the fixed point of the magnification; the warning states the distance from hand to seen tool at this place.
   constexpr double kOff = 5;
   log::warn(
       "the picture is {:g} times life-size: what is seen and what is felt coincide at ({:.1f}, {:.1f}, {:.1f}) mm "

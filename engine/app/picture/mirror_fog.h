@@ -35,8 +35,8 @@ class MirrorFog {
       : law_(law), mouth_(mouth), fog_(fog) {}
   /// The conditions for the fog at this tick. `spraying`: the water is on.
   MirrorAir air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const;
-  /// Advances by `dt` (s). One long step gives nearly the same result as several short ones. A mirror of diameter 0 is
-  /// absent and outside the mouth.
+  /// Advances the fog by `dt` (s). One long step gives nearly the same result as several short ones. If the mirror's
+  /// diameter is 0, there is no mirror in the mouth.
   void advance(double dt, const MouthMirror& mirror, const MirrorAir& air);
   /// Current fog, 0 (clear) to 1, in steps of 1/64, so that slow changes do not redraw every frame.
   double fog() const;

@@ -53,7 +53,7 @@ void add_held(const World& world, const Look& look, render::Frame& frame);
 class ShownWorld {
  public:
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
-  /// Makes the next frame send the gum again. Call after surround(), which draws the gum at rest.
+  /// Makes the next frame send the deformed gum to the renderer. Call after surround(), which has sent the gum at rest.
   void gum_at_rest() { gum_version_ = 0; }
   /// Passes changes to the renderer, and adds the world to the frame. `coarse`: kind of the meshes that surround()
   /// passed; empty: none.
@@ -94,7 +94,7 @@ class PictureStage {
     bool hud = true;
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    bool chips_on_gpu = true;                                  // false: another picture of this GPU moves the chips
+    bool chips_on_gpu = true;                                  // false: another PictureStage moves this GPU's chips
     /// True: draws a row of dots from the tool's end to the point below it on the tissue, and a ring there.
     bool cursor = false;
     MouthLight::When light = MouthLight::When::kAtOnce;

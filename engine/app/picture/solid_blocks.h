@@ -57,7 +57,7 @@ class SolidBlocks {
   }
 
   std::unordered_map<std::uint64_t, haptics::SolidBits> blocks_;
-  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // the block that was last read at each place
+  std::array<Recent, 1 << 3 * kLowBits> recent_{};  // cache: the last block read, for each combination of low bits
 };
 
 }  // namespace typodont

@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// The renderer's samples of the cells. An air cell beside tissue has the mean of the tissue around it, with a small
-/// weight, for corners that are thinner than a cell.
+/// The renderer's samples of the cells. An air cell beside tissue gets the mean temperature of this tissue
+/// and a small weight, so that tissue thinner than a cell has a temperature, too.
 std::vector<glm::vec2> temperature_samples(const session::HeatGrid& grid);
 
 class ShownTemperatures {

@@ -61,7 +61,7 @@ class TissueView {
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
-  /// Returns the value of Vertex::lesion. `start`, `reach`: voxels, in the current label blocks; `inward`: unit vector.
+  /// Returns Vertex::lesion for a vertex at `start` (voxels in labels_). `inward`: unit normal; `reach`: search radius.
   float nearness_of_caries(const haptics::TissueVolume& volume, const glm::vec3& start, const glm::vec3& inward,
                            float reach);
   /// Sets Vertex::cut and Vertex::thin.

@@ -39,14 +39,14 @@ class World {
   /// Adds chips, water and suction. `tissue`: tissue at the session's start; used only in this call.
   void add_debris(const haptics::TissueVolume& tissue);
   /// Adds the temperatures of a scene with the key "heat". Call at the start of the session or before restart().
-  /// `tissue`: as in add_debris(). `rate`: ticks per second, Hz.
+  /// `tissue`: tissue at the session's start. `rate`: ticks per second, Hz.
   void add_heat(const haptics::TissueVolume& tissue, double rate);
   /// Goes back to the start of the session. `debris`: if false, there are no chips and no water from now on.
   void restart(bool debris = true);
 
   /// Sets the tool before the first tick.
   void place(const ServoTick& tick) { tick_ = readout_ = tick; }
-  // Apply events in the order of their time. A cut and a loose piece come before their tick.
+  // Apply one event; call them in the order of time. A cut or loose piece comes before the tick to which it belongs.
   void apply(const ServoEvent& event);
   void apply(const CarverEvent& event);
   void apply(const ViewEvent& event);

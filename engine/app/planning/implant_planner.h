@@ -44,7 +44,7 @@ struct PlanFindings {
   double in_bone = 0;  // fraction of the thread's surface that lies in bone
   /// Highest point of the thread outside bone, m; empty: all of it is in bone.
   std::optional<dvec3> leaves_at_W;
-  double leaves_depth = 0;  // m, depth of leaves_at_W below the implant's upper end
+  double leaves_depth = 0;  // m, depth of the point leaves_at_W below the implant's upper end
   // Distance between the surfaces of implant and canal, m; negative: the implant cuts the canal.
   double canal_distance = std::numeric_limits<double>::infinity();
   // Distance to the nearest tooth or root, m, ±0.15 mm.

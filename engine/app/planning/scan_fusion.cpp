@@ -101,7 +101,7 @@ ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std
   const dvec3 look = length > 0 ? -normal / length : dvec3(0, 0, -1);
   views_[kScan].look_along(look, std::abs(look.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0));
   show_ct();
-  // Looks from the teeth towards the bone, so that the crowns are visible.
+  // The view looks from the teeth towards the bone, so that it shows the crowns.
   dvec3 tooth(0), all(0);
   double teeth = 0;
   for (std::size_t t = 0; t < ct_mesh_.triangles.size(); ++t) {

@@ -181,7 +181,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // Replacing the whole tissue cannot be repeated on new labels.
+  // A replacement of the whole tissue cannot be repeated on new labels, so its step is removed.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }

@@ -50,7 +50,7 @@ class ScanReview {
   /// Letters for the patient's sides in the picture: R and L, or A and P. Empty if the orientation is unknown.
   std::array<std::string_view, 2> sides(std::size_t section) const;
 
-  // Functions for the region of the scan to import.
+  // The following functions read or change the region of the scan that will be imported.
   const haptics::ImportRegion& region() const { return region_; }
   /// Sets the region; it is limited to the scan, and at least 3 mm wide.
   void set_region(const haptics::ImportRegion& region);
@@ -60,7 +60,7 @@ class ScanReview {
   /// While the user drags a face of the region, requests only coarse labels.
   void set_dragging(bool dragging);
 
-  // Functions for the tissue labels of the region.
+  // The following functions concern the tissue labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
   /// Requests labels for all voxels. Automatic when dragging ends.
@@ -91,8 +91,8 @@ class ScanReview {
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
   void undo();
   void redo();
-  /// Replaces the tissue by one on the same grid, for example with the crowns of an intraoral scan. Can be undone; lost
-  /// when labels are computed again.
+  /// Replaces the tissue by one on the same grid, for example with the crowns of an intraoral scan. This can be undone,
+  /// and is lost when labels are computed again.
   void replace(haptics::DenseTissue tissue);
   /// The corrections that are not undone, in order, without replace().
   std::vector<haptics::Correction> corrections() const;

@@ -38,8 +38,8 @@ class StreamCheck {
 
  private:
   void differs(std::uint64_t tick, std::string what);
-  /// Compares the servo's rate with the times of the ticks in contact. Their forces depend on the time since the
-  /// previous tick.
+  /// Compares the servo's rate with the periods of the ticks in contact, because forces in contact depend on the time
+  /// since the previous tick.
   void rate();
   void volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when);
 

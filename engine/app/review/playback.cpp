@@ -41,7 +41,7 @@ using render::View;
 
 constexpr double kJump = 5;  // s, time by which an arrow key moves the playback
 
-/// The view that has a name of view_name().
+/// Returns the view with this name (see view_name()); kLook if there is none.
 View view_of(std::string_view name) {
   for (const View view : {View::kSection, View::kXray, View::kDifference, View::kTemperature})
     if (view_name(view) == name) return view;

@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// Signed distance to the sheet, including everything below it, m. `teeth`, `own`: distances to all teeth and to the
+/// Signed distance to the dam's rubber sheet and to all below it, m. `teeth`, `own`: distances to all teeth and to the
 /// working tooth, m; `gap`: distance between the edge of the hole and the tooth, m.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 

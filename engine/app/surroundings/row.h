@@ -16,7 +16,7 @@ class Keys;
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
-  // Rotation from the row's frame to the form's frame, with a reflection for teeth on the jaw's other side.
+  // Rotation from the row's frame to the frame of `form`. Mirrors the teeth on the jaw's other side.
   glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }

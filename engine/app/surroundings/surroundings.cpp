@@ -23,7 +23,7 @@ constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // Largest distances of the triangles from the true surface, for the fine and the coarse mesh, voxels.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-// The cheek is fine in both meshes: long triangles with a vertex behind the gum would make the cheek too dark.
+// The cheek has small triangles in both meshes: a long triangle with a vertex behind the gum would be too dark.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // Depth of the coarse mesh below the surface where a fine mesh overlaps it, m.
 constexpr double kCoarseBelow = 0.5e-3;

@@ -35,8 +35,8 @@ class SurroundingsShape {
   // Distance to tongue, cheeks, lips, or a phantom's mask, m.
   double mouth(const dvec3& p_W) const;
 
-  /// Section faces of the neighbours with their roots and of the gum, as section_face() makes them. Relative to
-  /// `origin` (m, frame W).
+  /// Makes the faces at which a plane cuts the neighbours (with roots) and the gum. The part with normal · p > offset
+  /// is kept. Positions are relative to `origin` (m, frame W).
   std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
 
  private:

@@ -123,7 +123,7 @@ class Makers {
   glm::ivec3 size_;                               // number of blocks along each axis
   std::vector<std::vector<std::size_t>> blocks_;  // indices of the points in each block
   std::vector<Point> points_;
-  std::map<std::size_t, std::size_t> index_;  // index of the point at a voxel
+  std::map<std::size_t, std::size_t> index_;  // key: index of a voxel; value: index of its point in points_
 };
 
 /// Connected voxels with the same kind of deviation.
@@ -269,7 +269,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
   return strokes;
 }
 
-/// Finds the stroke that made the surface at the place of this item of the score.
+/// Finds the stroke that last changed the surface at the place to which this item of the score refers.
 std::optional<Defect> at_surface(const session::ScoreItem& item, const Preparation& in, const Deviations& deviations,
                                  const Makers& makers) {
   const dvec3 p = glm::clamp(glm::round(in.frame.to_voxels(*item.place_W)), dvec3(0), dvec3(in.after.size - 1));

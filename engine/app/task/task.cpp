@@ -61,8 +61,8 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // The fraction changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels to enclose the corners. At
-  // fractions of 0 and 1, ± kFar is set, which redistanced() replaces.
+  // The fraction of wanted voxels changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels, because the
+  // filter cuts off corners. Where the fraction is 0 or 1, ± kFar is set, which redistanced() replaces.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
@@ -287,7 +287,7 @@ session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& aft
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // The grids are aligned, but their origins differ.
+  // The samples of all volumes lie on one common grid, but each volume has its own origin.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };

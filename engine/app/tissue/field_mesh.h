@@ -45,8 +45,8 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // Round bodies need no creases. The mesher searches for creases only where the slope is 1, so kFlat makes the field
-  // flatter.
+  // Round bodies need no creases. The mesher searches for creases only where the field's slope is 1, so kFlat scales
+  // all distances. kBand: largest scaled distance, voxels.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));

@@ -35,7 +35,7 @@ class StrokeHistory {
     ++state_.painted;
     ++state_.version;
   }
-  /// Updates the sums after an undo or redo.
+  /// Computes the sums of removed volume and brush strokes again after an undo or redo.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;

@@ -20,14 +20,14 @@ struct DenseCopy {
   haptics::FilePlace place;
 };
 
-/// Copies the box of `size` samples from `lo` on; without a box, the volume's bounding box and 2 voxels around it.
+/// Copies the box of `size` samples from `lo` on; without these: the volume's bounding box and 2 voxels around it.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
 /// Copies all tissue, with distances in m. `file`: name for messages. Throws Error if the volume contains no tissue.
 haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file);
 
-/// Makes a volume. `band`: largest stored distance, m. Its exact_outside() is false.
+/// Makes a volume. `band`: largest stored distance, m. Outside, stored distances may be smaller than the true ones.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes a solid's inside. Labels do not change.

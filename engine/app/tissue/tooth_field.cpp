@@ -89,7 +89,7 @@ void ToothField::extend() {
   for (float& d : distance_)
     if (d > beyond) d = far;
   const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
-  // Steps to all neighbours except the previous one along z, whose distance changes in the same pass.
+  // Steps to the neighbours that are read first. The neighbour along z is read later, because it changes in this pass.
   const std::array<std::pair<std::ptrdiff_t, float>, 9> steps{{{dx, 1.0f},
                                                                {dy, 1.0f},
                                                                {dx + dy, 1.414f},

@@ -122,7 +122,7 @@ inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
-// Largest size of a struct in any version, bytes.
+// Upper limit for the size of any struct of the C interface, also in later versions, bytes.
 constexpr std::uint32_t kMaxStruct = 4096;
 /// True if a struct of the host has an allowed size; the host may use another version. `first`: size in the first
 /// release.

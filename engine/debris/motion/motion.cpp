@@ -32,8 +32,8 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Mean speed in a step of air that flows to the nozzle, divided by its distance, 1/s. q = pull·dt; pull: this ratio at
-/// the start. Exact: (1 − ∛(1 − 3q))/dt. Here: pull·(1 + 2q) if q < 1/3; otherwise the air reaches the nozzle.
+/// Mean speed of air that flows to the nozzle in a step, divided by its distance from the nozzle, 1/s. pull: this ratio
+/// at the start of the step; q = pull·dt. Exact: (1 − ∛(1 − 3q))/dt. Here: pull·(1 + 2q); 1/dt if q ≥ 1/3.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }

@@ -16,7 +16,7 @@ class KeyThread {
  public:
   struct Key {
     int scancode = 0;  // X11's keycode (position on the keyboard), for keys without a Latin label
-    int code = 0;      // code of the label, in upper case; passed to `pressed`
+    int code = 0;      // code of the key's label (upper case); argument of `pressed`
   };
   /// `server`: name as in DISPLAY. `window`: X11's number of a window, which must exist until the destructor, which
   /// ends the thread. Throws Error.

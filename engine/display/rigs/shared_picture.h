@@ -17,8 +17,8 @@ namespace typodont::display {
 /// A window's picture in shared memory. Render thread only.
 class SharedPicture {
  public:
-  /// Returns null if the server is on another computer, is not X11, or does not use 32-bit BGRA. `composed`: targets
-  /// are the shared memory itself; otherwise a Vulkan image.
+  /// Returns null if the server is on another computer, is not X11, or does not use 32-bit BGRA. `composed`:
+  /// pictures are drawn directly in the shared memory; false: in a Vulkan image that is copied.
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 

@@ -149,8 +149,8 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// With a GPU, shows the frame at once. With software rendering, this would have to wait for the frame, so the frame
-  /// is shown at the next acquire(), present() or second poll().
+  /// With a GPU, shows the frame at once. With software rendering, present() would wait until the frame is drawn, so
+  /// the frame is shown later: at the next acquire(), present() or second poll().
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -429,7 +429,7 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::optional<KeyThread> key_thread_;     // reads urgent keys; without X11 empty, and poll() handles them
+  std::optional<KeyThread> key_thread_;     // reads urgent keys; empty without X11: poll() then reads them
   std::unique_ptr<SharedPicture> shared_;   // if set, it is used instead of Vulkan's swapchain
   std::optional<std::vector<Part>> parts_;  // parts of the last target that changed; nullopt: all
   std::function<void()> finish_;            // composes the last target on the CPU

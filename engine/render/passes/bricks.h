@@ -14,7 +14,7 @@ namespace typodont::render {
 /// A vertex on the GPU, 28 bytes.
 struct GpuVertex {
   float p[3];         // m, position relative to the mesh's origin
-  std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; signed normalised
+  std::int16_t n[4];  // xyz: unit normal; w: Vertex::difference / kDifferenceRange; signed normalised
   // Four bytes: first tissue and Vertex::cut · 15 (low and high four bits); second tissue and Vertex::thin · 15;
   // fraction of the second tissue · 255; tissue below and its visible fraction · 15.
   std::uint8_t tissue[4];
@@ -26,7 +26,7 @@ inline constexpr float kDifferenceRange = 2e-3f;  // m, largest |Vertex::differe
 /// Kind of a brick by its content; selects the shader. kSound: hard tissue without caries.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided, kMetal };
 inline constexpr std::size_t kBrickKinds = 6;
-/// Value of kHolds in frame.glsl: one bit per kind of content, such as kHoldsDecay.
+/// Value of the shader constant kHolds (frame.glsl): one bit per kind of content, such as kHoldsDecay.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31, 47};
   return kBits[static_cast<std::size_t>(kind)];

@@ -149,7 +149,7 @@ struct HiddenPass {
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;
-  std::array<std::uint32_t, 2> first{}, count{};  // range of the mask's vertices for each eye
+  std::array<std::uint32_t, 2> first{}, count{};  // vertices of the mask, for each eye: index of the first, number
   void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);

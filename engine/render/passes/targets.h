@@ -24,12 +24,12 @@ class Targets {
   bool keeps_depth = false;
 
   /// Returns true if the scene without particles has its own image: particles change nearly all pixels, and a copy of
-  /// this image is cheaper than drawing the scene. False with averaged samples, one pass for both eyes, or kept depth.
+  /// this image is cheaper than drawing the scene. Not with multisampling, one pass for both eyes, or kept depth.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
   /// Image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call around all passes of a picture. `partly`: parts that are not drawn keep their content.
+  /// Call begin() before all passes of a picture, end() after them. `partly`: undrawn parts keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
   /// Begins the scene pass of one eye, or of both in a common pass; draws only in `box`.
@@ -38,8 +38,8 @@ class Targets {
   /// Ends the pass. `drawn`: parts whose samples need averaging.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// Call after the scene, if layered(): stores its depth, and copies the parts `restored` into the pictures. Passes
-  /// between begin_over() and end_over() then draw over them.
+  /// Call after drawing the scene, if layered(). Copies the scene's parts `restored` into `pictures`; if `partly`, also
+  /// stores the depth of the parts `drawn`. Later passes, from begin_over() to end_over(), draw over the scene.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);

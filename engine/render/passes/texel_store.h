@@ -1,5 +1,5 @@
-// A grid of texels around the working tooth: film, or light inside tissue. Its values change while the tooth is cut.
-// Without a grid, the image has one empty texel, because descriptor sets need an image.
+// A grid of texels around the working tooth: its film of water, or light inside tissue. Its values change during
+// cutting. Without a grid, the image has one empty texel, because descriptor sets need an image.
 #pragma once
 
 #include <cstring>

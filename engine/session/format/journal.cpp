@@ -31,7 +31,7 @@ struct Header {
   std::uint64_t checksum = 0;                // FNV-1a hash of all members above and of the changes
 };
 constexpr std::uint64_t kMaxSurplus = 64u << 20;   // bytes; a journal may be larger than the file by at most this
-constexpr std::uint64_t kMaxHole = 1u << 20;       // bytes; largest growth of the file that HDF5 has not written yet
+constexpr std::uint64_t kMaxHole = 1u << 20;       // bytes; largest growth of the file beyond the data in its journal
 constexpr std::size_t kIdentityWithin = 1u << 20;  // bytes at a recording's beginning that contain its identity
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {

@@ -519,8 +519,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges 2³ finer blocks into one of 2^level cells a side where one vertex suffices. Returns false if no block was
-// merged.
+// Merges 2³ finer blocks into one block with an edge of 2^level cells, where one vertex is enough. Returns false if
+// no block was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);

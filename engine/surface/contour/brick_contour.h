@@ -19,7 +19,7 @@ struct ContourVertex {
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the more frequent one first
   bool crease = false;    // true at a sharp edge; `normal` is then the mean of both sides
-  // true for a crease below 64°; small triangles at it use the mean normal
+  // true: the crease is below 64°; small triangles at this vertex use the mean normal of both sides
   bool gentle = false;
 };
 

@@ -27,7 +27,7 @@ class CellShapes {
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
   /// Returns a bit per face, set if the face has two arcs of the same patch.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Returns the shape with these faces flipped (a subset of flippable_faces()).
+  /// Shape in which the arcs on these faces (a subset of flippable_faces()) connect the four crossings the other way.
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }

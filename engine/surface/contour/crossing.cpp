@@ -15,7 +15,7 @@ namespace {
 // gradients' two components across the edge differ by less than kSame (root mean square).
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// voxels, limit of the second difference at an end; above it there is a crease nearby, or a radius below four voxels
+// voxels; a second difference above this at the end of an edge shows a crease nearby, or a radius below four voxels
 constexpr float kBent = 0.25f;
 // smallest jump of the field's slope along an edge that shows a crease; curvature causes smaller jumps
 constexpr float kSlopeJump = 0.6f;

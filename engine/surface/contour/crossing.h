@@ -17,7 +17,7 @@ struct alignas(16) Crossing {
 /// An edge of the grid that the surface crosses.
 struct GridEdge {
   std::uint16_t sample;  // index of the sample at the start of the edge
-  std::uint8_t x, y, z;  // coordinates of this sample
+  std::uint8_t x, y, z;  // coordinates of the sample at the start of the edge
 };
 
 /// Computes the crossings of edges along `axis`. `stride`: strides of `field`; reads samples -1..2 along each edge and

@@ -13,7 +13,7 @@ namespace typodont::surface {
 /// Sums over the points where the surface crosses grid edges: point p, unit normal n, mean curvature H. p is
 /// relative to the cell's centre, so that the precision of floats suffices.
 struct CrossingSums {
-  Four low = {}, high = {};  // Σ (p.x p.y p.z n.x) and Σ (n.y n.z H 1)
+  Four low = {}, high = {};  // Σ (p.x p.y p.z n.x), Σ (n.y n.z H 1); p: point, n: normal, H: mean curvature
   Four by_normals = {};      // Σ (p.x·n.x, p.y·n.y, p.z·n.z); the last lane has no meaning
 
   void add(const Crossing& crossing, const glm::vec3& centre) {

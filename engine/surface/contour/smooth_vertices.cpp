@@ -6,8 +6,8 @@
 namespace typodont::surface {
 namespace {
 
-// On a surface of curvature κ, a facet of side s sags by about s²κ/4, so vertices are put kLift·s²κ outside. They are
-// moved to the cell's middle by kCentre of the way, for even facets. Measured in tests/property/surface_mesh_test.cpp.
+// A flat facet of side s is up to s²κ/4 below a surface of curvature κ, so vertices are raised by kLift·s²κ. For even
+// facets, they move to the cell's middle by the fraction kCentre. Measured in tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 // largest distance of a vertex outside the surface, as a fraction of the block's side
@@ -24,7 +24,7 @@ TYPODONT_INLINE Real dot(const Coordinates<Real>& p, const Coordinates<Real>& q)
   return p.x * q.x + p.y * q.y + p.z * q.z;
 }
 
-// CrossingSums of one or eight cells.
+// Sums over the points where the surface crosses the edges of a cell (CrossingSums), for one or eight cells.
 template <class Real>
 struct Sums {
   Coordinates<Real> points, normals, by_normals;

@@ -8,7 +8,7 @@
 namespace typodont::surface {
 
 /// Returns the vertex of a smooth block of side s, relative to the block's middle, voxels. The mean of the crossings
-/// is not on a curved surface. Its distance, half the covariance of points and normals, is therefore corrected.
+/// is not on a curved surface. Its distance from the surface, half the covariance of points and normals, is removed.
 glm::vec3 smooth_vertex(const CrossingSums& sums, float s);
 
 /// Vertices of eight cells, as arrays of coordinates.

@@ -76,7 +76,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
     _mm512_storeu_ps(to + i, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), 0xffff, index, from, sizeof(float)));
   }
 }
-/// Also reads up to three bytes after each wanted byte. They exist, because no tool voxel is at the patch's border.
+/// Also reads up to three bytes after each wanted byte. The array has them: no tool voxel is at the patch's border.
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -124,9 +124,9 @@ struct alignas(64) Block {
   float gap[kBlock];          // m, distance from the bone to the tool's surface
   Flag touches[kBlock];       // 1: the tool voxel is in contact with bone
   Flag stops[kBlock];         // 1: touches bone that it cannot cut
-  float ahead[kBlock];        // voxels, distance from bone at Task::beyond
+  float ahead[kBlock];        // voxels, distance from bone ahead of the tool voxel (Task::beyond)
   std::int32_t at[kBlock];    // index of the tissue patch's sample to read
-  Flag label[kBlock];         // tissue label at Task::beyond
+  Flag label[kBlock];         // tissue label ahead of the tool voxel (Task::beyond)
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
   // area: area in contact (m²); hard_area: area × hardness (m²). cut, thrust: eq. 2 of Zhao 2020 divided by the feed

@@ -58,7 +58,7 @@ struct EndScan {
   double collided = 0;
   double max_grey = 0;   // Hounsfield units, largest grey value in contact
   PerTissue tissue{};    // m², part of `engaged` in each tissue
-  PerTissue hardness{};  // m² × hardness, for each tissue
+  PerTissue hardness{};  // m², for each tissue: sum of contact area × hardness (0..1)
 };
 
 /// Sums the cutting law over the tool's end; finds obstacles ahead. `center_V`: head's centre, voxels. A voxel's weight

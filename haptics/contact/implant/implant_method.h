@@ -27,7 +27,7 @@ struct Parameters {
   double tool_voxel = 0.06e-3;
   // m; criterion 1 for entering a drilled hole: largest distance of the tip from the axis, and largest depth of the tip
   double centre_tolerance = 0.5e-3;
-  // m; criterion 1 for entering a drilled hole: largest height of the tip above the entry (the rim stops wide tools)
+  // m; criterion 1 for entering a drilled hole: largest height of the tip above the entry (wide tools rest on the rim)
   double rim_above = 1.5e-3;
   // m; criterion 2 for entering a drilled hole: largest (tool radius - hole radius) of a tool that does not widen it
   double radius_tolerance = 0.1e-3;

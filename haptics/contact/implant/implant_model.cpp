@@ -231,7 +231,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Enters a bed if the criteria of Zhao 2020 are met (bed_criteria.h). Returns true if the tool has entered.
+/// Enters an implant bed (drilled hole) if the criteria in bed_criteria.h are met. Returns true if the tool entered.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -253,7 +253,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // The tip may also slide in without touching the rim, so that criterion 4 fails.
+    // The tip may also slide into the bed without touching its rim; the axial force is then too small for decide().
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
@@ -326,7 +326,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool has left the bed and follows the hand.
+    // The tool has left the implant bed (drilled hole), so it follows the hand.
     out = {};
     constrain_free(in, out);
     return;

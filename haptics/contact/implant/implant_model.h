@@ -61,12 +61,12 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // Used in the state kFree (Motion).
+  // The following functions are for a tool outside a bed (Motion::kFree).
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool touches_too_dense() const noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // Used in the states 1 to 4 (Motion).
+  // The following functions are for a tool in a bed (values 1 to 4 of Motion).
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -95,7 +95,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool easing_ = false;  // true: the tool has entered a bed, but has not caught up with the hand yet
   std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tip below the entry
-  double entered_ = 0;   // m, depth of the tip when the tool entered
+  double entered_ = 0;   // m, depth of the tip when the tool entered the bed
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFacingEnd = 0.5;
 // tool voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // number of parts of a voxel's edge for this average of 1/r
+constexpr int kParts = 8;           // parts of a voxel's edge, for the mean of 1/r (r: distance from the axis)
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // tool voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.005;

@@ -54,7 +54,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // The lever arm of the tangential force is 1/inverse_r, because p may be half a layer away from the surface.
+  // Lever arm of the tangential force: 1/inverse_r instead of r, because the centre p may lie beside the surface.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

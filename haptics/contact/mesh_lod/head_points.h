@@ -29,8 +29,8 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<PointArea> areas;  // one for each contact point
-  // m. margin: the list contains all contact points within this distance of the head at the pose points.listed_at().
-  // kept: motion of the head from this pose up to which the list is used.
+  // m. margin: distance from the head up to which the list contains all contact points; for the head's pose
+  // points.listed_at(). kept: displacement of the head from this pose up to which the list is used.
   double margin = 0, kept = 0;
 
   HeadPoints() { areas.reserve(kMost); }
@@ -79,7 +79,7 @@ class HeadLister {
   glm::dmat3 R_WT_{1};
   std::vector<std::uint32_t> found_;  // faces near the head's bounding box
   std::size_t at_ = 0;                // index in found_ of the next face to examine
-  // faces of found_ that are near the head itself; only those of the current work()
+  // faces that the current call of work() has found near the head
   std::vector<NearFace> near_;
   vertex::HeadDistances distances_{HeadPoints::kMost};
   // hash table: corner position → index of its contact point

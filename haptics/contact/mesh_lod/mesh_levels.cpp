@@ -100,8 +100,8 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // index of the original vertex of each copy
-  std::vector<Tissue> tissue_;           // tissue of each copy
+  std::vector<std::uint32_t> original_;  // for each copy of a vertex: index of the original vertex
+  std::vector<Tissue> tissue_;           // for each copy of a vertex: its tissue
   std::vector<float> positions_;         // m from the first vertex
 };
 

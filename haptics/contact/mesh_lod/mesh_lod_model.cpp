@@ -204,8 +204,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo moves a free tool by up to clearance() without calling this model, possibly through a hole of an open
-  // mesh. So the contact starts again at the tool's current position.
+  // The contact starts again at the tool's current position if the tool has moved without calls of this model. Such a
+  // free motion may have led through a hole of an open mesh.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -268,8 +268,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of a bur's force, which would jump when the bur loses its contacts far from the hand, or when a new
-/// snapshot shifts the contact point.
+/// Limits the rate of a bur's force. Otherwise the force would jump when contacts end while the hand is far from the
+/// bur, or when a new snapshot shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

@@ -68,8 +68,8 @@ class MeshLodModel final : public ContactModel {
   bool is_free(std::uint32_t tool, const Pose& X) const noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Returns true if the head may move to `to`: faces of the snapshot, which may lack the last cuts, can still stop it
-  /// there.
+  /// Returns true if the head may move to `to`: its overlap with the snapshot's faces is then so small that they can
+  /// still stop it. (The snapshot may lack the last cuts.)
   bool may_penetrate_to(const dvec3& to) noexcept;
   /// Returns true if the snapshot lacks some of the servo's cuts. In this state, faces that overlap the head count as
   /// removed.
@@ -118,7 +118,7 @@ class MeshLodModel final : public ContactModel {
   dvec3 first_missing_cut_{0};  // m, start of the first cut that the snapshot lacks
   bool cutting_ = false;        // true: the bur has cut since it was placed; the next cut begins at end_
   bool in_own_cut_ = false;     // true from a cut until the head is clear of the mesh
-  RetreatPath path_;            // path while in_own_cut_, voxels
+  RetreatPath path_;            // voxels, recorded path of the head while in_own_cut_ is true
   Pose end_;                    // pose of the tool after the last cut
   bool adopted_ = false;        // true: a new snapshot was adopted in this tick
   // filtered ratio of measured to estimated removed volume, for the cuts in the last snapshot

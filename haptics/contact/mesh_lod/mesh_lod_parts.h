@@ -19,7 +19,7 @@ struct Parameters {
   // true: when the level of detail changes, the contact point is mapped to the new mesh; false: it is computed again
   // from the hand's position
   bool maps = true;
-  double ramp = 5;          // N/s, largest rate of the force after a change of level; 0: the force may jump
+  double ramp = 5;          // N/s, largest rate of the force after a change of level of detail; 0: the force may jump
   double wall_limit = 0.5;  // N, force above which a wall between tissues lets the tool through
 };
 

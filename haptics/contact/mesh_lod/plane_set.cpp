@@ -10,7 +10,7 @@ namespace {
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // Small limits, because planes of neighbouring faces may be nearly parallel (ActiveSetLimits).
+  // Limits of the solver (ActiveSetLimits). Small, because planes of neighbouring faces may be nearly parallel.
   static constexpr ActiveSetLimits kLimits = {.min_pivot = 1e-10, .min_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}

@@ -1,4 +1,4 @@
-// Finds the point nearest to a goal that a set of planes allows.
+// A set of planes that limits a point's position. Finds the allowed position nearest to a goal.
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@ namespace typodont::haptics::mesh_lod {
 /// A plane allows the points x with n · (x - c) >= -gap, where c is a common centre. SI units.
 struct Plane {
   dvec3 n{0};               // unit normal
-  double gap = 0;           // m, distance that the point may move from c against n
+  double gap = 0;           // m, distance that the point may move from the centre c against n
   dvec3 p{0};               // m, point where the tool touches the surface
   std::uint64_t order = 0;  // if several planes are equally violated, the one with the lowest order is used
   std::uint32_t face = 0;   // index of the face that gives the plane
-  // edge of the face at which the plane is a wall between tissues; -1: no wall
+  // if the plane is a wall between two tissues: index of the face's edge that is the wall; otherwise -1
   std::int8_t wall = -1;
 };
 
@@ -34,8 +34,8 @@ class PlaneSet {
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
   Plane& operator[](int i) noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// Displacement from c to the allowed point nearest to `goal`; zero if there is none. `active`: receives the limiting
-  /// planes and their pushes, m.
+  /// Displacement from the centre c to the allowed point nearest to `goal`; zero if no point is allowed. `active`:
+  /// receives the limiting planes and their Lagrange multipliers (pushes, m).
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

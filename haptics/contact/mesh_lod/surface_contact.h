@@ -45,9 +45,9 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called after the faces of the grid have changed, and before the first call with another grid.
+  /// Discards data computed from the mesh. Call it after the faces have changed, and before using another grid.
   virtual void mesh_changed() noexcept {}
-  /// Passes contact points around this tool that the carver has listed in the changed mesh. Call it after
+  /// Gives this object a list of contact points near the tool, which the carver made in the changed mesh. Call it after
   /// mesh_changed(). Until the next mesh_changed(), this object may swap `points` with its own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 

@@ -31,7 +31,7 @@ constexpr double kNextReach = 0.25;
 constexpr int kCollectedPerTest = 4;
 // m; a face no higher than this above the plane of another face needs no plane
 constexpr double kBelow = 1e-11;
-// m, like kBelow (height above a plane), but for a test in single precision
+// m; as kBelow, a face up to this height above a plane needs no plane; larger, for a test in single precision
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wall between tissues
 // m, search distance for the surface of a new mesh
@@ -431,7 +431,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   gave_way_ = false;
   tested_ = 0;
   ActivePlanes active;
-  // Expected motion: in contact, the hand's motion along the surface, regardless of its depth.
+  // Expected motion of the ball. In contact: the hand's motion along the surface, without the part into the surface.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;

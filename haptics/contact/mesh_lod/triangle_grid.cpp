@@ -12,7 +12,7 @@ constexpr double kCellEdges = 1.5;  // edge of a grid cell divided by the mesh's
 constexpr double kMaxCells = 4e6;
 // The cells of the grid together list at most this × (number of faces) + kFewEntries faces; else cells become larger.
 constexpr double kEntriesPerFace = 16;
-// constant part of this limit, so that the cells of small meshes need not become larger
+// number of faces that all cells may list in addition, so that a small mesh does not get larger cells
 constexpr double kFewEntries = 1e6;
 constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding error of a box
 
@@ -28,7 +28,7 @@ int side(double au, double av, double bu, double bv) noexcept {
 // m; two adjacent faces count as flat if the third vertex of one is no farther from the plane of the other
 constexpr double kFlat = 1e-10;
 
-/// Sets bit `edge` of hollow_front and hollow_back of a face. `beyond`: third vertex of the adjacent face at this edge.
+/// Stores on which sides of a face an edge is concave or flat. `beyond`: third vertex of the adjacent face there.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);

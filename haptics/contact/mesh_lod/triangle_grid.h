@@ -30,7 +30,7 @@ struct Face {
 /// Point of a face nearest to a given point. Exact also for slivers, because their edges are used.
 struct OnFace {
   dvec3 p{0};
-  int edge = -1;        // edge with the point (ab, bc, ca); -1: in interior
+  int edge = -1;        // edge on which the point lies: 0 ab, 1 bc, 2 ca; -1: none
   bool corner = false;  // true: the point is an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;

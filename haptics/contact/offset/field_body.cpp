@@ -29,8 +29,8 @@ namespace {
 
 /// Returns true if no tissue is near the six sides of the cube of `edge`³ voxels that starts at `lo`.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
-  constexpr int kThick = 4;      // voxels, thickness of the layer that is examined inside each side
-  constexpr float kAway = 2.5f;  // voxels, smallest allowed distance of this layer from tissue
+  constexpr int kThick = 4;      // voxels, thickness of the layer that is examined at each side of the cube
+  constexpr float kAway = 2.5f;  // voxels, smallest allowed distance between an examined layer and tissue
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {0, edge - kThick}) {
       glm::ivec3 from = lo, size(edge);
@@ -49,7 +49,7 @@ bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) 
 /// contains all tissue instead. Throws Error if the patch needs too much memory.
 void FieldBody::choose_grid() {
   constexpr int kAir = 8;                            // voxels of air around the tissue
-  constexpr double kLarge = 4e6;                     // samples; a patch up to this size follows the tool (faster)
+  constexpr double kLarge = 4e6;                     // samples; a tissue patch up to this size always follows the tool
   constexpr double kMaxSamples = 2e8, kPatches = 4;  // samples of a tissue patch, and patches of a session
   constexpr double kSampleBytes = sizeof(float) + sizeof(Tissue);
   const double voxel = volume_.frame().voxel;

@@ -78,7 +78,7 @@ auto IntermediateModel::with_shank(Call call) noexcept {
   return call();
 }
 
-/// Element of slots_ for a leaf. Leaves at equal positions modulo the patch's edge share it; the patch has one of them.
+/// Element of slots_ for a leaf. Leaves a multiple of the patch's edge apart share it; the patch contains one of them.
 std::uint32_t& IntermediateModel::slot_of(const glm::ivec3& leaf) noexcept {
   const int edge = felt_.patch_.n / kSide;
   const glm::ivec3 at = ((leaf / kSide) % edge + edge) % edge;
@@ -111,15 +111,15 @@ void IntermediateModel::take_up(std::uint32_t tool) noexcept {
   felt_.take_up(tool);
 }
 
-/// Takes over a new tissue patch, but keeps the felt field where it may differ from the tissue. So a PatchStep and a
-/// complete tissue patch give bit-identical results.
+/// Takes over a new tissue patch. Where the surface that the hand feels may differ from the tissue, felt_ keeps its own
+/// samples. So a PatchStep and a complete tissue patch give bit-identical results.
 void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   PerTissue ignored{};
   handed_over_ = std::min(handed_over_, fresh.cuts);
   if (fresh.from != 0) {
     cutter_.adopt(fresh, removed);
     felt_.adopt(fresh, ignored);
-    // Both adopt() calls swapped coarse patches with `fresh`. Only cutter_ may have one: felt_ gives its own back.
+    // Both adopt() calls swapped coarse patches with `fresh`. Only cutter_ may have some, so those of felt_ go back.
     felt_.patch_.coarse_levels.swap(static_cast<TissuePatch&>(fresh).coarse_levels);
   } else {
     auto& copy = static_cast<TissuePatch&>(fresh).intermediate.front();
@@ -128,7 +128,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
     const bool first = cutter_.patch_.number == 0;
     const bool edited = fresh.edits != cutter_.patch_.edits || fresh.pieces != cutter_.patch_.pieces;
     cutter_.adopt(fresh, removed);
-    const TissuePatch& old = cutter_.patch_.intermediate.front();  // the felt tissue patch until now
+    const TissuePatch& old = cutter_.patch_.intermediate.front();  // the tissue patch of felt_ until now
     glm::ivec3 lo, hi;
     bool filled = false;
     if (!first && cutter_.log_.since(handed_over_, lo, hi, filled))
@@ -143,7 +143,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   copy_marks();
 }
 
-/// Copies a leaf from `old` to the felt tissue patch, if both contain it.
+/// Copies a leaf from `old` to the tissue patch of felt_, if both contain it.
 void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf) noexcept {
   TissuePatch& felt = felt_.patch_;
   if (!holds_leaf(old, leaf) || !holds_leaf(felt, leaf)) return;
@@ -155,7 +155,7 @@ void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf
   });
 }
 
-/// Copies the boxes of cuts and fillings from cutter_'s tissue patch to the felt one.
+/// Copies the boxes of cuts and fillings from cutter_'s tissue patch to that of felt_.
 void IntermediateModel::copy_marks() noexcept {
   const TissuePatch& from = cutter_.patch_;
   TissuePatch& to = felt_.patch_;
@@ -164,8 +164,8 @@ void IntermediateModel::copy_marks() noexcept {
   to.filled_lo = from.filled_lo, to.filled_hi = from.filled_hi;
 }
 
-/// Makes the current tissue the target of the felt surface. Where the felt surface is still moving to an earlier
-/// target, it moves on from its current position.
+/// Makes the current tissue the target of the surface that the hand feels. Where this surface is still moving to an
+/// earlier target, it moves on from its current position.
 void IntermediateModel::hand_over() noexcept {
   glm::ivec3 lo, hi;
   bool filled = false;
@@ -196,7 +196,7 @@ void IntermediateModel::load_target(Moving& leaf) noexcept {
   });
 }
 
-/// Speed of the felt surface, m/s.
+/// Speed at which the surface that the hand feels moves to the surface of the tissue, m/s.
 double IntermediateModel::speed(const ContactInput& in) const noexcept {
   const double resistance = area_ * in.relative_stiffness;
   return in.normal_force > 0 && resistance > 0
@@ -212,7 +212,7 @@ void IntermediateModel::animate(const ContactInput& in) noexcept {
     if (advance(moving_[i], step)) drop(i);
 }
 
-/// Changes the felt distances of a leaf by at most `step` (voxels). Returns true if all have reached their targets.
+/// Changes each distance of a leaf of felt_ towards its target by at most `step` (voxels). True: all have reached it.
 bool IntermediateModel::advance(const Moving& leaf, float step) noexcept {
   TissuePatch& felt = felt_.patch_;
   const std::ptrdiff_t edge = felt.n;
@@ -235,7 +235,7 @@ void IntermediateModel::drop(std::size_t i) noexcept {
 
 void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept {
   since_update_ += in.dt;
-  const bool same = settled();  // true: both models have the same tissue, hence the same pose
+  const bool same = settled();  // true: cutter_ and felt_ have the same tissue, so also the same proxy pose
   if (const double period = 1 / parameters_.update_rate; since_update_ >= period) {
     since_update_ = std::fmod(since_update_, period);
     hand_over();

@@ -22,7 +22,7 @@ struct IntermediateSurface {
 /// the contact with the hand, in a distance field that gradually becomes equal to that of `cutter_`. Servo thread only.
 class IntermediateModel final : public ContactModel {
  public:
-  /// `mean_stiffness`: as for OffsetModel.
+  /// `mean_stiffness`: the head feels the mean of the tissue inside it, as in OffsetModel.
   IntermediateModel(const ServoSettings& settings, const IntermediateSurface& parameters, bool mean_stiffness = false);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -55,8 +55,8 @@ class IntermediateModel final : public ContactModel {
   /// A leaf (8³ samples) in which the felt field differs from its target.
   struct Moving {
     glm::ivec3 lo;       // voxels, position of the first sample
-    float target[512];   // voxels, distances of the target
-    Tissue labels[512];  // labels of the target
+    float target[512];   // voxels, distances that the felt field approaches
+    Tissue labels[512];  // tissue labels that belong to the distances in `target`
   };
 
   bool settled() const noexcept { return moving_.empty() && handed_over_ == cutter_.log_.last(); }
@@ -82,7 +82,7 @@ class IntermediateModel final : public ContactModel {
   Contact cutter_contact_;
   double area_ = 0;                   // m², contact area of the last tick
   double since_update_ = 0;           // s, time since the felt surface last received cuts
-  std::uint64_t handed_over_ = 0;     // number of the last cut that the targets contain
+  std::uint64_t handed_over_ = 0;     // number of the last cut that the felt surface has received
   std::vector<Moving> moving_;        // leaves that still change; never reallocated
   std::vector<std::uint32_t> slots_;  // for each leaf of the patch: index in moving_ + 1; 0: none
 };

@@ -60,8 +60,8 @@ class OffsetModel : public PatchModel {
     dvec3 fall_normal{0};
     // voxels, largest motion against fall_normal in this tick
     double fall_limit = 0;
-    // Voxels; vector from the hand to the position at which contacts, and the slowing of a bur that has used too much
-    // energy (deficit_fraction), would hold the proxy without the speed limit. Zero without contact.
+    // Voxels, vector from the hand to the position where contacts would hold the proxy without the speed limit. A bur
+    // that has used too much energy is slowed; this is included (deficit_fraction). Zero without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
     // The following members have the same meaning as in Contact.
@@ -73,7 +73,7 @@ class OffsetModel : public PatchModel {
     dvec3 found_at{0};  // voxels, the head's centre at the last contact search
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;     // number of iterations with contact and without a long step
+    int settled = 0;     // number of iterations whose step was not too long (see long_step)
     dvec3 long_step{0};  // voxels, last step that was too long for one iteration
     int reversals = 0;   // number of long steps opposite to the previous long step
     dvec3 best{0};       // voxels, best position of the head's centre so far (keep_best)
@@ -175,13 +175,13 @@ class OffsetModel : public PatchModel {
   // N, contact force when a new tissue patch became overdue. Until it arrives, a plane replaces the tissue; under a
   // larger force, the plane moves back. 0: no patch is overdue.
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when the tissue patch became late
+  dvec3 bridge_from_{0};  // voxels, the head's centre when a new tissue patch became overdue
   // s, remaining time of the proxy's smooth return to the surface
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, position at which contacts hold the proxy
-    double held_for = 0;   // s, time near held_at while the hand is far away
+    double held_for = 0;   // s, time that the proxy has been near held_at, far from the hand
     bool has_cut = false;  // true: the tool has cut since the recorded path began
     bool leading = false;  // true: the proxy is led back along its path
     std::size_t to = 0;    // index of the path point at which leading back ends

@@ -37,7 +37,7 @@ struct SearchParameters {
   static constexpr double unsettled = 0.02, overlap_weight = 4;
   // voxels; the nearest contact plane is computed exactly if its gap at the head's next position is below this
   static constexpr double may_block = 0.4;
-  // Without cutting: largest number of times per iteration that exact planes of stopping contacts are computed.
+  // Without cutting: how often an iteration may compute the exact planes of the contacts that stop the head.
   static constexpr int refining_rounds = 6;
   // The secant method lengthens a step of the proxy only if its ratio to the previous step is below this.
   static constexpr double still_converges = 0.95;
@@ -81,7 +81,7 @@ struct StepLimitParameters {
   // largest lateral force of the cutting edges divided by the force that presses them
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // factor by which the limit of the force's rate may be exceeded
-  static constexpr int rounds = 4;           // largest number of iterations that enforce the limit
+  static constexpr int rounds = 4;           // largest number of iterations that enforce the limit of the force's rate
   // s; energy that cuts used beyond the motor's work, divided by the motor's power. Above this, the bur is slowed down.
   static constexpr double free_deficit = 3e-3;
   static constexpr double standing_deficit = 12e-3;  // s; like `free_deficit`, but above this, the bur stops
@@ -94,11 +94,11 @@ struct FallParameters {
   static constexpr double rough_time = 2e-3;
   // s, time constant of the filter for the hand's mean velocity
   static constexpr double speed_time = 0.1;
-  // s, time constant of the filter for the contact force, which keeps the direction from before the loss of support
+  // s, time constant of the filter for the mean contact force, which keeps its direction when the support is lost
   static constexpr double push_time = 0.05;
   // N/s; the bur has lost its support only if (current - mean velocity of the hand) × stiffness is larger than this
   static constexpr double gain = 5;
-  // Loss of support: smallest cosine between the mean contact force and (mean - current velocity of the hand).
+  // Support is lost only if the cosine of mean contact force and (mean - current velocity of the hand) is above this.
   static constexpr double along = 0.3;
   // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
@@ -118,7 +118,7 @@ struct WallParameters {
   static constexpr double min_power = 0.1;
   // A border is a wall if the ratio of the softer tissue's specific energy to that of the harder one is below this.
   static constexpr double from_ratio = 0.2;
-  // Largest number of rounds per iteration that reduce the sinking depth at walls and compute the position again.
+  // Largest number of rounds per iteration. A round reduces the allowed overlap at walls, and moves the proxy again.
   static constexpr int rounds = 4;
 };
 
@@ -132,11 +132,11 @@ struct RecoveryParameters {
   // m; if a fast hand is less than this ahead of a moving proxy, a missing tissue patch is not late. A hand that is
   // farther ahead has jumped.
   static constexpr double longest_lag = 20e-3;
-  // m; if the head moves farther than this after the tissue patch became late, the replacing plane's force decreases
+  // m; after this motion of the head with a late tissue patch, the force of the plane that replaces the patch decreases
   static constexpr double bridge_reach = 5e-3;
-  // N; the plane that replaces the tissue moves back under a force above the last contact force + this
+  // N; the plane that replaces a late tissue patch yields if the force exceeds the last contact force by more than this
   static constexpr double bridge_yield = 0.5;
-  // s, duration of the proxy's smooth return to the surface after a plane replaced the tissue
+  // s, duration of the proxy's smooth return to the surface after a plane has replaced a missing tissue patch
   static constexpr double rejoin_time = 0.3;
 };
 
@@ -162,7 +162,7 @@ struct RetreatParameters {
 struct CoarseParameters {
   // coarse voxels that the head must move before the coarse patch is cut
   static constexpr double cut_step = 0.2;
-  // largest number of ticks that a coarse cut may wait
+  // largest number of ticks that a cut of the coarse patch may wait
   static constexpr int max_waits = 4;
 };
 
@@ -176,18 +176,18 @@ struct FillingParameters {
   // voxels between the examined points in front of the instrument
   static constexpr double search_step = 0.25;
   static constexpr double step = 0.25;   // voxels by which the ball of filling may always grow per tick
-  static constexpr double max_step = 1;  // voxels, largest growth of the ball's radius per tick
+  static constexpr double max_step = 1;  // voxels, largest growth of the radius of the ball of filling per tick
   // s; per tick, the ball of filling may grow by the filling that still waits plus the filling delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
   // the ball of filling grows only if more than this fraction of its surface is in air
   static constexpr double buried = 0.01;
-  // voxels; a place with room for filling is at least this far from tissue, head and limiting solid
+  // voxels; a place with room for filling is at least this far from tissue, head and border of Tool::fill_within
   static constexpr double open = 0.5;
-  // the search for room ends at this factor times Tool::fill_reach from the centre of the first ball of filling
+  // the search for room ends at this distance from the centre of the first ball of filling, divided by Tool::fill_reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
-  // Largest number of consecutive unfilled tissue samples that a search ray passes: filled walls contain a few.
+  // Largest number of consecutive tissue samples, apart from filling, that a search ray may pass.
   static constexpr int thin = 3;
   // ns, approximate time for the search per tick
   static constexpr int search_cost = 60000;

@@ -27,8 +27,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: `max_step`, or more if no
-/// part of `step` is so near to `shift`. A stuck head can then still sink.
+/// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: at least `max_step`. More
+/// if all points of the segment from 0 to `step` are far from `shift`, so that a stuck head can still sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -100,7 +100,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // The hand's gain of speed must exceed F::gain / stiffness plus the noise of one encoder count.
+  // No fall if the hand's velocity changes by less than F::gain / stiffness + the noise of one encoder count.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -296,8 +296,8 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts of the head at step_.c. After a short motion, only updates the last contacts if there are several
-/// and the head is a ball or cuts. If the head is deep in tissue or in a groove, always searches again.
+/// Finds the contacts of the head at step_.c. Usually searches again. Only updates the last contacts if there are
+/// several, the head is a ball or cuts, has moved little, and is neither deep in tissue nor in a groove.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -323,7 +323,7 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
   } else if (in.cuts && (emptied_ || surface_speed_ > 0) && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // In harder tissue than that being cut, reduces the depth of the cut by the ratio of the specific energies.
+  // On tissue harder than the tissue being cut, a contact allows less depth: divided by the ratio of specific energies.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -435,8 +435,8 @@ double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_deficit + in.budget / in.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
 
-/// For a ball that was placed on one wall: returns true if its overlap with each plane that holds it is below a
-/// tolerance. The tolerance is smaller for planes that do not belong to this wall.
+/// Call after a ball was placed on one wall. Returns true if the ball overlaps no active contact plane by more than a
+/// tolerance. Planes of this wall and other planes have different tolerances.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -448,8 +448,8 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of the force: moves `next`, where contacts alone hold the head, to within `most` of `carried`
-/// (last position + motion of the hand). For this, moves the target from `pulled_to` towards `carried`. Returns it.
+/// Limits the change of the force. `next`: position at which the contacts hold the head. Moves the target from
+/// `pulled_to` towards `carried` until |next - carried| <= `most`. Returns the moved target; updates `next`.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -588,7 +588,7 @@ bool OffsetModel::hand_has_left() const noexcept {
       continue;
     }
     if (patch_.coarse_levels.empty()) return false;
-    // Samples of the coarse tissue patch are `every` voxels apart, so the free distance must be larger than this.
+    // Coarse samples are `every` voxels apart, so a place counts as free only if its distance is larger than `every`.
     const TissuePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.covers(x / every, 1)) return false;
@@ -603,7 +603,7 @@ bool OffsetModel::hand_has_left() const noexcept {
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  // A head that moves by a voxel or more per tick is not lost; the hand only moves faster than new patches arrive.
+  // A head that moves a voxel or more per tick is not waiting for a patch: the hand is only faster than patches arrive.
   const bool moves_on =
       !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
@@ -616,7 +616,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double motion = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - motion / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels per newton; `most`: largest distance of the plane from the hand, voxels
+                          // factor from N to voxels; `most`: largest distance of the plane from the hand, voxels
                           p.step_per_slew / in.dt;
       under = std::min(under, most);
     }

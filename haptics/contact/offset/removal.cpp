@@ -69,7 +69,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::max_waits) finish_coarse();
 }
 
-/// Makes the waiting cut of the coarse tissue patch, if any.
+/// Makes the postponed cut of the coarse tissue patch, if there is one.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -80,7 +80,7 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // After undo or redo, the snapshot already contains all valid cuts, so a waiting coarse cut is discarded.
+  // After undo or redo, the snapshot contains all valid cuts. So a postponed cut of the coarse patch is discarded.
   if (strokes_edited) emptied_ = retreat_.has_cut = false, coarse_.waits = 0;
   if (!known) {
     front_.forget();

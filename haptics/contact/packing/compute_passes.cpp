@@ -30,7 +30,7 @@ namespace packing {
 
 namespace {
 
-constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the tissue estimate
+constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres in estimate_surface()
 // Largest number of results of a pass on the GPU; a pass with more results fails.
 constexpr std::size_t kExpected = 65536;
 

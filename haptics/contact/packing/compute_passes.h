@@ -47,7 +47,7 @@ class ComputePasses {
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
   std::vector<std::uint32_t> number_;  // for each ball in resting_: index of its tool sphere
-  std::vector<SphereShare> shares_;    // overlaps of spheres, in the order of the CPU's sums
+  std::vector<SphereShare> shares_;    // overlaps of spheres, in the order in which the CPU adds them
   std::vector<SphereChange> changes_;
   std::vector<CutSphere> loaded_;  // all spheres by index, to copy them to the GPU
 };

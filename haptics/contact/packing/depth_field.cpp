@@ -92,7 +92,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Starting points: where the surface crosses between neighbouring voxels, and points along the gradient.
+  // First estimates of closest points: where the surface crosses between neighbouring voxels, and along the gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];

@@ -16,8 +16,8 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the distance field is updated
-// Voxels. When the ball that cuts a sphere has moved this far, its position and radius are stored (a note), so that
-// rasterize() can update the distance field.
+// Voxels. Whenever the ball that cuts a sphere has moved this far, the ball's position and radius are stored as a note.
+// rasterize() updates the distance field from the notes.
 constexpr double kNoteEvery = 0.03;
 // voxels; interpolation changes the distance field up to this far beyond the cut sphere and the gaps around it
 constexpr double kAround = 1.8;

@@ -265,7 +265,7 @@ void PackingModel::estimate_tissue() noexcept {
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
-/// If the head overlaps nothing (only the shank or a point has contact), uses the tissue of the touched spheres.
+/// If the head overlaps no tissue (the shank touches, or one point of the head), uses the tissue of touched spheres.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {

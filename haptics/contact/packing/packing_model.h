@@ -58,7 +58,7 @@ class PackingModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   PerTissue density_{};  // density of each tissue divided by the density of dentin
-  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
+  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, computed from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // proxies, one for each tool
   std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
@@ -82,12 +82,12 @@ class PackingModel final : public ContactModel {
   TriedCut tried_;
   // Result of find_near(): for all spheres of the head, the lists of tissue spheres near them, one after another.
   std::vector<Place> near_;
-  // fraction of the motion to the hand that the cut computed in tried_ covers; negative: none
+  // tried_ contains a trial cut along this fraction of the motion from proxy to hand; negative: no trial cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: index after its last element
   // J, estimated energy of a cut up to the hand; 0: unknown
   double price_ = 0;
-  double last_path_length_ = 0;  // m, length of the motion to the hand at the last cut
+  double last_path_length_ = 0;  // m, length of the motion from proxy to hand at the last cut
   RecentCuts<MadeCut> made_;
 };
 

@@ -24,13 +24,13 @@ struct Parameters {
   /// m/s, speed of cutting dentin (v_b in eq. 4 of Kaluschke 2020); 0: computed from the motor's power (PackingModel)
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, largest speed of cutting, reached at very low density
-  // Only with base_speed. true: density summed over the contact (ρ of S2, eq. 3; for reaming); false: its mean (ρ̂).
+  // Only with base_speed. true: density summed over the contact (Kaluschke 2020, eq. 3; for reaming); false: its mean.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m; for the estimate of the touched tissue, the tool's spheres are enlarged by this
   // density of each tissue divided by the density of dentin; negative: computed from the tissue's specific energy
   PerTissue density = given();
-  std::filesystem::path material;              // file of fitted densities (S2, eq. 14)
-  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which they were fitted
+  std::filesystem::path material;              // file of fitted densities (Kaluschke 2020, eq. 14)
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the densities were fitted
   std::vector<float> fitted;                   // fitted hardness of each sphere; empty: none
   Removal removal = Removal::kMended;
 

@@ -28,7 +28,7 @@ constexpr double kArrived = 1e-10;
 constexpr double kMaxTurn = 0.02;
 // m, smallest mean margin of the lists of near spheres. Margin: motion of a tool sphere for which its list is valid.
 constexpr double kMargin = 60e-6;
-// m, largest mean margin (motion for which a list is valid) of lists that are made when needed
+// m, largest mean margin (motion for which a list is valid) of lists that are made only when they are needed
 constexpr double kMaxMargin = 300e-6;
 // margin of a near list (motion for which the list is valid) divided by the motion per tick
 constexpr double kAhead = 3;
@@ -40,7 +40,7 @@ constexpr double kRounding = 1e-12;
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
-// m; in a long list, listed_near() compares only the stored gaps if its limit `gap` is below this
+// m; if its limit `gap` is below this, listed_near() compares only stored gaps in a long list, no exact distances
 constexpr double kFewOthers = 100e-6;
 // number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
@@ -222,8 +222,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes the next lists of near spheres in advance, in parts. A list is replaced when half its margin is used. For
-/// faster tools, margins and parts are larger.
+/// Makes the next lists of near spheres in advance, a part per tick. Begins a new list when the tool sphere has moved
+/// by half the motion for which the old list is valid. For faster tools, lists are valid longer and parts are larger.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (list_capacity_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -340,7 +340,7 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Lists the spheres of list `i` nearer than `reach` to the segment a–b, in the tree's order. Skips spheres whose
-/// stored gap is above `gap`. In a long list, only the stored gap is tested, because nearly all the others are near.
+/// stored gap is above `gap`. In a long list, that is the only test, because nearly all remaining spheres are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -412,8 +412,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. (follow() may have stopped before this contact.) If the
-    // contact is a constraint already, the path was curved by rotation, so the constraint's gap is reduced.
+    // Adds the contact as a constraint and tries again. If the contact is a constraint already, rotation has curved
+    // the path, so that it crosses the constraint's plane; the constraint's gap is then reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];

@@ -123,7 +123,7 @@ class SphereProxy {
     // m, largest `epsilon` of near_here() for which the list is complete; negative: the tree must be searched
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    // number of searches for which no list is made, because the last one was too long
+    // number of coming searches for which no list is made, because the last list was too long
     int refused = 0;
   };
   /// A list of near spheres that is still being made.
@@ -131,7 +131,7 @@ class SphereProxy {
     std::size_t tool_sphere = 0;
     bool active = false;
     dvec3 center{0};                // m, centre of the tool sphere when the list was begun
-    double margin = 0;              // m, margin of the list
+    double margin = 0;              // m, motion of the tool sphere for which the list will be valid
     double moved = 0;               // m, motion since the list was begun (NearList::moved)
     SphereTree::PartSearch search;  // search for the spheres of the list
     std::size_t leaves = 0;         // number of leaves searched so far
@@ -189,7 +189,7 @@ class SphereProxy {
   std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // moving balls for a search by the GPU
   std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
-  // m, largest protrusion of a cut sphere since end_notes(), if at most kStickOut
+  // m, largest distance of at most kStickOut by which a cut sphere protruded from its old surface since end_notes()
   double protrudes_ = 0;
   bool noted_ = false;  // true: a cut sphere has protruded since end_notes()
   double pushed_ = 0;   // m, sum of the pushes of all contacts

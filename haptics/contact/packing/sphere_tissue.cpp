@@ -157,8 +157,8 @@ TYPODONT_INLINE void left_lanes(const D8& base_radius, const D8& overlap, const 
   left = radius > SphereTissue::kMin * base_radius ? part : D8{};
 }
 
-/// SphereTissue::after_cut() for eight spheres, with bit-identical results. `others` receives the spheres whose cut
-/// does not continue their last one.
+/// SphereTissue::after_cut() for eight spheres, with bit-identical results. s.others: the
+/// spheres whose new cut does not continue their previous cut.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r, double curve) {
   D8 x, y, z, base_radius, volume, whole_radius, whole_volume, away_x, away_y, away_z, overlap, tool;
@@ -276,7 +276,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A small sphere may own no voxel, so each cell has at least its sphere's volume. The sum becomes solid_volume.
+  // A small sphere may own no voxel, so its cell gets at least its own volume. Then the sum is scaled to solid_volume.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -137,7 +137,7 @@ class TriedCut {
     Place place{};
     bool first = false;  // true: first change by this tool sphere
     double taken = 0;    // m³, removed volume
-    // m, distance by which the changed sphere protrudes beyond its surface before
+    // m, distance by which the changed sphere protrudes from its former surface
     double protrudes = 0;
     CutSphere after;
   };

@@ -194,7 +194,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates bounding boxes from a leaf upwards. Stops at an unchanged box; unless `exactly`, also at a large enough box.
+/// Updates bounding boxes from a leaf upwards. Stops at an unchanged box; `exactly` false: also at a large enough box.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, rounding_margin_, lo, hi);

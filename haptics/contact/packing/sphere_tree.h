@@ -55,7 +55,7 @@ class SphereTree {
     put(place_of(i), center, radius);
     mend_above(place_of(i));
   }
-  /// Like set(), but without boxes: call mend_above() for one sphere of each changed leaf before the next search.
+  /// Like set(), but keeps the bounding boxes. Before the next search, call mend_above() once per changed leaf.
   void put(Place place, const dvec3& center, double radius) noexcept {
     const auto s = static_cast<std::size_t>(place);
     Leaf& leaf = leaves_[s / kLeafSize];

@@ -129,11 +129,11 @@ class Rings {
   }
 
   double side_;                        // m, distance between grid nodes
-  int levels_;                         // number of levels, whose nodes have the same height
-  double bottom_;                      // m along the axis, height of the first level
+  int levels_;                         // number of levels (planes of grid nodes perpendicular to the axis)
+  double bottom_;                      // m along the axis, height of the lowest level
   std::vector<double> depth_;          // for each node: its depth below the surface, m
   std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or inside a ring of spheres
-  std::vector<double> open_;           // per level: volume without spheres, from the axis to each node
+  std::vector<double> open_;           // for each level: volume without spheres between the axis and each node
   double enough_ = 0;
 };
 

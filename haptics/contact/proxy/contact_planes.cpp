@@ -32,8 +32,8 @@ bool is_smooth_at(const TissuePatch& patch, const dvec3& x) noexcept {
          std::abs(sample_linear(patch, x - O::depth_below * at.gradient) + O::depth_below) < O::foot_tolerance;
 }
 
-/// Smallest gap, at most `near`, of the contacts that do not lie on the crease. `c`: the head's centre. In floats, for
-/// SIMD.
+/// Smallest gap, at most `near`, of the contacts that do not lie on `crease` (an edge, rim or corner of the tissue).
+/// `c`: the head's centre. Computed in floats, for SIMD.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float nearest_off(const Crease* crease, const dvec3* c, const ApproximatePlanes* planes, int count, float near) {
   const auto from_circle = [](float u, float w, float k) {
@@ -56,7 +56,7 @@ float nearest_off(const Crease* crease, const dvec3* c, const ApproximatePlanes*
   return near;
 }
 
-/// Compares a crease with the sample below its contact, because interpolated values below a crease are wrong.
+/// True if a stored sample below the contact agrees with `crease`; interpolated values are wrong below a crease.
 bool agrees_below(const TissuePatch& patch, const Crease& crease, const ContactPlane& contact) noexcept {
   const dvec3 below = glm::floor(contact.x - L::depth * contact.n + 0.5);
   if (!patch.holds(below, 0)) return false;
@@ -169,7 +169,7 @@ bool ContactFinder::seat(const TissuePatch& patch, const dvec3& target, const dv
   return alone || seat_on_wall(patch, target, c, seated, set, alone);
 }
 
-/// Like seat(), but for a ball on the crease of the last contact, if no other tissue is near.
+/// Final position (see seat()) of a ball on the crease of the last contact. True only if no other tissue is near.
 bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                    ContactSet& set) const noexcept {
   const Crease* crease = set.known_.last();
@@ -267,7 +267,7 @@ void ContactFinder::find(const TissuePatch& patch, const Pose& X_VT, double near
   set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
   std::fill_n(set.approximate_.yields, found.count, 1.0f);
   if (fine && sphere_ && patch.holds(X_VT.p, 0)) {
-    // The tissue may be nearest to the ball between the ball's samples.
+    // The contact point may lie between the points of the ball at which the tissue was sampled.
     const FieldSample at = sample_linear_gradient(patch, X_VT.p);
     if (at.value > 0.5 && glm::length(at.gradient) > 0.5)
       find_below(patch, X_VT, X_VT.p - at.value * glm::normalize(at.gradient), near, set);
@@ -656,7 +656,7 @@ bool ContactFinder::touch(const Crease& crease, const Pose& X_VT, const dvec3& x
   ContactPlane found = plane;
   found.crease = true;
   const double gap = head_distance(X_VT, x, found.n);
-  // The tissue is convex at the crease, so the first point that fulfils all conditions is the one nearest to the head.
+  // The tissue is convex at the crease, so the first point that passes the following tests is nearest to the head.
   const auto is_contact = [&] { return crease.above(found.x) < L::feasible; };
   bool touches = false;
   for (int i = 0; i < crease.count && !touches; ++i) {

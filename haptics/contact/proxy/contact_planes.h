@@ -28,8 +28,8 @@ class ContactFinder {
   double reach() const { return reach_; }  // voxels, distance from the head's centre to its farthest point
 
   /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). The tissue patch must
-  /// contain the head. `fine`: also searches between the surface samples and finds creases, for a head that neither
-  /// cuts nor fills.
+  /// contain the head. `fine`: for a head that neither cuts nor fills; also searches between the head's surface
+  /// samples, and finds contacts at creases of the tissue.
   void find(const TissuePatch& patch, const Pose& X_VT, double near, ContactSet& set, bool fine = false) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand at `target` (voxels) if one smooth wall

@@ -24,7 +24,7 @@ struct ContactPlane {
 struct ApproximatePlanes {
   // kMax: largest number of planes; kBatch: number of planes per SIMD operation
   static constexpr int kMax = 256, kBatch = 8;
-  // space for one more batch, which may be incomplete
+  // size of the arrays: space for a whole SIMD batch after the last plane
   static constexpr int kCapacity = kMax + kBatch;
   alignas(32) float x[kCapacity], y[kCapacity], z[kCapacity], nx[kCapacity], ny[kCapacity], nz[kCapacity],
       gap[kCapacity], yields[kCapacity];
@@ -90,7 +90,7 @@ class ContactSet {
   bool creases_ = false;  // true if refined contacts may lie on a crease (ContactFinder::find)
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
-  // voxels, origin of the points in the approximate planes: the head's centre at the time of the search
+  // voxels, head's centre at the time of the search; the points of the approximate planes are relative to it
   dvec3 origin_{0};
   bool projects_out_ = false;
   Pose emptied_;  // voxels, pose at which the head has removed all tissue inside it; valid if projects_out_ is true

@@ -342,12 +342,12 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
       const Sheet &a = crease.sheet[i], &b = crease.sheet[j];
       dvec3 on = x, n_ab[2];
       if (std::max(a.distance(b.x), b.distance(a.x)) > -C::convex) return false;
-      // Interpolation is accurate at a shallow edge, so it needs no crease.
+      // A shallow edge needs no crease, because interpolation is accurate there.
       if (!crease.onto_line(i, j, on, n_ab) || glm::dot(n_ab[0], n_ab[1]) > C::shallow) return false;
     }
   }
   if (!agrees_around(patch, x, crease)) return false;
-  // No other surface may lie below a point. On a sharp ridge, interpolated points are too deep, so a sample decides.
+  // A point below the crease's surfaces is inexact (sharp ridge) or on another surface; the sample below it decides.
   return std::ranges::none_of(around, [&](const Place& place) {
     if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
     const dvec3 below = glm::floor(place.at.x - C::below * place.at.n + 0.5);

@@ -8,7 +8,7 @@ namespace typodont::haptics {
 /// One smooth surface of the tissue (sheet), approximated by the torus with the same position, normal and principal
 /// curvatures. Exact for planes, balls, cylinders and tori. Lengths in voxels.
 struct Sheet {
-  dvec3 x{0}, n{0};       // point of the sheet, and its outward normal
+  dvec3 x{0}, n{0};       // point of the smooth surface (voxels), and the outward normal there
   dvec3 e1{0}, e2{0};     // unit vectors of the principal curvatures
   double k1 = 0, k2 = 0;  // 1/voxel, principal curvatures, positive for a ball of tissue
 
@@ -53,14 +53,14 @@ class KnownCreases {
   const dvec3& place() const noexcept { return known_[0].x; }
   /// Must be called when the tissue or the head has changed.
   void forget() noexcept { count_ = 0, none_count_ = 0, room_ = 0; }
-  /// Stores that a ball with its centre at c may move by `room` voxels without touching tissue other than last().
+  /// Stores that a ball with its centre at c may move by `room` voxels before it touches tissue outside the crease.
   void add_room(const dvec3& c, double room) noexcept { center_ = c, room_ = room; }
   /// `part`: fraction of the room.
   bool has_room(const dvec3& c, double part) const noexcept { return glm::length(c - center_) < part * room_; }
   /// Stores that a search near x, in the direction n, has found no crease, so that it is not repeated.
   void add_none(const dvec3& x, const dvec3& n) noexcept;
   bool is_none(const dvec3& x, const dvec3& n) const noexcept;
-  // voxels; contact point on last(), and its displacement in the last tick, if last() was the only contact
+  // Voxels. Contact point on the crease last(); its displacement in the last tick, if this was the only contact.
   dvec3 touched{0}, slid{0};
 
  private:
@@ -72,12 +72,12 @@ class KnownCreases {
   Known known_[kMost];  // the crease that was used last comes first
   int count_ = 0;
   dvec3 center_{0};
-  double room_ = 0;  // voxels; see add_room()
+  double room_ = 0;  // voxels that a ball may move from center_ before it touches tissue outside the crease
   static constexpr unsigned kMaxNone = 8;
   struct {
     dvec3 x{0}, n{0};
   } none_[kMaxNone];
-  unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; the last kMaxNone are kept
+  unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; none_ keeps the last kMaxNone
 };
 
 /// Returns true if the field near x bends far more than beside it, as at a convex edge. Cheap test for find_crease().

@@ -223,7 +223,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
     // `fraction` (weight of an area) decreases linearly from 1 at the surface to 0 at one voxel; `half`: to 0 at half a
-    // voxel. The normals' weight 2 half − fraction has the mean 0 from 0 to 1 voxel: areas without contact cancel out.
+    // voxel. Normals have the weight 2 · half − fraction. Its mean up to one voxel is 0: areas without contact cancel.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;
@@ -470,7 +470,7 @@ Found HeadSamples::search_around(const TissuePatch& patch, const Pose& X_VT, flo
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
   Found found{};
-  // Skips a head completely outside a patch that contains all tissue: no contacts, and its indices could overflow.
+  // A head completely outside a patch that contains all tissue has no contacts. It is skipped: indices could overflow.
   const int edge = 2 * (static_cast<int>(reach) + 8);
   if (patch.whole && (std::min({from.x, from.y, from.z}) < -edge || std::max({from.x, from.y, from.z}) > patch.n))
     return found;

@@ -14,7 +14,7 @@ struct FlatPiece {
   float ax, az, bx, bz, dx, dz, inverse2;
   float cx, cz, radius;
   float ux, uz, wx, wz;  // vectors from an arc's centre to its two ends
-  float nx, nz;          // outward normal of the piece if it is a line
+  float nx, nz;          // outward normal of a straight piece
 };
 
 /// Result of one contact search. `count`: number of contacts. `deepest`: voxels, largest overlap. `area`: contact area,

@@ -20,8 +20,8 @@ void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) no
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
 /// Returns the position p nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + allowed_depth · yields_i) for all
-/// contact planes i, in voxels. If there is none, planes that the head overlaps only prevent a deeper overlap.
-/// `active`: in: a guess of the planes that stop the head; out: these planes.
+/// planes i in `set` (see ContactPlane), in voxels. If there is none, planes that the head overlaps only prevent a
+/// deeper overlap. `active`: input: a guess of the planes that stop the head; output: these planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double allowed_depth, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

@@ -68,12 +68,12 @@ double NonCuttingContacts::clearance(const TissuePatch& patch, const Pose& X_VT)
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // Upper bound of the error of linear interpolation. If all samples have the largest stored distance (the band), the
-    // bound is the height of an arc with the radius `band` above the chord between two samples.
+    // Upper bound of the error of linear interpolation. Where all samples have the largest stored distance (the band),
+    // it is the sagitta of an arc of radius `band` over the diagonal √3 of a cell.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s along the axis, the shank is at least clear - s (1 + slope) from tissue. This bound is poor for
-    // large s, so a step is a third of the s at which it is zero.
+    // Here the shank is at least `clear` from tissue; after a step s along the axis, at least clear - s (1 + slope).
+    // This bound is poor for large s, so the step is a third of the s at which the bound is zero.
     const double step = std::max(0.3 * clear / (1 + slope), min_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;

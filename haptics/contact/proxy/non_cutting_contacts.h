@@ -1,5 +1,5 @@
-// Contacts of the parts of a tool that never cut. Those of the shank are searched in the coarse tissue patch; at cuts,
-// only where the shank is clearly wider than the head. Those of the safe end (pin at the tip): in the head's patch.
+// Contacts of the parts of a tool that never cut. Contacts of the shank are searched in the coarse tissue patch; near
+// cuts, only where the shank is clearly wider than the head. The safe end (pin at the tip) uses the head's patch.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class NonCuttingContacts {
   struct Known {
     ContactPlane plane;  // contact, in voxels of the tissue patch that the tool's part uses
     bool shank;
-    double let;  // allowed overlap of tissue and part, in the same voxels
+    double let;  // allowed overlap of tissue and part, in voxels of the same tissue patch as `plane`
   };
   static constexpr int kMost = 5, kCapacity = 8;  // largest numbers of contacts: one part, and all parts
 

@@ -4,13 +4,13 @@
 
 namespace typodont::haptics {
 
-/// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
+/// Conditions under which one cubic interpolation at a ball's centre finds its only contact (find_by_offset()).
 struct OffsetQueryParameters {
   // Voxels; largest difference between the field and its expected value, which is 0 at the foot point (nearest surface
   // point), and minus the depth below it. Equals the error of linear interpolation at a ball with a radius of 4 voxels.
   static constexpr double foot_tolerance = 0.05;
-  // Largest allowed difference between 1 and the length of the field's gradient at the ball's centre. It is 1 near a
-  // single smooth wall.
+  // Largest allowed difference between 1 and the length of the field's gradient at the ball's centre. Near a single
+  // smooth wall, this length is 1.
   static constexpr double gradient_tolerance = 2e-4;
   static constexpr double depth_below = 3;  // voxels, smallest thickness of the tissue below the contact point
   // Voxels; at this height above the ball's centre, the wall of the contact must still be the nearest wall.
@@ -49,17 +49,17 @@ struct RefineParameters {
   // Voxels. If a ball has moved by less than this since the last query, the contact's plane counts as exact. The error
   // of its gap is at most 2e-5 voxels.
   static constexpr double stays_exact = 0.02;
-  // Voxels; like `stays_exact`, but for a head with edges. Smaller than for a ball, because the error of the gap is as
-  // large as the motion.
+  // Voxels. If a head with edges has moved by less than this since the last query, its contact's plane counts as exact.
+  // The limit is smaller than that of a ball, because the error of the gap is as large as the motion.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels; like `stays_exact`, but for a head that does not cut. Smaller, because the hand then feels errors of the
-  // force's direction.
+  // Voxels. If a head that does not cut has moved by less than this since the last query, its contact's plane counts
+  // as exact. The limit is small, because without cutting the hand feels errors of the force's direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels. The refinement ends when a step reduces the gap by less than this; the next step would reduce it by about
   // the square of this.
   static constexpr double gained = 1e-4;
-  // Voxels; same limit as `gained`, for a head that does not cut. The force's direction depends on the lateral error of
-  // the contact, which is the square root of the gap's error.
+  // Voxels. For a head that does not cut, the refinement ends when a step reduces the gap by less than this. The limit
+  // is small, because the contact's lateral error, which turns the force, is the square root of the gap's error.
   static constexpr double gained_fine = 3e-8;
   // The secant method is used only if a step is shorter than this factor times the previous step.
   static constexpr double still_converges = 0.95;
@@ -81,8 +81,8 @@ struct RimParameters {
   static constexpr double same_wall = 0.9;
   // Voxels. A contact belongs to the rim if its distance from the rim is at most this length + twice the rim's depth.
   static constexpr double near_rim = 2;
-  // The outline of the head has a rim or tip where the cosine between its directions before and after is below `sharp`.
-  // The rim is blunt above `blunt`; then `near_blunt` (voxels) replaces `near_rim`.
+  // The head has a rim or tip at a point of its outline if the cosine between the outline's directions before and after
+  // this point is below `sharp`. If the cosine is above `blunt`, near_blunt (voxels) is used in place of near_rim.
   static constexpr double sharp = 0.98, blunt = 0.3, near_blunt = 0.5;
   // spacing: voxels between the points of a rim at which the field is read. max_points: largest number of these points.
   static constexpr double spacing = 1;
@@ -102,8 +102,8 @@ struct HeadSampleParameters {
   // Voxels. dense: spacing of samples up to which no tissue is missed. cover: spacing of the additional points for a
   // head whose samples are farther apart.
   static constexpr double dense = 3, cover = 8;
-  static constexpr int max_cover = 8192;   // largest number of these additional points
-  static constexpr int descents = 24;      // largest number of searches (descend()) from these points
+  static constexpr int max_cover = 8192;   // largest number of additional points (see `cover`)
+  static constexpr int descents = 24;      // largest number of searches (descend()) that start at additional points
   static constexpr double same_place = 1;  // voxels; contacts nearer to each other count as one
 };
 
@@ -114,50 +114,50 @@ struct CreaseParameters {
   static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
   // Voxels, distances from the crease at which the surface is searched, in this order; usually the first suffices.
   static constexpr double aside[] = {4, 6.5, 5};
-  static constexpr double down = 0.8;     // second start of the search: down × aside beside the crease, and below it
+  static constexpr double down = 0.8;     // if a search fails, the next starts down × aside beside and below a crease
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
-  static constexpr double landed = 0.1;   // largest distance from the surface of a point that counts as on it
+  static constexpr double landed = 0.1;   // a point nearer to the surface than this counts as on the surface
   // Start points of a fit: distances from the surface point along the surface, and height above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the other surfaces
   static constexpr double away_step = 3;
-  // smallest distance between a fit's samples and those of other smooth surfaces
+  // The samples to which a smooth surface is fitted must be at least this far from samples of the other surfaces.
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a smooth surface
-  // Largest third or fourth difference of a fit's samples; for a curved surface, plus curved_roughness × curvature².
+  // The third and fourth differences of a fit's samples are at most rough + curved_roughness × (largest curvature)².
   static constexpr double rough = 0.03, curved_roughness = 4;
   // Above the curvature `curved` (1/voxel), a fit must agree with samples two voxels from its centre to `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
-      0.7;  // smallest cosine between the normals of a fitted surface and of the place where it is fitted
+      0.7;  // smallest cosine between the normals of a fitted surface and of the tissue at the fitted place
   // Two fits are one surface if their distance is below same_sheet and their normals' cosine above same_sheet_normal.
   static constexpr double same_sheet = 0.3, same_sheet_normal = 0.98;
   // A point is beside a crease only if at least two smooth surfaces are nearer to it than this.
   static constexpr double near_sheet = 3;
-  // smallest depth of each smooth surface below the others beside the crease, so that the crease is convex
+  // Each surface's fitted point must lie at least this deep below the other surfaces: then the crease is convex.
   static constexpr double convex = 0.2;
   static constexpr double shallow = 0.966;  // largest cosine between the normals of two surfaces on their common line
-  // Samples within `around` of a crease, at depths shallowest..deepest, agree with its sheets within around_agrees.
+  // Samples near a crease (±`around`) at distances -deepest to shallowest match its fitted surfaces to around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
   // between its normal and the line where these meet exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
-  // If a sample below the surface differs from the crease by more than this, there is another surface.
+  // If a sample below the surface differs by more than this from the fitted surfaces, there is another surface.
   static constexpr double missed_by = 0.3;
-  // Distances from the point where a crease was fitted: up to `reused`, the crease is used again; up to `followed`, its
-  // sheets are fitted again without a search.
+  // Up to the distance `reused` from the point where a crease was fitted, the crease is used unchanged. Up to the
+  // distance `followed`, its smooth surfaces are fitted again, without a new search for the crease.
   static constexpr double reused = 1, followed = 3;
   // A search that found no crease is not repeated within `none_within`, if the cosine between both directions of search
   // is above `none_along`.
   static constexpr double none_within = 0.25, none_along = 0.9;
-  // The line where two surfaces meet goes on if samples `ahead` on it and `below` it agree with both to line_agrees.
+  // The line where two surfaces meet continues if a sample `ahead` along it and `below` it fits within line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
   static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease for fits of its surfaces
   static constexpr double converged = 1e-9;
-  // The search for a line ends after a step from a point nearer than this; as Newton's method converges quadratically,
-  // the error is then about 1e-3 voxels.
+  // The search for the line where two surfaces meet ends after a step from a point that is nearer than this to both
+  // surfaces. As Newton's method converges quadratically, the error is then about 1e-3 voxels.
   static constexpr double last_step = 0.1;
   // smooth surfaces count as parallel if the determinant of their unit normals is smaller than this
   static constexpr double min_angle = 1e-4;
@@ -178,14 +178,14 @@ struct CreaseContactParameters {
   // voxels²; for a ball, the search along the line of a crease ends after a step with a smaller square. As Newton's
   // method converges quadratically, the error is then about 1e-5 voxels.
   static constexpr double last_step = 1e-4;
-  // voxels²; squared step that ends the search along a surface, or along the line of a crease for other heads
+  // voxels²; a smaller squared step ends a search along a surface, or along a crease's line if the head is no ball
   static constexpr double slid = 1e-14;
   static constexpr double longest = 4;  // longest step along the crease
   static constexpr double inside_cone = 1e-9, feasible = 1e-7;
   // The exact contact with a crease may be farther from the head than the interpolated contact by at most `farther`, or
   // nearer by at most `nearer`.
   static constexpr double farther = 0.1, nearer = 1.5;
-  // depth: depth of the sample that is compared with the crease's surfaces; agrees: largest difference
+  // The sample at this `depth` below the contact differs by less than `agrees` from the crease's fitted surfaces.
   static constexpr double depth = 1.5, agrees = 0.1;
 };
 
@@ -193,25 +193,25 @@ struct CreaseContactParameters {
 struct GrooveParameters {
   static constexpr int directions = 12;     // directions in which walls are searched
   static constexpr double aside = 8;        // distance of the search from the bottom of the groove
-  static constexpr double min_aside = 5.2;  // smallest distance from the bottom: nearer stencils contain samples of
-                                            // another wall
+  static constexpr double min_aside = 5.2;  // smallest distance of a wall point from the groove's bottom: nearer to it,
+                                            // the interpolation would read samples of another wall
   static constexpr int steps = 3;           // largest number of steps onto a wall
-  static constexpr double on_face = 1e-3;   // largest distance from the wall of a point that counts as on it
+  static constexpr double on_face = 1e-3;   // a point nearer to the wall than this counts as on the wall
   static constexpr double gradient_tolerance = 1e-3;  // largest difference between 1 and the gradient's length
-  // The field must show tissue down to `depth` below a wall, where its value may differ by depth_tolerance.
+  // At this `depth` below a wall, the field's value must be -depth, with an error of at most depth_tolerance.
   static constexpr double depth = 3.7, depth_tolerance = 0.05;
   static constexpr double same_face = 1e-5;  // largest 1 - cosine between normals of one wall
   static constexpr double concave = 0.02;    // largest depth of a point of one wall below the plane of another
   static constexpr double agrees = 0.05;     // largest difference between the field and the distance from the walls
   static constexpr double farther = 1.5;     // distance of a second point that tests flatness
-  // Limits for the second point on a wall: 1 - cosine between both normals; distance from the plane, with rounding.
+  // A second point tests if a wall is flat. Largest 1 - cosine between the normals; largest distance from the plane.
   static constexpr double flat = 1e-10, flat_distance = 2e-5;
   static constexpr int misses = 6;  // after so many directions without a wall, the search fails
   // Interpolation fills a groove up to this depth × |n1 - n2|, where n1 and n2 are the normals of its walls.
   static constexpr double filled = 0.15;
 };
 
-/// Shanks and safe ends (pins at the tip), see NonCuttingContacts. Coarse voxels: of the field around the shank.
+/// Shanks and safe ends (pins at the tip), see NonCuttingContacts. The tissue patch around the shank has coarse voxels.
 /// Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse tissue patch
@@ -222,13 +222,13 @@ struct NonCuttingPartParameters {
   // Coarse voxels. If the computed surface point is farther than this from the surface, the field is not a true
   // distance there, as at an intersection of solids.
   static constexpr double edge_distance = 0.4;
-  // Voxels of the head's tissue patch. While the shank's free distance is larger, it is not computed again.
+  // Voxels of the head's tissue patch. While the shank's free distance is larger than this, it is not computed again.
   static constexpr double enough_room = 3;
   // voxels of the head's tissue patch; if the shank's free distance is smaller, it is always computed again
   static constexpr double close_room = 0.8;
   // Contacts of non-cutting parts at the same position are merged if the cosine between their normals is above this.
   static constexpr double same_direction = 0.985;
-  // Voxels (coarse for the shank). Two contacts that are nearer to each other count as at the same position.
+  // Voxels (for the shank: coarse voxels). Contacts nearer to each other than this count as at the same position.
   static constexpr double same_place = 2;
   // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out slowly.
   static constexpr double led_out = 0.1;

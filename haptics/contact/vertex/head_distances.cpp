@@ -165,7 +165,7 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // Unless the head is a ball, skips points whose distance at listing exceeded `far` plus the motion since then.
+  // If the head is not a ball, skips points whose listed distance exceeds `far` + the motion since the list was made.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));

@@ -36,7 +36,7 @@ class HeadDistances {
   /// Number of distances since the last count_anew() that were computed, not extrapolated.
   std::size_t computed() const noexcept { return computed_; }
   void count_anew() noexcept { computed_ = 0; }
-  /// Must be called before find() is called with another list.
+  /// Discards the stored distances. Must be called before find() is called with another list.
   void forget() noexcept { known_list_ = 0; }
   /// From index `first` on, removes points farther than `far` (m) from the head at points.listed_at(), and stores the
   /// distances of the others.
@@ -76,7 +76,7 @@ class HeadDistances {
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, vectors from the head's centre to the points, frame W
   std::vector<double> distance_, n_x_, n_y_, n_z_;
-  // Distances at the pose known_at_, for extrapolation; otherwise empty.
+  // The following members store the distances at pose known_at_, from which find() extrapolates.
   std::uint64_t known_list_ = 0;  // NearPoints::number() of the list
   std::size_t known_ = 0;         // number of points with a stored distance
   std::size_t computed_ = 0;      // number of distances computed since the last count_anew()

@@ -67,8 +67,8 @@ class HeadFollower {
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the head's position. Near
   /// points limit each step. `allowed_depth`: m, allowed overlap. `give` true: points inside the head only prevent a
-  /// deeper overlap. `list(p)`: updates the list. `complete(p, far)`: adds missing points; returns how far (m), at
-  /// most `far`, the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
+  /// deeper overlap. `list(p)`: updates `points` for a head at p. `complete(p, far)`: adds missing points; returns how
+  /// far (m), at most `far`, the head may move from p. If `may_go_on()` is false, the motion stops until the next tick.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double allowed_depth,
                bool give, List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {

@@ -40,7 +40,7 @@ constexpr double kClearlyInward = 1e-12;
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 // m; triangles with a smaller height have uncertain normals
 constexpr double kFlat = 1e-7;
-// A comparison of approximate lengths decides only if one length is below kShorter × the other.
+// Two approximate lengths count as different only if one is below kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -66,7 +66,7 @@ constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_.
 constexpr std::size_t kMaxInCrowd = 1 << 15;
 
-// Flag in the result of list_overlapping(): the ball is on one side of the face's plane, so the faces do not cross.
+// Flag in the result of list_overlapping(): the listed ball does not reach the face's plane, so the faces do not cross.
 constexpr std::uint32_t kBeside = 0x80000000;
 
 /// Lists the bounding balls that overlap the ball (p, r) of a face, some with the flag kBeside. `n`: normal of the
@@ -74,7 +74,7 @@ constexpr std::uint32_t kBeside = 0x80000000;
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, const float* n, std::uint32_t* at) {
-  constexpr float kClear = 1e-7f;  // m, larger than the rounding error of a ball's distance
+  constexpr float kClear = 1e-7f;  // m, tolerance for rounding errors of a ball's distance from the plane
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; k += kBatch) {
     F8 px, py, pz, far;
@@ -92,7 +92,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Removes entries that belong to unused elements after the end.
+  // Removes results for the unused elements from index `count` on.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
@@ -252,7 +252,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in near_ twice: also as the neighbour of a split edge.
+  // Removes duplicates from near_: a face may also have been added as the neighbour of a split edge.
   ++search_number_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
   return true;
@@ -381,7 +381,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// Returns true if a face has turned far and does not face the head (CutParameters::min_turn, faces_head).
+/// Returns true if a face has turned too far (CutParameters::min_turn) and does not face the head (faces_head).
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
@@ -531,7 +531,7 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
-  // Quick test with approximate normal and bounding ball: vectors to corners and centre differ at most by its radius.
+  // Quick test with the rough normal. Vectors to a corner and to the ball's centre differ at most by the ball's radius.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
@@ -545,8 +545,8 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   return true;
 }
 
-/// Adds a face to suspects_ if it is not directed to the core (part of the head's axis), as in a thin wall, undercut or
-/// hole. If all near faces are directed to it, each ray from the core enters the solid once, so no faces intersect.
+/// Adds a face to suspects_ if it does not face the core (part of the head's axis), as in thin walls, undercuts, holes.
+/// If all near faces face the core, each ray from the core enters the solid only once, so no faces intersect.
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
   const double within = reach_of_changes(mesh, edge, f);
@@ -732,7 +732,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   struct Neighbour {
     bool inside;
     double far2;  // m², squared distance of the neighbour
-    Index face;   // face with the edge to the neighbour
+    Index face;   // a face that has the edge from v to this neighbour
     int i;        // index of this edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;

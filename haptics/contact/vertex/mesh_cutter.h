@@ -77,19 +77,19 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
 /// Measured costs of a cut's operations, in units of Effort.
 struct CutCosts {
-  Effort visit = 1, sort = 1;       // per face: search, sorting
-  Effort refine = 1, split = 40;    // per face near the head; per split edge
-  Effort distance = 5;              // per distance between the head and a face
-  Effort find = 2;                  // per face whose corners may be inside the head
-  Effort distances = 3, push = 10;  // per vertex: distance from the head; target position
-  Effort collect = 10;              // per moved vertex: collecting the faces around it
-  Effort unfold = 2, settle = 5;    // per changed face: test for folding; update of the search grid
-  Effort select = 1, ball = 1;      // per near face: selection for the intersection test; its bounding ball
-  Effort select_changed = 1;        // per changed face: selection for the intersection test
-  Effort test = 75, pair = 4;       // per face: intersection test; per pair of faces
-  Effort account = 2, repair = 3;   // per changed face: volume and tissue; short edges and slivers
-  Effort collapse = 60;             // per attempt to collapse or flip an edge
-  // per attempt to collapse or flip an edge, if some faces are directed away from the head
+  Effort visit = 1, sort = 1;       // costs per face: search; sorting
+  Effort refine = 1, split = 40;    // cost per face near the head; cost per split edge
+  Effort distance = 5;              // cost per distance between the head and a face
+  Effort find = 2;                  // cost per face whose corners may be inside the head
+  Effort distances = 3, push = 10;  // costs per vertex: distance from the head; target position
+  Effort collect = 10;              // cost per moved vertex: collecting the faces around it
+  Effort unfold = 2, settle = 5;    // costs per changed face: test for folding; update of the search grid
+  Effort select = 1, ball = 1;      // costs per near face: selection for the intersection test; its bounding ball
+  Effort select_changed = 1;        // cost per changed face: selection for the intersection test
+  Effort test = 75, pair = 4;       // costs of the intersection test: per face; per pair of faces
+  Effort account = 2, repair = 3;   // costs per changed face: volume and tissue; short edges and slivers
+  Effort collapse = 60;             // cost per attempt to collapse or flip an edge
+  // cost per attempt to collapse or flip an edge, if some faces are directed away from the head
   Effort thin_collapse = 500;
 };
 inline constexpr CutCosts kCutCosts;
@@ -163,7 +163,7 @@ class MeshCutter {
     double edge = 0;          // m, target edge length
     int steps = 0, step = 0;  // total number of steps, and number of steps begun so far
   };
-  /// The stages of a step of the cut, in this order, except: kSelect follows kUnfoldAgain. kDone: the cut is complete.
+  /// Stages of a step of the cut, in this order; kUnfoldAgain, if needed, leads back to kSelect. kDone: cut complete.
   enum class Stage : std::uint8_t {
     kNextStep,
     kSearch,
@@ -284,9 +284,9 @@ class MeshCutter {
   bool takes_known_ = false;               // true: near_ is collected from the KnownFaces with the number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
-  Effort left_ = 0;               // effort left in this work()
+  Effort left_ = 0;               // computing effort that remains for this call of work()
   std::size_t at_ = 0;            // index of the face or vertex where the stage continues
-  std::size_t looking_away_ = 0;  // number of faces directed away from the head, first in suspects_
+  std::size_t looking_away_ = 0;  // number of faces directed away from the head; they come first in suspects_
   bool held_ = false;             // true: vertices were moved back in this round
   int rounds_ = 0;                // number of rounds in this step
   // true: this round of keep_unfolded() moved vertices back

@@ -190,7 +190,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  // Ends the stroke, so that these changes of the field do not belong to a brush stroke.
+  // Ends an unfinished brush stroke, so that an undo of this stroke does not undo the changes below.
   volume_.end_stroke();
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();

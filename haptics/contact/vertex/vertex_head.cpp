@@ -18,7 +18,7 @@ VertexHead::VertexHead(const Tool& tool)
 
 /// Finds the tangents of the head's outline at its inclined pieces: along a line, or at the middle of an arc.
 void VertexHead::find_flanks() noexcept {
-  // smallest component of an inclined piece's normal along each direction
+  // A piece is inclined if the radial and the axial component of its normal are both at least this.
   constexpr double kInclined = 0.02;
   constexpr double kRounding = 1e-7;  // m, larger than the rounding error of may_be_within()
   const std::span pieces = std::span(field_.pieces).first(static_cast<std::size_t>(field_.count));

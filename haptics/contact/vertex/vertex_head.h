@@ -8,7 +8,7 @@
 
 namespace typodont::haptics::vertex {
 
-/// A head that keeps points outside. Any thread; allocates at construction only. Lengths in m, frame T.
+/// The shape of a head, for distances of points. Any thread; allocates at construction only. Lengths in m, frame T.
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);

@@ -276,8 +276,8 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   found_ = true;
 }
 
-/// If the short list of points around the head lacks points within `far` (m) of the head at X, makes the complete list,
-/// for the same pose of the head as the short list, so that the contact computed from it remains the same.
+/// If the list of points is short and lacks points within `far` (m) of the head at X, makes a complete list. The new
+/// list is for the same pose of the head as the short list, so that the computed contact does not change.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;
@@ -330,8 +330,8 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (clearance <= within || within >= listed) return clearance;
     }
   }
-  // No listed point is near. The clearance may exceed the distance of listing, so it is computed from the faces'
-  // bounding balls.
+  // No listed point is near. The clearance may be larger than the distance up to which points are listed, so it is
+  // computed from the faces' bounding balls.
   const EditableMesh& mesh = snapshot_.mesh;
   double clearance = P::search_distance;
   const dvec3 far(reach + P::search_distance);
@@ -351,8 +351,8 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Sums the springs of the vertices that a virtual motion of the head from X by P::probe along `pull` would push (paper
-/// S4, section 4.2). Except for balls, depths are extrapolated from X, because a thin head could pass a vertex.
+/// Moves the head on trial from X by P::probe × radius along `pull`; sums the springs of the vertices that it pushes
+/// (paper S4, section 4.2). Unless the head is a ball, extrapolates depths from X: a thin head could pass a vertex.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -367,7 +367,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double distance = distances_.distance(i);
     const dvec3 n = distances_.normal_W(i);
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
-    // m, signed distance after the virtual motion; negative: inside
+    // m, signed distance of the point after the head has moved by `probe` along `pull` (trial motion); negative: inside
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const Sample& sample = list_.samples[distances_.point(i)];
@@ -388,8 +388,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the change of a bur's force, which would jump when the bur loses contact far from the hand. Change allowed
-/// per tick: P::ease × dt; in contact, additionally stiffness × the hand's motion.
+/// Limits the change of a bur's force; otherwise the force would jump when contact ends while the hand is far from the
+/// head. Change allowed per tick: P::ease × dt; in contact, additionally stiffness × the hand's motion.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -428,12 +428,12 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // Without an allowed overlap, a bur could not leave or re-enter its own hole. A ball that does not cut needs none.
-  // Vertices that a cut could not move only prevent a deeper overlap (in.cuts below).
+  // Without an allowed overlap, a bur could not leave or re-enter its own hole. A ball that does not cut needs no
+  // overlap. While the tool cuts (in.cuts), vertices inside the head do not push it out, but prevent a deeper overlap.
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double allowed_depth = exact ? 0 : P::allowed_depth * head().radius();
-  // During a cut or while the next list is made, a cutting head moves only as far as the current list is valid. To make
-  // a complete list would take too long.
+  // During a cut, or while the next list of points is made, a cutting head moves only as far as the current list is
+  // valid, because making a complete list would take too long.
   const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
@@ -488,7 +488,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// Contact as printed in S4: the head is at the hand's pose, and each vertex inside the head pushes it back.
+/// Contact as in paper S4 (docs/papers.md): the head is at the hand's pose, and each vertex inside it pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -498,7 +498,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = list_.samples[i];
     const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // m, vector from the paper's target position of the vertex to the vertex
+    // m, vector to the vertex from its target position, to which the method of paper S4 would move it
     const dvec3 direction = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * direction;
@@ -558,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // A new cut waits some ticks after the last one, see FeelParameters::rest. `hurry`: the length b there.
+    // m. The next cut waits for some ticks (FeelParameters::rest), fewer if its advance is nearer to `hurry`.
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;

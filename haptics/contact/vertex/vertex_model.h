@@ -28,8 +28,8 @@ struct FeelParameters {
   // Shortest distance that the head advances in a cut, in target edge lengths of the mesh. Energy is collected over
   // several ticks until it is enough for this distance.
   static constexpr double sweep = 0.04;
-  // Like `sweep`, but for the edge of a hand instrument. Very short, because a dragged edge can collect little
-  // energy.
+  // Shortest distance that the edge of a hand instrument advances in a cut, in target edge lengths of the mesh. Very
+  // short, because little energy is available for the cuts of a dragged edge.
   static constexpr double scrape = 2e-5;
   // Longest distance that the head advances in a cut, in target edge lengths of the mesh.
   static constexpr double stride = 0.5;
@@ -45,21 +45,21 @@ struct FeelParameters {
   static constexpr double short_list = 0.05;
   // When the head has made this fraction of the motion for which a list is valid, the model begins the next list.
   static constexpr double begin_next = 0.3;
-  // If clearance_in_list() is below this × radius, a new list is made at once. A head that waits for its next
-  // list stops at 0, but a fast rotation can make the value negative.
+  // A new list of points is made at once if clearance_in_list() / radius is below this. A translation stops at the
+  // clearance 0 until the next list is ready, but a fast rotation can make the clearance negative.
   static constexpr double min_clearance = -0.1;
   // Motion of the head, in head radii, up to which distances are extrapolated, not computed.
   static constexpr double reuse = 0.02;
-  // After a cut of n ticks, the next cut waits for `rest` × (1 − a / b) × n ticks, where a is its possible advance, and
-  // b = `hurry` × (cut area / radius²) × edge length.
+  // After a cut of n ticks, the next cut waits for `rest` × (1 − a / b) × n ticks. a: distance that the head could
+  // advance in the next cut; b = `hurry` × (cut area / radius²) × edge length.
   static constexpr double rest = 3, hurry = 0.08;
-  // But the next cut waits for at least `min_rest` × n ticks, so that fewer than half of the ticks cut. Longer waits
-  // would reduce the removal of thin heads.
+  // The next cut waits for at least `min_rest` × the number of ticks of the last cut, so that fewer than half of the
+  // ticks cut. Longer waits would reduce the tissue volume that thin heads remove.
   static constexpr double min_rest = 1.05;
   // Largest computing effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more
   // continues in the next tick.
   static constexpr Effort max_effort = 6500;
-  // Smallest effort (10 ns) that a cut or a list may use in a tick, even if the contact needs most of max_effort.
+  // Effort (in units of 10 ns) that a cut or a list may always use in a tick, even if the contact needs max_effort.
   static constexpr Effort min_effort = 2000;
   // Largest computing effort for lists of points in one tick, in units of 10 ns. A fast head needs several lists; if
   // they need more effort, the head continues its motion in the next tick.
@@ -176,7 +176,7 @@ class VertexModel final : public ContactModel {
   bool ahead_ = false;         // true: list_ahead() is making next_list_
   bool near_changed_ = false;  // true: near_ was found for next_list_, not for list_
   Listing listing_;
-  // effort in this tick for lists of points made in one piece: sum over all, and the last one alone
+  // computing effort in this tick for lists that gather() made in one call: of all lists, and of the last list
   Effort listed_ = 0, last_list_ = 0;
   bool began_ = false;     // true in the first tick after begin_anew()
   bool found_ = false;     // true: list_ was made for the current mesh and tool
@@ -189,7 +189,7 @@ class VertexModel final : public ContactModel {
   double met_ = 1;
   /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {
-    bool open = false;  // true: begun; cut() has not returned its result yet
+    bool open = false;  // true: the cut has begun, and cut() has not returned its result yet
     bool scrapes = false;
     std::uint32_t tool = 0;
     Pose from{}, to{};

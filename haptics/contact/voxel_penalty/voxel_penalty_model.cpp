@@ -13,10 +13,10 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Returns the factor for all springs with which a head pressed into a flat wall has the scene's stiffness, as a mean
-/// over directions. Without it, the head is too soft. `reach`: head's farthest point, in the samples' unit.
+/// Returns a factor for the stiffness of all springs, so that a head in a flat wall has the scene's stiffness (mean
+/// over directions). Without it, the head is too soft. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth of the head in the wall divided by the smallest distance of a sample from the head's centre
+  // assumed depth of the head in the flat wall, divided by the smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));

@@ -26,7 +26,7 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // positions p_TQ in voxels
+    std::vector<HeadSample> samples;  // points on the head, frame T, voxels
     double reach;
     // factor for all springs, with which the whole head has the scene's stiffness
     double spring_scale = 1;

@@ -337,7 +337,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     scan.space = "LPS";
     if (!stack.note.empty()) scan.notes.push_back(stack.note);
   } else {
-    // Without positions, slices are placed in their order, at the stated distance.
+    // The slices have no positions: they are placed in their order, at the distance that the file states.
     const auto same_order = [](const Slice& a, const Slice& b) {
       return a.of.order == b.of.order && a.frame == b.frame;
     };

@@ -13,7 +13,7 @@ enum class DicomRecord : std::uint32_t {
   kFrame,      // followed by a DicomFrame
   kReference,  // an entry of a DICOMDIR: uint32 length, then the relative file name
   kPixels,     // followed by a DicomPixels and the bytes of the pixels
-  // uint32 length, then text. If pixels were requested: the reason. If headers: attribute, newline, unreadable number.
+  // uint32 length, then text: why pixels cannot be read; or for headers, an attribute, a newline, its unreadable value.
   kRefused,
   kEnd,  // end of the output
 };

@@ -129,7 +129,7 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
     }
     if (frames.size() > before) segments.push_back(static_cast<Tissue>(t));
   }
-  // One bit per voxel, without padding between frames.
+  // Largest size of the labels in a DICOM file. The labels have one bit per voxel, without padding between frames.
   constexpr std::size_t kMaxBytes = 0xfffffffe;
   const std::size_t bytes = (frames.size() * slice + 7) / 8;
   if (frames.empty() || bytes > kMaxBytes)
