@@ -76,7 +76,7 @@ struct FitReport {
   // For each spectral line: standard deviation of its amplitude divided by the mean, in the fitted part. Noise at
   // nearby frequencies contributes to it.
   std::vector<double> line_variation;
-  // Spindle speed over time: s from the begin of the fitted part; speed divided by mean speed. Empty: no steady line.
+  // Spindle speed over time: s from the begin of the fitted part; speed / mean speed. Empty: no steady spectral line.
   std::vector<double> speed_times, speed_ratio;
   std::optional<HeldOut> held_out;
   std::vector<std::string> notes;  // sentences for the user

@@ -36,7 +36,7 @@ class VoicedTrack {
   const ContactTrack& track_;
   double free_speed_;
   std::size_t row_ = 0;  // index of the last row of the track that was reached
-  Nanos after_ = 0;      // ns, time from the row row_ to the next returned state
+  Nanos after_ = 0;      // ns, time from the row with the index row_ to the next returned state
 };
 
 }  // namespace typodont::audio

@@ -14,7 +14,7 @@ struct SimulationOptions {
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
   bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
-  // Largest deviation from the nominal poses: displacement per axis, m; rotation, rad (doubled for panel, base, eyes).
+  // Largest displacement per axis (m) and rotation (rad) from the nominal poses; panel, base, eyes: twice the rotation.
   double placement_error = 0.02;
   // Position at which the user feels a point minus position at which the user sees it, m.
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
@@ -28,7 +28,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// The bench according to its technical drawings: start values of the calibration routine.
+  /// The workbench according to its technical drawings: start values of the calibration routine.
   BenchState drawings() const;
 
   /// Encoder readings of the arm when its tip is at p_W (m); the angles of the wrist are random.
@@ -60,7 +60,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the calibration routine from the bench's nominal dimensions. For each step: simulates captures, then solves.
+/// Calibrates from the workbench's nominal dimensions. For each step: simulates captures, then solves the step.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

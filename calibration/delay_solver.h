@@ -16,7 +16,7 @@ struct Stream {
 };
 
 struct DelayOptions {
-  double max_delay = 2.0;  // s, searched delays: ± this value, at most 40 % of the time in both recordings
+  double max_delay = 2.0;  // s; delays from -max_delay to max_delay are tried, up to 40 % of the common duration
 };
 
 struct DelayResult {

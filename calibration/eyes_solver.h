@@ -45,8 +45,8 @@ struct EyesResult {
 /// Finds the eyes. `rig`: panel, mirror, and approximate eyes.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// Mean of touched minus seen position, without outliers (detected by the median). Needs at least two touches. A
-/// displaced base has the same effect; joint_solver.h separates both.
+/// Mean of touched minus seen position, without outliers (detected by the median). Needs at least two touches. The
+/// result includes the displacement of the arm's base, from which only joint_solver.h separates the user's offset.
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

@@ -1,4 +1,4 @@
-// Calibrates a bench from captures, step by step. Every step can be solved again later (README.md).
+// Calibrates a workbench (arm, panel, mirror, eyes) from captures, in steps. Every step can be repeated (README.md).
 #pragma once
 
 #include <filesystem>
@@ -36,7 +36,7 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  // Dots that showed the point; from them, its position is computed again after a calibration of the eyes.
+  // Dots on the panel, showing the point. After a calibration of the eyes, the dots give a new position of the point.
   std::optional<Dots> dots;
   /// Position (display frame D, m) at which the user saw the point: computed from `dots` with `rig`; if empty, shown_D.
   dvec3 shown(const RigGeometry& rig) const;
@@ -66,7 +66,7 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file);
 
 struct JointResult;
 
-/// Current estimate of the bench, and each step's result.
+/// Current estimate of the workbench's geometry, and the result of each calibration step.
 struct BenchState {
   ArmGeometry arm;
   RigGeometry rig;  // in this rig, the world frame W is the display's frame D
@@ -82,13 +82,13 @@ struct BenchState {
   std::optional<DelayResult> delay;
 };
 
-// Each function solves one step. If the captures determine the result, it is stored in the bench; otherwise the bench
-// keeps its values. Throws Error.
+// Each function solves one calibration step. If the captures determine the result, it is stored in `bench`; otherwise
+// `bench` keeps its values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// `user_offset`: also computes the user's offset, from the touches of `register` or `verify`.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// Computes the eyes from the alignments of tip and dot alone.
+/// Computes the eyes' positions only from captures in which the user aligned the stylus tip with a dot on the panel.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
 /// Solves all steps jointly if possible (joint_solver.h), then the registration.
 void solve_register_step(BenchState& bench, const Captures& captures);

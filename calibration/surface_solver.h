@@ -51,7 +51,7 @@ struct SurfaceRegistration {
   /// with the pose.
   double offset = 0;
   // Quantiles of the absolute residual over the agreeing points, after `offset` was subtracted.
-  double median = 0, most_of = 0;  // m; median, and the distance that 95 % of the points do not exceed
+  double median = 0, most_of = 0;  // m; 50 % and 95 % quantile
   /// Covariance of a small motion in frame D after X_DS, 6×6, row-major: rotation vector about the origin of D (rad),
   /// then translation (m). Neighbours' residuals are correlated: cluster-robust estimator (Liang & Zeger 1986).
   std::array<double, 36> covariance{};

@@ -51,7 +51,7 @@ struct FilePlace {
 struct DenseTissue {
   VoxelFrame frame;  // voxel (0,0,0) is at frame.origin
   glm::ivec3 size{0};
-  std::vector<float> distance;  // m, signed distance of each voxel, negative inside; exact where |distance| < band
+  std::vector<float> distance;  // m, signed distance of each voxel from the surface, negative inside; exact up to band
   // Outside the tissue: kAir, but voxels next to the surface have the label of the nearest tissue, so that
   // interpolation at the surface finds a tissue.
   std::vector<Tissue> tissue;

@@ -47,7 +47,7 @@ struct Driver {
   std::string about;   // description of the device in one line
   // true: a device with poses in its base's frame. open_hand() then adds safety layer, pedal and pose of the base.
   bool hardware = true;
-  // opens the hand; throws Error
+  // opens the device; `rest`: text after the colon in its address; throws Error
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;
   // Finds connected devices; may be empty. Must not throw if a device is absent.
   std::function<std::vector<FoundDevice>()> find;

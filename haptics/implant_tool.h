@@ -23,8 +23,8 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 /// Value of the key "implant" in a tool's file, in SI units. Zhao 2020, "Modeling of the tools".
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
-  // Cutting ability, 0 to 1, of the voxels that represent the tool, by position:
-  double end_ability = 0;     // cutting ability on the end face, farther from the axis than `centre_radius`
+  // Cutting ability, 0 to 1, of the voxels that represent the tool. It depends on their position.
+  double end_ability = 0;     // cutting ability on the end face outside `centre_radius`
   double centre_ability = 0;  // cutting ability on the end face, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius within which the end face's cutting ability is centre_ability

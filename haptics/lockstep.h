@@ -52,7 +52,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // cuts that the carver has not applied yet
-  ServoTick placed_;         // only time, and positions of hand and proxy, in the last tick are used
+  ServoTick placed_;         // last tick, of which only time and the positions of hand and proxy are stored
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

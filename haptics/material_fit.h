@@ -31,7 +31,7 @@ struct FitOptions {
   // converges between 0 and 2. η is the same for all moments; otherwise moments of little contact would dominate.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
-  int moments = 300;  // number of intervals, each with the curve's mean force
+  int moments = 300;  // number of parts into which the curve is divided; the fit uses the mean force of each part
   std::function<void(double fraction)> progress;
 };
 

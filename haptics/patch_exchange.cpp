@@ -12,7 +12,7 @@ constexpr Nanos kPatience = 5'000'000;
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
   way_.take_returned();
   Snapshot& fresh = *way_.back();
-  // While a tissue patch is offered, it is unknown which patch the servo will hold when it adopts the new one.
+  // While a patch is offered, it is unknown which patch the servo holds. Then a complete snapshot (0) is taken.
   carver.take_snapshot(center_W, fresh, 0, offered_ == 0 ? held_ : 0);
   offered_ = fresh.number;
   offered_step_ = fresh.from != 0;

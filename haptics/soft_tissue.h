@@ -173,7 +173,7 @@ class SoftTissue {
     double v = 0, before = 0;
     double stiffness = 0;  // N/m, stiffness of the layer below the point
     double springs = 0;    // N/m, stiffness of the layer plus that of the links
-    // Largest value of the point's elastic displacement plus depth of its cut, m.
+    // Largest allowed sum of the point's elastic displacement and the depth of its cut, m.
     double limit = 0;
     double yield = 0;  // m/N, displacement per contact force within one tick
     bool contact = false;

@@ -268,7 +268,7 @@ struct Part {
 };
 
 constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
-// Voxels. Surfaces that are closer to each other count as one surface, which belongs to the later solid.
+// Voxels. Surfaces that are closer than this count as one surface, which belongs to the later solid.
 constexpr double kTies = 1e-6;
 
 /// Returns the point inside a voxel at which its label is determined, relative to the centre, in voxels. Evenly
@@ -409,7 +409,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     near.clear();
     const Part* deep = nullptr;
     // crossed: a border between two labels passes through the block. covered: one solid contains the whole block,
-    // deeper below its surface than the band.
+    // so deep that no distance must be stored (dense.band).
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);

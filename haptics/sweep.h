@@ -89,12 +89,12 @@ class Sweep {
   /// Cuts along a long path, for a head that is not a ball. `known` (may be null): path lengths at which blocks must be
   /// examined; before them, blocks are skipped.
   bool carve_path(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
-  /// Cuts the blocks in one part of the active front, for a head that is not a ball. `listed`: number of groups (8 or
-  /// 16 samples along z) that were added to the list.
+  /// Cuts the blocks of one part of `front` (samples that may be cut next), for a head that is not a ball. `listed`:
+  /// number of groups (8 or 16 samples along z) that were added to the list.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Cuts without lists of groups: in the selected parts of the active front, examines the blocks that must be examined
-  /// now. `parts`: one bit for each part.
+  /// Cuts without lists of groups: in the selected parts of `front` (samples that may be cut next), examines the blocks
+  /// that must be examined now. `parts`: one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if the new tissue patch contains all listed samples. The lists were made with another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
@@ -113,7 +113,7 @@ class Sweep {
   // true: the drill continues along its axis and cuts only with its end; samples beside its flank do not change.
   bool along_axis_ = false;
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
-  // Straight path of the head from pose B back to pose A. Read it with path_back(), which sets its member `pieces`.
+  // Straight path of the head from pose B back to pose A. Read it with path_back(), which first sets back_.pieces.
   Straight back_;
   // Voxel near the poses A and B; positions are stored relative to it, so that floats are precise.
   glm::ivec3 base_;
@@ -129,7 +129,7 @@ class Sweep {
   double reach_;     // voxels, distance from the head's centre to its farthest point
   // Half the length of the axis of a head that is not a ball, voxels. The head lies within radius_ of the axis.
   double half_length_;
-  double travel_;     // voxels, path length of the head's farthest point from A to B; for a ball, of its centre
+  double travel_;     // voxels, length of the path of the head's farthest point (ball: of its centre) from A to B
   Pose X_VA_, X_VB_;  // poses A and B of a head that is not a ball, in voxels of the volume
   glm::ivec3 lo_, hi_;
 };

@@ -21,8 +21,8 @@ using glm::dvec2;
 
 constexpr Form kLength{"0.05–60", R"({"type": "number", "minimum": 0.05, "maximum": 60})"};
 
-// Height above the free end divided by the head's diameter. Below this height, samples on the head's surface have
-// constant density; above it, their density decreases.
+// Height above the free end, divided by the head's diameter. Up to this height, the samples on the head's surface are
+// equally dense; above it, they are less dense.
 constexpr double kBluntEnd = 0.1;
 
 /// Piece of a meridian. A meridian is a convex chain of lines and arcs in (ρ ≥ 0, z) from the free end to the shank
@@ -89,7 +89,7 @@ Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // At the point where hemisphere and cone touch, the radius is perpendicular to the cone's line.
+  // Where the cone touches the hemisphere, the hemisphere's radius is perpendicular to the cone's line.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -220,7 +220,7 @@ std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // its upper part is inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the safe end's upper part is inside the head
   return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 

@@ -33,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // Each prediction error depends on the samples i … i + m + 1, and gets the weight of the middle sample.
+      // The two prediction errors use the samples i … i + m + 1; their weight is the weight of the middle sample.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {
         const double w = weights[i + middle];

@@ -26,7 +26,7 @@ namespace typodont::audio {
 
 namespace {
 
-// Lowest compared frequency, Hz: the resolution of the analysis window.
+// Lowest compared frequency, Hz; the analysis window cannot resolve lower frequencies.
 constexpr double kLowestCompared = 60;
 // Peak amplitude below which a recording is silent: -60 dB re full scale.
 constexpr double kSilence = 1e-3;
@@ -37,7 +37,7 @@ constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
 // If the range of the spindle's speed divided by its mean is above this, changes of speed are removed before the fit.
 constexpr double kConstantSpeed = 0.002;
-// Largest allowed FitOptions::hold_out.
+// Largest allowed fraction of a recording that is not fitted but compared with the model (FitOptions::hold_out).
 constexpr double kMaxHeldOut = 0.9;
 // Length of the Welch window, s. Its resolution is about that of a model of order 300 at 48 kHz.
 constexpr double kWelchWindow = 1024.0 / 48000;
@@ -90,7 +90,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // Adds the main lobe and the first side lobes of the spectral line.
+    // Sums the power of the spectral line: its main lobe and first side lobes.
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -191,8 +191,8 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Returns the standard deviation of white noise that fills an empty frequency band (40 dB below the weakest audible
-/// frequency), or 0 if no band is empty. Without this noise, the model would use poles for the empty band.
+/// If the band above the audible one is empty (40 dB below the weakest audible frequency), returns the standard
+/// deviation of the white noise that fills it; otherwise 0. Without this noise, the model would use poles for the band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);

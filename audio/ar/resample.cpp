@@ -55,7 +55,7 @@ std::vector<double> resampled(std::span<const double> x, double from_rate, doubl
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;
   const auto count = static_cast<std::size_t>(std::floor(static_cast<double>(x.size()) / step));
-  // A fine table with cubic interpolation allows any ratio of rates.
+  // Table entries per sample. Cubic interpolation between entries allows any ratio of the two rates.
   constexpr double kTable = 1024;
   std::vector<double> table(static_cast<std::size_t>(half * kTable) + 4);
   for (std::size_t i = 0; i < table.size(); ++i) {

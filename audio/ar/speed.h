@@ -18,8 +18,8 @@ struct SpeedTrack {
   double range() const;  // highest minus lowest value of `ratio`
 };
 
-/// Measures the speed by following the strongest steady line. Empty without such a line, and for sounds below 0.5 s or
-/// above a minute.
+/// Measures the speed by following the strongest steady spectral line. Returns an empty track if there is no such line,
+/// or if the sound is shorter than 0.5 s or longer than a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
 /// Resamples the sound so that every line of the rotor has a constant frequency.

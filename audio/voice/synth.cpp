@@ -237,7 +237,7 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Renders at most kChunk samples, without new states.
+  /// Renders at most kChunk samples, during which the drill gets no new state.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];

@@ -61,7 +61,7 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
-  // These columns mark a file of ticks: it may have unknown columns. In a file of contacts, unknown columns are errors.
+  // Any column named below marks a file of ticks, which may also have unknown columns; a file of contacts must not.
   const auto header = header_of(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {

@@ -199,8 +199,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   result.before_rms = rms(nominal);
 
   // Gauss–Newton by variable projection: only the arm's parameters are iterated. For each set of parameters, the best
-  // places of sockets and plates follow: the Jacobian J is projected onto the complement of their derivatives N. A
-  // prior (nominal values, plausible errors) keeps undetermined parameters near their nominal values.
+  // places of the calibration sockets and plates are computed; the Jacobian J is projected onto the complement of the
+  // derivatives N by these places. A prior keeps undetermined parameters near their nominal values.
   MatrixXd open_axes;
   // Covariance of the parameters after division by their scales.
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);
@@ -259,7 +259,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The noise has a lower limit: rounding errors of exact data must not seem to determine parameters.
+    // Limits the noise from below: with exact data and zero noise, rounding errors would seem to determine parameters.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }

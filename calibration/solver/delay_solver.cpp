@@ -175,12 +175,12 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  // The median of chi-squared (3 degrees of freedom) is 2.366.
+  // Median of |d|²: 70 σ² × 2.366. 70: sum of 1², 4², 6², 4², 1²; 2.366: median of chi-squared (3 degrees of freedom).
   return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 
 struct Shift {
-  double u = 0;     // s, delay of the sparser stream: query(t) = sparse(t - u - rate (t - middle of the interval))
+  double u = 0;     // s, delay of the query: query(t) = sparse(t - u - rate (t - middle of the interval))
   double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
@@ -212,7 +212,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // Limits the influence of glitches: at most 1.5 times the mean of normally distributed errors with this median.
+    // Limits the influence of glitches: at most 1.5 times the mean that normal errors with the residuals' median have.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -382,7 +382,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // delay of stream B = sign · u (u: delay of the query)
+  const double sign = a_asks ? -1 : 1;  // delay of stream B = sign · u; u: delay of `query`
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {
@@ -409,7 +409,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     return result;
   }
 
-  // Computes the mismatch for all delays, without and with rotation.
+  // Computes the mismatch for all delays: with a translation between the streams, then with a rigid motion.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
   const double step = window / half;
@@ -498,7 +498,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // Fraction of the residual's variance from the sparser stream.
+  // Fraction of the residual's variance that the noise of the sparser stream causes.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {

@@ -94,7 +94,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // Each row of adj(K - λ) is the eigenvector; the row with the largest diagonal element is the longest.
+  // Each row of adj(K - λ) is a multiple of the eigenvector. Uses the longest row: it has the largest diagonal element.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];

@@ -215,7 +215,7 @@ class Model {
     }
     const Panel screen = panel(x);
     const auto plane = mirror(x);
-    const Eigen::Index seen = plane ? 11 : 8;  // number of unknowns on which a dot's apparent position depends
+    const Eigen::Index seen = plane ? 11 : 8;  // number of unknowns that influence where a dot appears
     const auto appears = [&](const PanelPoint& dot, Columns& D) {
       const dvec3 p = screen.at(dot.u, dot.v);
       D.resize(3, seen);

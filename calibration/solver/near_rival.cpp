@@ -110,7 +110,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // For two motions that differ by a displacement: splits by the sign of the residual along its main direction.
+  // For two motions that differ by a displacement: splits by the residual's sign along the residuals' main direction.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -119,7 +119,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kMin) start_from(splitter.fit(up));
-  // If both motions have equally many pairs, a quarter of all triples follow one motion. Tries all, or 48 random ones.
+  // If both motions have equally many pairs, one triple in four has a single motion. Tries all triples, or 48 random.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -144,8 +144,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Probability of this split by chance. For m pairs, the ratio of squared residuals is distributed as Beta(1.5m-6, 3);
-  // with known σ, decrease/σ² is chi-squared (6 degrees of freedom). It is multiplied by the number of splits.
+  // Probability of such a split by chance × number of possible splits. For m pairs, Σ residual² of two motions / Σ of
+  // one motion has the distribution Beta(1.5m-6, 3). With known σ, the decrease of Σ / σ² is chi-squared (6 degrees).
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);
@@ -159,7 +159,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Noise that is larger along one axis looks like two motions. So two motions must fit better than such noise.
+    // Noise that is larger along one axis looks like two motions. A split must be more likely than such noise.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;

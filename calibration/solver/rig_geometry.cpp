@@ -7,7 +7,7 @@ PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye, const dvec3& p) {
   const dvec3 normal = glm::cross(u, v);
   const dvec3 ray = p - eye;
   const dvec3 hit = eye + ray * (glm::dot(normal, corner - eye) / glm::dot(normal, ray)) - corner;
-  // The axes u and v may be oblique, so two linear equations are solved.
+  // The axes u and v need not be perpendicular, so two linear equations are solved for the coordinates of `hit`.
   const double uu = glm::dot(u, u), uv = glm::dot(u, v), vv = glm::dot(v, v), hu = glm::dot(hit, u),
                hv = glm::dot(hit, v);
   const double det = uu * vv - uv * uv;

@@ -66,7 +66,7 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
   bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
-  // Uses the positions at which the user saw the points, computed with the new eyes if they are determined.
+  // Uses the positions at which the user saw the points, computed with the new eye positions if they are determined.
   const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {

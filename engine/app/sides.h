@@ -41,7 +41,7 @@ class ServoSide {
   void take_patch(haptics::PatchExchange& patches, Nanos t) noexcept;
   /// Writes to the event log that the servo uses a new tissue patch from the next tick on.
   void write(const PatchUse& use) noexcept { event_log_.write(use); }
-  /// Writes a tick and its cut. `cut`: null: none was made.
+  /// Writes a tick and its cut. `cut` is null if no cut was made.
   void write(const ServoTick& tick, const Cut* cut) noexcept;
 
  private:

@@ -842,8 +842,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // If the session continues an unfinished preparation, the volumes come from the latest evaluation of the tissue;
-  // otherwise they are the volumes at the start minus the removed volumes.
+  // If the session continues an unfinished preparation, the tissue volumes before and after the work come from the
+  // latest evaluation. Otherwise the volumes after the work are those at the start minus the removed volumes.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue& removed = m.tissue_state.removed;

@@ -13,7 +13,7 @@ namespace typodont::log {
 /// Writes the text unchanged. False: it was not written completely. Also for signal handlers.
 bool raw(std::string_view text) noexcept;
 void write(std::string_view level, std::string_view text) noexcept;
-/// Number of messages dropped so far. The next message that can be written states it.
+/// Number of messages dropped so far. The next message that can be written states this number.
 std::uint64_t dropped() noexcept;
 
 template <class... Args>

@@ -5,7 +5,7 @@
 namespace typodont {
 
 bool memory_left(std::size_t bytes) noexcept {
-  // PROT_NONE, because after mlockall() any other mapping gets all its pages at once.
+  // PROT_NONE: after mlockall(), the system would allocate all pages of any other mapping at once.
   void* const room = ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   return room != MAP_FAILED && ::munmap(room, bytes) == 0;
 }

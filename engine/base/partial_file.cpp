@@ -111,8 +111,8 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// Creates FILE.PROCESS.RANDOMSUFFIX in `folder`. It is entered in g_half_written before it exists, so that a signal at
-/// any time removes it.
+/// Creates FILE.PROCESS.RANDOMSUFFIX in `folder`. Enters its name in g_half_written before the file exists, so that a
+/// signal at any time removes the file.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {

@@ -37,7 +37,7 @@ constexpr double kStokesReynolds = 0.02;  // Reynolds number below which Stokes 
 // and the living ones fill one or two ranges.
 struct Debris::State {
   DebrisOptions options;
-  // `rate`: drag rate, 1/s. `keep`: velocity factor per step.
+  // Per particle. `rate`: drag rate, 1/s. `keep`: factor by which drag reduces the velocity in a step.
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;
   std::vector<std::uint32_t> due;  // step of each particle's next full update (update_fully)
   // for each group of particles: no full update of the group is due before this step
@@ -54,7 +54,7 @@ struct Debris::State {
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s, step length for which `keep` was computed
+  float last_dt = 0;  // s, step length for which the velocity factors `keep` were computed
   // starts at kMaxSteps, so that set_due_within() computes no negative numbers
   std::uint32_t step = kMaxSteps;
   PerTissue born{};
@@ -83,8 +83,8 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Plans the particle's next full update in steps / 2 to `steps` steps. The step plus an offset per group is a
-  // multiple of a power of two, so one group is updated together, and different groups in different steps.
+  // Plans the particle's next full update after steps / 2 to `steps` steps. The step becomes a multiple of `grain`,
+  // shifted by the group's `phase`: a group's particles are updated together, and different groups in different steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMaxSteps;
@@ -181,7 +181,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMaxSteps}));
   if (reynolds > kStokesReynolds) {
-    // Relative change of the drag rate per relative change of the speed, where `factor` = 1 + 0.15 Re^0.687.
+    // Relative change of the drag rate divided by the relative change of the speed; `factor` = 1 + 0.15 Re^0.687.
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // m/s, upper bound of the velocity's change per step
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
@@ -210,7 +210,7 @@ Debris& Debris::operator=(Debris&&) noexcept = default;
 
 namespace {
 
-/// Radius of the contact area, divided by the head's radius.
+/// Radius of the contact area divided by the head's radius; a usual value if the area is unknown.
 double spread_of(const CutContact& contact) {
   constexpr double kUnknown = 0.8, kMin = 0.1;
   return contact.area > 0 ? std::clamp(std::sqrt(contact.area / kPi) / contact.head_radius, kMin, 1.0) : kUnknown;
@@ -309,7 +309,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle is new or has moved, all stored times of next updates are invalid.
+  // If the nozzle is new or has changed, each moving particle gets its full update in this step, not when planned.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -47,7 +47,7 @@ struct Film::State {
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  // 1/s, for each cell the larger of two rates: that of its outflow, and that at which its level nears its neighbours'
+  // 1/s, for each cell the larger of two rates: outflow / movable content, and decay of level differences to neighbours
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids

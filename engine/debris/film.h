@@ -78,12 +78,12 @@ class Film {
   /// Removes the fraction `fraction` of the content of all cells within `reach` (m) of a point, and returns it.
   Load fling(const glm::dvec3& p_W, double reach, double fraction);
 
-  /// Moves the film. Flow per width = ρ g h³/(3 μ) × slope of the free surface, and solids move with the water. Suction
-  /// removes the fraction suction_rate·(v/suction_speed)² per second.
+  /// Moves the film by `dt` (s). Flow per width = ρ g h³/(3 μ) × slope of the free surface; solids move with the water.
+  /// Where the sucked air has the speed v, suction removes the fraction suction_rate·(v/suction_speed)² per second.
   void step(double dt, const Suction* suction = nullptr);
 
   std::size_t loaded() const;  // returns the number of cells with water or solids
-  // returns the number of cells computed so far, counted once per substep
+  // returns how many cells all substeps together have computed so far
   std::uint64_t cells_stepped() const;
   std::size_t cells() const;  // returns the number of cells of the film
   // returns the cell at a sample; area 0: there is no cell

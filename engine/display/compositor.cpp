@@ -48,7 +48,7 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // `history`: what changed in each of the last frames. `holds`: the frame that each target image contains.
+  // Parts: parts of each eye's picture. Rects: rectangles in each region of the target. `holds`: frame per target.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
@@ -227,7 +227,7 @@ struct Compositor::Impl {
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If both eyes share a region of the target, the changed parts of both eyes are in parts[0].
+        // If both eyes share a region of the target, parts[0] receives the changed parts of both eyes' pictures.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -314,7 +314,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // If the eyes share a region, the parts are listed for eye 0, and copied from both pictures.
+      // If the eyes share a region, job.parts[0] lists the parts; they are copied from the pictures of both eyes.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);

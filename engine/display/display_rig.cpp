@@ -241,7 +241,7 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell: shift towards the eye, t (1 − cos θ / √(n² − sin² θ)). t: thickness; n: refractive index; θ: ray to normal.
+  // Glass shifts the picture towards the eye by t (1 − cos θ / √(n² − sin² θ)). t: thickness; n: index; θ: to normal.
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;

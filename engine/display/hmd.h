@@ -76,7 +76,7 @@ class Hmd {
 
   /// Handles events. Returns false if the session has ended; throws RunFailure if the headset is lost.
   virtual bool poll() = 0;
-  /// Returns false while the runtime wants no frames; the caller then sleeps briefly and calls poll() again.
+  /// Returns false while the runtime wants no frames; the caller must then sleep briefly and call poll() again.
   virtual bool running() const = 0;
   /// Waits for the next frame; returns it with the poses of head and hands.
   virtual HmdFrame wait() = 0;

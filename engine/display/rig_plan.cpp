@@ -10,7 +10,7 @@ namespace typodont::display {
 
 namespace {
 
-constexpr double kGlassMargin = 0.01;  // m, margin of glass beyond the outermost lines of sight
+constexpr double kGlassMargin = 0.01;  // m, width of glass outside the outermost lines of sight
 
 /// Half-space outward · p ≤ offset, with |outward| = 1.
 struct Limit {

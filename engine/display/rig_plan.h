@@ -44,7 +44,7 @@ struct BenchPlan {
   std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
-  std::vector<std::string> conflicts;        // reasons why the bench cannot be built; empty: the bench can be built
+  std::vector<std::string> conflicts;        // reasons why this mirror bench cannot be built; empty: it can
 };
 
 BenchPlan plan_bench(const BenchSpec& spec);

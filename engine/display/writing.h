@@ -37,7 +37,7 @@ struct Hud {
   // smallest height of letters in units of half the picture's height, from readable_letters()
   double min_letters = 0;
   glm::dmat2 upright{1.0};  // orientation of the picture, from display::upright()
-  double aspect = 0;        // width of the picture divided by its height; 0: from its pixels
+  double aspect = 0;        // width / height of the shown picture; 0: width / height in pixels
 };
 
 /// Smallest visual angle of a lower-case x, rad: 20 arc minutes. ISO 9241-303 requires less: 20 to 22 arc minutes for a

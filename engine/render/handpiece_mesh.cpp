@@ -84,8 +84,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Unit direction of the path (x, z) at ring i. Around the tool's axis, rings may come in any order of z, so the
-  // direction is always +z.
+  // Unit direction of the path (x, z) at ring i. If all rings are centred on the tool's axis, the direction is +z,
+  // because such rings may be listed in any order of z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;

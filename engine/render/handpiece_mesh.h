@@ -31,7 +31,7 @@ struct RoundCone {
 struct HandpieceMesh {
   std::vector<HandpieceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  RoundCone head, body;  // head: cone around the tool's axis; body: cone around the remaining part
+  RoundCone head, body;  // head: cone around the tool's axis; body: cone around the rest of the handpiece
 };
 
 /// Distance between grooves of the knurling, m; the fragment shader changes the normal.

@@ -25,15 +25,15 @@ constexpr double kInside = 0.25;
 // Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
 // together have less than this fraction of the weight, the part that is missing counts as dark.
 constexpr float kMinSeen = 0.5f;
-constexpr int kImageRays = 384;  // rays per sample that find the light arriving from a mirror's direction
+constexpr int kImageRays = 384;  // number of rays per sample for the light that a mirror surface would reflect
 // Exponent n of a ray's weight cosⁿ(angle to the mirror's direction); rays within 10° have half of the total weight.
 constexpr float kImageLobe = 48;
 // distance, in grid spacings, between samples in open space that have light for mirror reflections
 constexpr int kImageStep = 2;
 constexpr float kMargin = 20e-6f;  // m; rays start at this distance from a surface, so that they do not meet it
 constexpr int kLampRays = 4;
-// Margin around the points at which the shaders look up a triangle's light, grid spacings. On a curved surface, the
-// lookup points may lie outside the box of the flat triangle.
+// Margin around a triangle's box, grid spacings. The shaders look up light beside the triangle; on a curved surface,
+// these points may lie outside the box.
 constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, between the samples in open space
 // Distance from a surface at which its light is looked up, grid spacings.
@@ -150,7 +150,7 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      // For each step: estimated time for the triangles in this step and all later ones.
+      // after[i]: estimated time for the triangles in the steps from i on.
       std::array<float, kParts> after{};
       Box box;
       std::size_t count = 0;
@@ -591,7 +591,7 @@ struct LightScene::Impl {
       share(samples.size(), [&](std::size_t s) {
         if (!samples[s].valid) return;
         std::array<glm::vec3, LightGrid::kFaces> sums{};
-        std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of the rays that have light
+        std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of rays that did not meet a back
         for (std::size_t r = 0; r < kRays; ++r) {
           const std::int32_t m = met[s * kRays + r];
           if (m == kBack) continue;
@@ -618,7 +618,7 @@ struct LightScene::Impl {
   void mirror(LightGrid& grid, std::span<const glm::vec3> radiance, const LightSources& sources) const {
     constexpr int kSide = LightGrid::kImageSide;
     grid.images.assign(grid.samples() * kSide * kSide, glm::vec3(0));
-    // For each direction of the image map (image_direction()): the rays near this direction, and their weights.
+    // For each direction of the image map (image_direction()): the rays with weight in this direction.
     struct Part {
       std::size_t ray;
       float weight;

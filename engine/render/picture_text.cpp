@@ -42,7 +42,7 @@ double text_width(std::string_view text, double height) {
 
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
-  // The edge of a letter takes ten pixels of the atlas (bake_font), and should take one pixel of the picture.
+  // The blurred edge of a letter is ten pixels wide in the atlas (bake_font), and should be one pixel wide here.
   const double steep = 10.0 * s;
   for (const char c : text) {
     const font::Glyph& g = glyph_of(c);

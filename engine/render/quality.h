@@ -20,7 +20,7 @@ struct Quality {
   // Light inside tissue (tissue_light.h). Computed once, with the quality level of the first frame.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // number of random walks from each cell
-  // Light between bodies (light_scene.h). true: mirrored light is computed at each sample beside wet tissue.
+  // Light between bodies (light_scene.h). true: light that wet tissue mirrors is computed at each sample near it.
   bool tissue_mirrors = false;
 };
 

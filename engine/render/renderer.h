@@ -40,7 +40,7 @@ struct Vertex {
   float thin = 0;               // 0..1, thinness; 0: thicker than kTranslucentThickness
   float lesion = 0;             // 0..1, nearness of caries; 0: farther than kLesionReach
   glm::vec4 paint{0};           // sRGB, colour mixed into the tissue's colour; w: 0..1, fraction of this colour
-  float difference = 0;         // m, tissue still to remove (> 0) or removed too much (< 0), for View::kDifference
+  float difference = 0;         // m, depth still to remove (> 0) or removed too much (< 0), for View::kDifference
 };
 
 /// Thickest tissue that lets light through, m.
@@ -68,7 +68,7 @@ enum class View {
   kLook,
   kSection,  // only the part with section · (p, 1) > 0, with cut faces
   kXray,     // the working tooth as glass, with its inside; nothing else
-  // Working tooth compared with the ideal shape (Vertex::difference): blue must be removed, red is too much.
+  // Working tooth compared with the ideal shape (Vertex::difference). Blue: still to remove. Red: removed too much.
   kDifference,
   kTemperature,  // the working body alone, cut as in kSection, coloured by TemperatureGrid
 };
@@ -285,7 +285,7 @@ class Renderer {
   /// Sets the tool and the handpiece that holds it; a handpiece without parts is not drawn. Throws Error for too
   /// many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film and clears it. Size 0: no film, which costs no time.
+  /// Sets the grid of the film of water and slurry, and clears the film. Size 0: no film, which costs no time.
   void set_film(const FilmGrid& grid);
   /// Updates the boxes `changed` from `texels`, which contains the whole grid, index (x·size.y + y)·size.z + z.
   void update_film(std::span<const FilmTexel> texels, std::span<const CellBox> changed);

@@ -42,8 +42,8 @@ struct FrameData {
   mat4 light_from_world;
   /// Shadow map: width, depth, texel size, m; w: 1 if there is a map.
   vec4 light_size;
-  vec4 key;           // unit vector to the lamp; w: the lamp's strength
-  vec4 up;            // unit vector to the ceiling; w: the room's strength
+  vec4 key;           // unit vector to the lamp; w: strength of the lamp's light
+  vec4 up;            // unit vector to the ceiling; w: strength of the room's light
   vec4 window;        // unit vector to the room's window, which surfaces reflect
   vec4 tool_head;     // centre of the tool's head, m, frame W; w: radius, m; 0: no tool
   vec4 tool_end;      // far end of the shank, m, frame W; w: radius, m

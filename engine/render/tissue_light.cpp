@@ -399,7 +399,7 @@ struct TissueLight::Impl {
   /// Computes the distance to the working tooth again where its bricks were replaced. Cells whose distance changed wait
   /// for new light. So do all cells nearby, because their light comes from the same tissue.
   void follow_tooth() {
-    constexpr std::size_t kMaxBoxes = 64;  // if there are more boxes, measuring one box around all of them is faster
+    constexpr std::size_t kMaxBoxes = 64;  // with more boxes, measuring one box around all boxes is faster
     if (moved.size() > kMaxBoxes) {
       CellBox whole;
       for (const CellBox& box : moved) whole.take(box);
@@ -613,7 +613,7 @@ struct TissueLight::Impl {
         return exit;
       }
       // Light from a tooth into the gum counts as lost, because the gum absorbs most of it. Light from the gum into a
-      // tooth is lost unless it comes back.
+      // tooth counts only if it returns to the gum.
       if (in_hard[e.cell]) {
         const std::size_t cell = index(cell_nearest(q));
         if (!in_hard[cell] && distance[cell] < 0) return {};
@@ -845,7 +845,7 @@ struct TissueLight::Impl {
       const Element* const e = element(at);
       grid.values[at] = e ? smoothed(*e) : glm::vec4(0);
     };
-    constexpr std::size_t kMany = 10'000;  // number of cells; for fewer, starting other threads takes longer
+    constexpr std::size_t kMany = 10'000;  // number of cells from which several threads are faster
     if (cells.size() > kMany)
       share(cells.size(), [&](std::size_t k) { smooth(cells[k]); });
     else

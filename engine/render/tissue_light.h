@@ -29,7 +29,7 @@ class TissueLight {
   TissueLight(TissueLight&&) noexcept;
   TissueLight& operator=(TissueLight&&) noexcept;
 
-  /// Adds a static body; `hard`: it may overlap soft bodies. Call before light().
+  /// Adds a static body. `hard`: the body may overlap soft bodies. Call before light().
   void add_fixed(std::vector<LitTriangle> triangles, bool hard);
   /// Replaces bricks of the working tooth. `origin`: origin of the bricks' vertices, m, frame W.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);

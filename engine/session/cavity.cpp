@@ -28,10 +28,10 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // Smallest gradient length from which a wall's inclination is computed. A shorter gradient has samples on both sides of
 // an edge.
 constexpr double kMinGradient = 0.98;
-constexpr double kRounding = 1e-9;  // voxels; smaller distances from the ideal shape count as 0
+constexpr double kRounding = 1e-9;  // voxels; distances from the ideal shape that are smaller than this count as 0
 // Smallest area of floor and walls that is measured, m².
 constexpr double kMinArea = 0.1e-6;
-// Fraction of the area, omitted at each end of the sorted values, because the values there belong to a face's edges.
+// Share of the smallest and of the largest values, by area, that is left out, because these belong to a face's edges.
 constexpr double kTrimmed = 0.1;
 // m; no wall thickness is measured above this depth below the original surface, because walls are always thin there.
 constexpr double kRim = 1e-3;
@@ -53,7 +53,7 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted mean of (value, weight) pairs, without the fraction `trim` of the weight at each end.
+/// Weighted mean of (value, weight) pairs. Leaves out the fraction `trim` of the weight at the low and at the high end.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
   const double total =
@@ -115,8 +115,8 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// Sphere fitted to facets by weighted least squares of |p - c|² - r², in voxels. fit_ball() returns nothing if the
-/// facets do not determine a sphere.
+/// Sphere with centre c and radius r. fit_ball() minimises the sum of area × (|p - c|² - r²)² over all facet centres p,
+/// in voxels; it returns nothing if the facets do not determine a sphere.
 struct Ball {
   dvec3 center;
   double radius;
@@ -299,7 +299,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // If the sample before the interval was tissue and still is, the interval begins at a wall.
+        // The interval begins at a wall if the sample before it was tissue before the work and is tissue after it.
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
@@ -423,8 +423,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet counts for `contour` (rms distance from the target shape) if the surface before the work or the target
-    // shape is more than kNewSurface away. It is new if it is deeper than kNewSurface below the original surface.
+    // For `contour` (rms distance from the target shape), only facets count that are more than kNewSurface from the
+    // original surface or the target shape. A facet is new if it is deeper than kNewSurface below the original surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -486,7 +486,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     std::vector<dvec3> thick_at;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // A gradient shorter than kMinGradient contains samples beyond an edge.
+      // If the gradient is shorter than kMinGradient, samples beyond an edge have changed it; then it is not used.
       if (glm::length(g) >= kMinGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);

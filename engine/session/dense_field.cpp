@@ -13,12 +13,12 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels; within this distance, computed() refines the point of a voxel's seed (nearest voxel beside the surface).
+// Voxels; up to this distance from the surface, computed() refines the estimate of a voxel's closest surface point.
 constexpr float kRefineLimit = 20;
 // Voxels; smaller distances remain unchanged. Larger than a voxel's diagonal (1.73), so that the distances at all
 // corners of a cell that the surface crosses remain unchanged.
 constexpr float kUnchangedBand = 1.8f;
-// Voxels. A distance below kUnchangedBand is kept if the nearest known surface point is farther by at most this.
+// Voxels. A distance d below kUnchangedBand is kept if the nearest known surface point is at most d + kSeedGap away.
 constexpr float kSeedGap = 0.4f;
 
 /// For each voxel: index and surface point (voxels) of its nearest seed (voxel beside the surface), and a bound. A
@@ -136,13 +136,13 @@ class NearestSeeds {
         seeds_(count_, kNone) {}
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// Sets a voxel's seed (nearest voxel beside the surface). `p`: the seed's surface point, voxels.
+  /// Sets a voxel's seed (nearest voxel beside the surface). `p`: point of the surface at the seed; `bound`: distance².
   void set(std::size_t at, std::uint32_t seed, const glm::vec3& p, float bound) {
     bounds_[at] = bound;
     for (int axis = 0; axis < 3; ++axis) points_[static_cast<std::size_t>(axis) * count_ + at] = p[axis];
     seeds_[at] = seed;
   }
-  /// Return, for each voxel: index of its seed (nearest voxel beside the surface), and the bound, voxels² (Nearest).
+  /// Return for each voxel: index of its seed (nearest voxel beside the surface); distance² to the surface, voxels².
   std::vector<std::uint32_t> seeds() && { return std::move(seeds_); }
   std::vector<float> bounds() && { return std::move(bounds_); }
 
@@ -173,7 +173,7 @@ class NearestSeeds {
  private:
   glm::ivec3 size_;
   std::size_t count_;
-  std::vector<float> bounds_, points_;  // points_: all x, then all y, then all z
+  std::vector<float> bounds_, points_;  // bounds_: distances², voxels²; points_: all x, then all y, all z
   std::vector<std::uint32_t> seeds_;
 };
 

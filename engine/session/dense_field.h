@@ -57,7 +57,7 @@ class TrueDistances {
   DenseField field_;
   mutable std::vector<Seed> seeds_;
   std::vector<std::uint32_t> nearest_;  // for each voxel: index in `seeds_` of the nearest voxel beside the surface
-  std::vector<float> reach_;            // voxels, distance of each voxel from the nearest seed's surface point
+  std::vector<float> reach_;            // voxels, distance of each voxel from the surface point of the nearest seed
   mutable std::vector<float> known_;    // voxels, distances that were already read; NaN: not yet
 };
 

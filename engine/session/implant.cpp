@@ -15,7 +15,7 @@ constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // If the spindle is faster than the phase's speed by this factor, a warning is shown.
 constexpr double kOverSpeed = 1.1;
-// s; a later phase begins when the trainee has worked with its tool for this time.
+// s; when the trainee has worked for this time with the tool of a later phase, that phase begins.
 constexpr double kSkipPhaseTime = 1.5;
 // s; the goal of smoothing, marking or checking must hold for this time.
 constexpr double kHeld = 0.3;
@@ -105,7 +105,7 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the drilled hole. The smallest depth used for it is the hole's diameter.
+  // The heated bone is a shell around the drilled hole. Its depth is the hole's, but at least the hole's diameter.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // Heat capacity of the heated bone, J/K.
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;

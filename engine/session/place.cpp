@@ -26,7 +26,7 @@ constexpr double kMarginDepth = 0.3e-3, kMarginWidth = 0.5e-3;
 struct Work {
   dvec3 middle_W{0};         // m, frame W, centre of the tissue's extent
   double low = 0, high = 0;  // m, lowest and highest point along the task's axis
-  double half_width = 0;     // m, largest distance from the axis through the middle
+  double half_width = 0;     // m, radius of the extent around the axis through its middle
   // True: the target shape has tissue in the middle, for example a crown's stump or a filling.
   bool around_tissue = false;
 };

@@ -24,7 +24,7 @@ std::optional<ToothSides> tooth_sides(const Json& scene);
 
 /// A place's name: parts that follow "place." in the keys of the text catalogue.
 struct PlaceName {
-  std::string_view part;  // cavity: floor, wall; crown, filling: occlusal, axial, shoulder; cut too far: margin
+  std::string_view part;  // cavity: floor or wall; crown or filling: occlusal, axial or shoulder; at the edge: margin
   std::string_view side;  // direction from the middle: mesial, …; or "central"
   // Third of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface.
   std::string_view third;

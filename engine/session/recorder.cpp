@@ -669,7 +669,7 @@ bool SessionWriter::Impl::finish(const SessionResult& result) {
       pictures.end_row();
       if (pictures.full()) write_table(pictures, status.lost.pictures_disk);
       png_bytes = end;
-      good = good && H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) >= 0;  // for each picture: the journal has a size limit
+      good = good && H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) >= 0;  // per picture, because the journal's size is limited
     }
     write_table(pictures, status.lost.pictures_disk);
     good = write_lost() && good;

@@ -166,7 +166,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// A measure of the implant's drilled hole; empty if the number is negative (unknown).
+/// Returns a measure of the implant's drilled hole; empty if it is unknown (negative).
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -338,8 +338,8 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. Exploration: mean of lesions found and surface explored. Implant: finished phases.
-/// With a target shape: the changes that it requires. Otherwise: removed caries; without caries, 1 after any change.
+/// Completed fraction of the task: of the phases of an implant; of the lesions found and the surface explored (mean);
+/// of the changes to the target shape; or of the caries removed. If there was no caries: 1 after any change.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;

@@ -129,7 +129,7 @@ struct ScoreRule {
   bool asked = false;
 };
 
-/// The data from which a value is computed. On this depends how well a replay can verify the value.
+/// The data from which a value is computed. They determine how well a replay can verify the value.
 enum class Basis {
   kReplay,  // computed from tissue, forces and poses, which a replay checks
   kTicks,   // computed also from the number of ticks and the servo rate
@@ -159,7 +159,7 @@ struct PassMark {
 struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
-  double full = 0;    // 100, or 0 if nothing gives points
+  double full = 0;    // largest possible points: 100; 0 if no item gives points
   // Completed fraction of the task, 0 to 1; a factor of `points`, so that a trainee who does nothing gets 0. The
   // fraction of lesions found and surface explored, finished phases, required changes made, or caries removed.
   double completion = 1;
@@ -183,7 +183,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// the default rule of this name. "defaults": false removes all defaults. A missing target is the value of the target
 /// shape, else the default. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// Reads the keys of rules_from() from "task", which has other keys too.
+/// Like rules_from(), but for the block "task", in which other keys are allowed.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
 /// Checks names, kinds and ranges of the rules. Throws Error.
 void check_rules(const Json& block);

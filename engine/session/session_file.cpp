@@ -266,8 +266,8 @@ void SessionReader::Impl::open() {
   marked = !open_as(H5F_ACC_RDONLY);
   if (marked && !open_as(H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
     const std::string why = h5_reason();
-    // Both modes refuse a file that is shorter than its header states. The missing part is shown as zeros, which the
-    // checksums then detect.
+    // Both modes refuse a file that is shorter than its header states. So zeros are appended to the opened bytes; the
+    // checksums then detect the missing part.
     if (stated_length(*opened) > opened->size()) {
       opened->lengthen(stated_length(*opened));
       if (!open_as(H5F_ACC_RDONLY)) open_as(H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);

@@ -38,7 +38,7 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// Vertex of this brick (owner 0) or of a lower neighbouring brick.
+// Vertex of this brick (owner 0) or of a neighbouring brick with lower coordinates (owner 1 to 7).
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;
@@ -54,8 +54,8 @@ struct PolygonBuilder {
     std::uint16_t point;
   };
   BrickMesh mesh;
-  std::vector<std::uint32_t> first_copy[8];  // for each owner brick and vertex: index of its first copy
-  std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
+  std::vector<std::uint32_t> first_copy[8];  // for each vertex of each brick: index in `copies` of its first copy
+  std::vector<Copy> copies;                  // for each vertex of `mesh`: the brick's vertex of which it is a copy
   std::uint32_t* index_end = nullptr;        // end of the indices that were written to `mesh`
   // For each cell with surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
@@ -86,7 +86,7 @@ float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
-// Returns the copy of a vertex that has these two tissues, and creates it if it does not exist.
+// Returns the copy of a vertex that has the tissues `low` and `high`; creates this copy if it does not exist.
 inline std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high,
                                              const glm::vec3& crease_normal) {
   const bool crease = corner.data->crease;
@@ -143,7 +143,7 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c)
     high = static_cast<Tissue>(std::max(best, next));
   }
   // Corners on a crease get the normal `side`: the mean normal of the corners that are on no crease; if there are none,
-  // the triangle's normal. A gentle crease (narrow fissure) looks round: there, small triangles get both sides' mean.
+  // the triangle's normal. On a gentle crease (narrow fissure), small triangles get the mean normal of both sides.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -210,7 +210,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
   static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
   const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
   if ((edge.cell & kBits[u]) && (edge.cell & kBits[v])) {
-    // Usually each cell has one vertex in this brick.
+    // Usual case: all four cells are in this brick, and each cell has a single vertex.
     const std::uint16_t* at = vertex_at.data() + edge.cell;
     const std::uint16_t ring[4] = {at[-kStep[u] - kStep[v]], at[-kStep[v]], *at, at[-kStep[u]]};
     if (ring[0] != kSeveral && ring[1] != kSeveral && ring[2] != kSeveral && ring[3] != kSeveral) {
@@ -224,7 +224,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     }
   }
   const CellShapes& shapes = CellShapes::get();
-  // for each of the four cells: 1 if it is one cell lower along u; the same along v
+  // for each of the four cells around the edge: number of cells, 0 or 1, by which it is lower along u, and along v
   static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
   const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
   count = 0;
@@ -259,8 +259,8 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
   return count > 2 && (count == 3 || (corners[0] != corners[2] && corners[1] != corners[3]));
 }
 
-// Builds the mesh of brick around[0]. around[o] is its neighbour one lower along each axis whose bit is set in o, or
-// null if that is missing.
+// Builds the mesh of brick around[0]. around[o]: its neighbour that is one brick lower along each axis whose bit is set
+// in o; null: this neighbour is missing.
 void PolygonBuilder::build(const BrickContour* const around[8]) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -283,7 +283,7 @@ void PolygonBuilder::build(const BrickContour* const around[8]) {
   int count = 0;
   for (const BrickContour::Edge edge : own.edges) {
     if (!find_corners(around, edge, corners, count)) continue;
-    // Passes the corners one by one, because an array would first have to be copied in order.
+    // Passes the corners as separate arguments, because an array would first have to be copied into the right order.
     if (count == 3) {
       if (edge.solid_base) {
         triangle(corners[0], corners[1], corners[2]);

@@ -12,7 +12,7 @@ TYPODONT_INLINE Lanes at_fraction(const double (&c)[powers][8], int at, double t
   return *reinterpret_cast<const Lanes*>(c[0] + at) + p;
 }
 
-/// Computes the weights (or derivatives of the weights) of the 8 samples of a row at the fraction t.
+/// Computes the weights (or their derivatives) of the 8 samples of a row for a point at the fraction t of its cell.
 template <std::size_t powers>
 TYPODONT_INLINE void weigh(const double (&c)[powers][8], double t, double* weights) {
   const double t2 = t * t;

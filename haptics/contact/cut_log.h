@@ -16,7 +16,7 @@ namespace typodont::haptics {
 template <class Made>
 class RecentCuts {
  public:
-  // Largest number of cuts that a snapshot may lack when it arrives.
+  // Largest number of cuts that a newly arrived snapshot may lack.
   static constexpr std::uint64_t kLength = 8192;
 
   RecentCuts() : made_(kLength) {}

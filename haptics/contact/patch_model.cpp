@@ -18,7 +18,7 @@ PatchModel::PatchModel(const ServoSettings& settings) : settings_(settings), tra
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<TissuePatch&>(snapshot);
-  // The struct is in the cache of another core: prefetch all its cache lines at once.
+  // `fresh` is in the cache of another core: prefetch all its cache lines at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
@@ -41,7 +41,7 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// Moves patch_ to the position of `fresh`, which contains only the new samples. Old samples and own cuts remain.
+/// Moves patch_ to the position of `fresh`, which contains only the new samples. Old samples keep the servo's cuts.
 void PatchModel::step_to(TissuePatch& fresh) noexcept {
   if (fresh.from != patch_.number) return;  // cannot happen: `fresh` is always made for the snapshot in use
   const glm::ivec3 old_lo = patch_.lo, old_hi = patch_.lo + patch_.n - 1;

@@ -27,14 +27,14 @@ class PatchModel : public ContactModel {
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// Repeats a cut in `fresh`, whose tissue was changed by undo, redo or removal of a loose piece. Returns the removed
-  /// volume in voxels³; negative: filling.
+  /// Repeats a cut in the new patch `fresh`, whose tissue an undo, a redo or the removal of a loose piece has changed.
+  /// Returns the removed volume in voxels³; negative: filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, TissuePatch& fresh) noexcept = 0;
-  /// Adds the cuts that the coarse tissue patch of `fresh` lacks. `edited`: an undo, a redo or the removal of a
-  /// loose piece changed the tissue.
+  /// Adds the cuts that are missing in the coarse tissue patch of the new patch `fresh`. `edited`: an undo, a redo or
+  /// the removal of a loose piece changed the tissue.
   virtual void update_coarse(TissuePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// Called after patch_ was replaced. `strokes_edited`: an undo or redo changed the tissue; `known`: all other changes
-  /// in the new patch are the servo's own cuts.
+  /// Called after a new patch has replaced patch_. `strokes_edited`: an undo or redo changed the tissue. `known`: the
+  /// new patch contains no changes except the servo's own cuts.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;

@@ -114,7 +114,7 @@ PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
 double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept {
   const double value = sample_linear(patch, p_V);
   if (patch.filled_lo.x > patch.filled_hi.x) return value;
-  // A filling lowers only samples within kMargin of its surface. The surface is at most a voxel outside the filled box.
+  // A filling lowers only samples within kMargin of its surface, which is at most a voxel outside the box of fillings.
   constexpr double kCorner = 1.74, kLowered = static_cast<double>(Sweep::kMargin) - kCorner;
   const double outside = distance_to_box(patch.filled_lo, patch.filled_hi, p_V);
   return std::min(value, std::max(kLowered, outside - kCorner));

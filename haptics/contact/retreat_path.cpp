@@ -27,7 +27,7 @@ void RetreatPath::find_far_points(const dvec3& c) noexcept {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
-  // Searches the first path point near c. Points are at most longest_ apart, so it skips points that are too far away.
+  // Searches the first path point near c. If a point is far from c, the next points are far, too, and are skipped.
   if (!(square(c - far_from_) < kFar * kFar)) find_far_points(c);
   std::size_t visited = far_;
   while (visited < points_.size()) {

@@ -52,7 +52,7 @@ class RetreatPath {
   static constexpr double kSamePlace = 0.7;
   // voxels; if the proxy is farther than this from the last point, a new path starts
   static constexpr double kLeap = 8;
-  static constexpr double kFar = 8;  // voxels, distance in the definition of far_ below
+  static constexpr double kFar = 8;  // voxels, distance of the proxy from far_from_ up to which far_ is valid
 
   void find_far_points(const dvec3& c) noexcept;
 

@@ -12,7 +12,7 @@ namespace typodont::haptics {
 /// belongs to the servo. Buffers get their size at set-up.
 struct Snapshot {
   std::uint32_t number = 0;  // number of the snapshot, from 1; 0: empty
-  // 0: complete snapshot. Otherwise: contains only what the snapshot with this number lacks, and can replace only that.
+  // 0: complete snapshot. Otherwise: only the changes since the snapshot with this number, the only one it can replace.
   std::uint32_t from = 0;
   std::uint64_t cuts = 0;       // number of the last cut that the snapshot contains
   std::uint32_t edits = 0;      // number of undos and redos before the snapshot

@@ -25,7 +25,7 @@ struct TissuePatch : Snapshot {
   int n = 0;
   bool whole = false;   // true: the tissue patch contains all tissue; outside it there is only air
   double band = 1e300;  // voxels, largest distance from the surface that is stored
-  // true: outside the tissue, no stored distance is larger than the true one, except near cuts and fillings
+  // true: outside the tissue, stored distances are not larger than the true ones, except near cuts and fillings
   bool exact_outside = false;
   // voxels, box around all samples that cuts or fillings have changed, inclusive
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};
@@ -46,7 +46,7 @@ struct TissuePatch : Snapshot {
   // One element if the model has an intermediate surface (offset/intermediate_surface.h) and the carver copies the
   // whole tissue patch: a second copy of the samples, for the servo. Otherwise empty.
   std::vector<TissuePatch> intermediate;
-  // The new samples if Snapshot::from is not 0; in this case, the arrays above are not valid.
+  // The new samples if Snapshot::from is not 0; the arrays above are then not valid.
   PatchStep step;
 
   void resize(int edge) {
@@ -91,7 +91,7 @@ struct TissuePatch : Snapshot {
   dvec3 nearest_held(const dvec3& p_V) const {
     return glm::clamp(p_V, dvec3(lo) + kStencil, dvec3(lo + n - 1) - kStencil);
   }
-  /// Fraction 0..1 of `motion` (voxels) from p_V along which holds(…, reach) remains true. holds() must be true at p_V.
+  /// Fraction 0..1 of `motion` (voxels) up to which holds(p, reach) is true, if p starts at p_V, where it must be true.
   double held_fraction(const dvec3& p_V, const dvec3& motion, double reach) const {
     const double margin = reach + kStencil;
     double fraction = 1;

@@ -38,7 +38,7 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
   dvec3 z = tangential(x - state.w);
   const double length = glm::length(z);
   if (length > z_max) {
-    // From the start of slipping, friction falls gradually from static to dynamic: by stiffness × slipped distance.
+    // While slipping, friction falls from static to dynamic by stiffness × slipped distance. kRounding: tolerance.
     constexpr double kRounding = 1 + 1e-9;
     const dvec3 held = tangential(previous - state.w);
     double kept = z_dynamic;

@@ -9,9 +9,9 @@
 namespace typodont::haptics {
 
 /// A passivity observer (Hannaford & Ryu 2002) knows the energy F·Δx one tick late. So here, the energy ledger must
-/// cover the hand's motion out of the tissue (retreat) in the next tick, predicted from its recent motion.
+/// hold the next tick's energy in advance. For this, the hand's motion out of the tissue (retreat) is predicted.
 struct PassivityLaw {
-  // The predicted retreat is at least this × the fastest recent one, as a tick may be missed or the hand get faster.
+  // The predicted retreat is at least this × the fastest recent retreat: a tick may be missed, or the hand gets faster.
   double margin = 2.5;
   double memory = 0.05;  // s, time constant with which the fastest recent retreat decays
   // m/s², largest acceleration expected of any hand. If a hand moves inward faster than `turning` × tick period, it

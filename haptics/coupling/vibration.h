@@ -30,7 +30,7 @@ inline double band_weight(double frequency, double band) noexcept {
   return x * x * (3 - 2 * x);
 }
 
-/// Phase in rad, modulo 2π, after `dt` (s) at `speed` (rad/s). The number of edges is whole, so no force jumps at 2π.
+/// Phase in rad, modulo 2π, after `dt` (s) at `speed` (rad/s). The number of edges is an integer: no jump at 2π.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
@@ -42,7 +42,7 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const double once = band_weight(speed / (2 * kPi), band);
   const double tooth = band_weight(law.tooth_count * speed / (2 * kPi), band);
   if (once <= 0) return dvec3(0);
-  // Centrifugal force of the imbalance, rotating with the spindle: m e ω² = m (e ω) ω.
+  // Centrifugal force of the imbalance, which rotates with the spindle: rotor_mass × balance × speed.
   const dvec3 aside = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;

@@ -123,8 +123,8 @@ TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Cuts with a ball from A to B (a capsule); `capsule` false: the ball at B covers all samples ahead of A. A continued
-/// sweep examines only samples ahead of A that are outside the emptied ball at A. Returns true if a sample changed.
+/// Cuts with a ball that moves from A to B (a capsule); `capsule` false: only with the ball at B. A continued sweep
+/// examines only samples that are ahead of A and outside the ball emptied at A. Returns true if a sample changed.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -331,7 +331,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetches a column of blocks near the ball's surface, because they were last read many cuts ago.
+  // Prefetches a column's blocks near the ball's surface. These blocks were last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -409,7 +409,7 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Distance by which the ball may approach without changing a sample. At kInner, a sample no longer changes.
+            // Distance by which the ball may approach until a sample changes. Samples of the value kInner never change.
             F8 safe_travel = (raised ? now : least) - depth;
             safe_travel = now >= Sweep::kInner ? F8{} + kNever : safe_travel;
             min_safe_travel = safe_travel < min_safe_travel ? safe_travel : min_safe_travel;
@@ -485,7 +485,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kRowLength);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The table of heights exceeds the sweep's box in z: groups may end outside, and lists reach one voxel farther.
+  // The table of heights is longer in z than the sweep's box, because groups and listed samples may lie outside it.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kRowLength) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

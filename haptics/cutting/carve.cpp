@@ -48,8 +48,8 @@ bool relabel(TissuePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3&
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Cuts in a box of the tissue patch, with sweeps or whole voxels. `make` changes the distances in the box a to b, and
-/// returns true if a sample changed.
+/// Cuts in a box of the tissue patch. make(a, b, removed) changes the distances in the box a to b (by a moving head, or
+/// by removing whole voxels), and returns true if a sample changed.
 template <class Make>
 PerTissue carve_box(TissuePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {

@@ -55,7 +55,7 @@ PerTissue carve(TissuePatch& patch, const VoxelStamp& stamp, bool* changed = nul
 PerTissue fill(TissuePatch& patch, const Fill& filling, bool* changed) noexcept;
 
 /// Adds the cuts that were made in `old` while `patch` was copied: in the box lo..hi (inclusive), each sample becomes
-/// the larger of both patches. `filled` true: copies all samples and labels of the box from `old`.
+/// the larger of its values in `patch` and `old`. `filled` true: copies all samples and labels of the box from `old`.
 void merge(TissuePatch& patch, const TissuePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 /// Updates the boxes of changed samples in `patch` as merge() does, without changing samples.

@@ -74,13 +74,13 @@ class CutFront {
   friend class Sweep;
 
   static constexpr int kRows = 4, kRowLength = 8;
-  // voxels; beyond this, the path length is reset, so that floats remain precise
+  // voxels; when the path length exceeds this, it is reset, so that floats remain precise
   static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
   // number of different values of Run::kind
   static constexpr int kKinds = 20;
-  // Voxels of path for which a list is valid, for balls and for other heads. Longer lists are renewed less often, but
-  // contain more groups.
+  // Voxels of path for which a list is valid: for balls, and for other heads. Lists with a longer validity are renewed
+  // less often, but contain more groups.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   // Voxels per tick. Faster heads get no lists, because they would use up a list within a few ticks.
   static constexpr double kMaxListed = 0.2;
@@ -100,7 +100,7 @@ class CutFront {
     // spare elements for vector loads beyond the last group
     static constexpr int kPadding = 40;
 
-    // The groups before they are sorted by kind and stage (Run). For a ball, the kind is the position of the group:
+    // The groups before they are sorted by kind and stage (Run). If the head is a ball, a group's kind is its position:
     // ahead of, beside or behind the ball.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
@@ -115,8 +115,8 @@ class CutFront {
     }
   };
 
-  /// Call it before each sweep. Lists made while a drill moves along its axis lack the samples beside its flank, so
-  /// they are dropped when its motion leaves the axis.
+  /// Call it before each sweep. While a drill moves along its axis, its lists lack the samples beside the flank. So the
+  /// lists are dropped when the motion leaves the axis.
   void begin_sweep(bool along_axis) noexcept {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
@@ -161,9 +161,9 @@ class CutFront {
 
    private:
     const CutFront& front_;
-    int first_part_, layers_;  // index of the part to which the first reached layer belongs; number of reached layers
+    int first_part_, layers_;  // part to which the first reached layer of blocks belongs; number of these layers
     int most_;                 // largest number of reached parts that get lists
-    // Voxels. The lists of one cut get the lifetimes 1, 2, … × this value, so that they expire one after another.
+    // Voxels. The new lists of one cut are valid for 1, 2, … × this length, so that they expire one after another.
     // ahead_: for parts that the head reaches; ahead_of_empty_: for others.
     double ahead_, ahead_of_empty_;
     int early_;  // index of a part that gets a new list although its list is still valid; -1: none
@@ -179,10 +179,10 @@ class CutFront {
   /// per tick.
   int renewed_early(double travel) const noexcept;
 
-  /// Table of those terms of the distance that depend only on z. `k`: number of the table.
+  /// Table of the parts of a distance that depend only on z. `k`: number of the table.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kRowLength + kBeyond); }
 
-  // Spare elements at the end of each table in heights_: a group may begin at the last sample of the stored box.
+  // Spare elements at the end of each table in heights_: a group may begin at the last sample of the stored blocks.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // number of stored blocks along each axis

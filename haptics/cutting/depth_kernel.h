@@ -26,7 +26,7 @@ struct NearestPiece {
   }
   TYPODONT_INLINE void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // Tests only the piece's end a, because its end b is end a of the next piece. End a may be the head's tip.
+    // Of the piece's two ends, tests only end a: end b is also end a of the next piece. End a may be the head's tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);

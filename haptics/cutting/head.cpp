@@ -33,10 +33,10 @@ struct HeadBlock {
   // of the pieces that can be nearest.
   int kind;
   bool beside;  // true: samples may be deeper during the motion than at its end
-  // voxels, smallest distance by which the motion brings the head nearer to a sample
+  // voxels; the motion brings the head nearer to every sample by at least this
   float slowest;
 
-  /// Address of the sample nearest to the block's centre.
+  /// Address of a sample next to the block's centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
   /// Upper bound of the depths in the row (ix, iy), voxels.
   float deepest(int ix, int iy) const {
@@ -52,7 +52,7 @@ struct BlockSafeTravel {
   float safe_travel = kNoEnd;  // voxels of motion until a processed sample can change
   // Output (may be null): for each of the 4 × 4 rows along z (y is fastest), a bit mask of the samples that may change.
   std::uint64_t* live = nullptr;
-  int shift = 0;         // bit of the first sample in each element of `live`
+  int shift = 0;         // position of the first sample's bit in each element of `live`
   bool emptied = false;  // true if a sample became air
 };
 
@@ -125,8 +125,8 @@ RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
 
 namespace {
 
-constexpr int kStretch = 64;  // largest number of samples of a row that are listed together
-// voxels, error of treating a neighbouring arc as a line
+constexpr int kStretch = 64;  // largest number of consecutive samples of a row that one call lists
+// voxels; largest error if an arc beside a piece is treated as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
@@ -230,8 +230,8 @@ TYPODONT_INLINE F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Distances of a point from both ends of a meridian piece, along the piece (negative beyond the ends), and depth of
-/// the point below the piece. T: one or eight floats.
+/// Position of a point relative to a meridian piece: distances from both ends along the piece (negative beyond an end),
+/// and depth below the piece. T: one or eight floats.
 template <class T>
 TYPODONT_INLINE void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -278,7 +278,7 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// Examines blocks at one pose, eight at a time.
 class HeadPass {
  public:
-  /// Examines blocks at the start pose or at the end pose. `after`: true if the other pose has been cut already;
+  /// Examines blocks at the start pose or at the end pose. `after`: true if the cut at the other pose was made already;
   /// `ahead`: voxels of path for which the results are valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
@@ -307,7 +307,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Index of the meridian's piece that is nearest to all samples of the group from `first_voxel`; none: `kind`.
+  /// Index of the meridian's piece nearest to all samples of the group at `first_voxel`; `kind` if no piece alone is.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -318,14 +318,14 @@ class HeadPass {
   }
 
   /// Returns true if the block's samples may change within the next `ahead_` voxels of travel; `block` then receives
-  /// the part of the block that lies inside the target. Otherwise sets `safe_travel`.
+  /// the part of the block for which `target` has samples. Otherwise sets `safe_travel`.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& safe_travel, bool& clipped) const {
     const float d = seen_.distance[lane];
     safe_travel = d - (Sweep::kMargin + kHalf);
     const float path_length = after_ ? back_.longest : 0;
     if (safe_travel > std::max(ahead_, path_length)) return false;
-    // For a motion along the axis: above the rim and beside the flank, nothing changes (Straight::still_above). In a
-    // block, z and rho + z differ from the centre's by at most kHalf and √2 kHalf.
+    // For a motion along the axis: blocks above the rim and beside the flank do not change (Straight::still_above). z
+    // and rho + z of a block's samples differ by at most kHalf and √2 kHalf from those of the block's centre.
     if (seen_.z[lane] - kHalf > back_.still_above &&
         seen_.rho[lane] + seen_.z[lane] - 1.5f * kHalf > back_.still_beyond) {
       safe_travel = 0;
@@ -348,13 +348,13 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block is not read. kExamine: it is read, but the head recedes from all its samples. kRaise: it may
-  // change.
+  // kNone: the block's samples need not be read. kExamine: they are read, but not changed, because the head recedes.
+  // kRaise: they are read and may change.
   enum class Work { kNone, kExamine, kRaise };
   /// Call it after near(). If no sample can change within `ahead` voxels of path, returns kNone and sets `safe_travel`.
   Work what(int lane, HeadBlock& block, float& safe_travel, bool clipped) const {
     const float d = seen_.distance[lane], path_length = after_ ? back_.longest : 0;
-    // The middle sample shows if the block can change, because samples and depths change by at most one per voxel.
+    // The middle sample shows whether the block can change, because values and depths change by at most one per voxel.
     if (!clipped) {
       safe_travel = *block.middle() + d - 2 * kHalf;
       if (safe_travel > 1 + path_length) return Work::kNone;
@@ -373,7 +373,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the block, no sample gets deeper.
+      // If the head moves away from the block, no sample of the block gets deeper.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -393,7 +393,7 @@ class HeadPass {
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       // the outward direction n_T, rotated to frame V
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
-    // If the outward direction is unknown, the bound uses that depth changes by at most one per voxel.
+    // If the outward direction is unknown, the bound follows from this: depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -458,7 +458,7 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the batch. Sets the path length at which each block is examined next; if `again`, at the next cut.
+  /// Cuts the batch. Sets the path length at which each block is examined next. `again`: examine all in the next cut.
   bool carve(PathMaxima& tops, float slip, float path_length, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -555,7 +555,7 @@ void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept
       if (raise && !block.beside && tops.back.still_above == kNoEnd) {
         const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
         leaf.changed |= raised.changed, leaf.emptied |= raised.emptied;
-        if (raised.changed) return 0.0f;  // raised samples are now at the surface, so any motion may raise them again
+        if (raised.changed) return 0.0f;  // the changed samples are at the surface now, so any motion may change them
         raise = false;
       }
       BlockSafeTravel found;
@@ -633,7 +633,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSafeTravel found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kRowLength};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // A block partly outside the target has safe travel 0: it is examined again in the next cut.
+              // A block for which `target` lacks samples has safe travel 0: it is examined again in the next cut.
               safe_travel = clipped ? 0 : found.safe_travel;
               kinds[z - z0] = block.kind;
             }
@@ -678,8 +678,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// For fast heads, whose lists of samples would soon be invalid. A large head's samples exceed the fast caches, so
-/// blocks are processed in batches of eight: prefetch a sample per block; choose blocks, prefetch their rows; cut.
+/// Cuts without lists of samples, because a fast head would soon make them invalid. For the caches, blocks are
+/// processed in batches of eight: prefetch one sample per block; choose blocks and prefetch their rows; cut them.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float path_length = static_cast<float>(front.path_length_), slip = rounding_of_depth();
@@ -691,7 +691,7 @@ bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
         k == 0 ? straight_path(X_VA_, X_VA_, tops.back.pieces, tops.back.count, reach_) : tops.back;
     const HeadPass none(path_here, k > 0, reach_, slip);
     const float due_by =
-        k == 0 ? front.path_length_before(travel_) : path_length;  // blocks that are due later are skipped
+        k == 0 ? front.path_length_before(travel_) : path_length;  // blocks with a larger due path length are skipped
     HeadBatch batches[3] = {HeadBatch(none), HeadBatch(none), HeadBatch(none)};
     int newest = 0;
     const auto advance = [&] {
@@ -736,8 +736,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   if (front.outdated() < front.parts()) {
-    // The tables extend beyond the sweep's box: groups of samples reach to the end of their blocks, and lists are used
-    // for a voxel more. In a motion along the axis, the box contains only the head's end; earlier lists extend farther.
+    // The tables extend beyond the sweep's box, because groups end at block borders, and lists are used for a voxel
+    // more. In a motion along the axis, the box contains only the head's end, and earlier lists extend farther.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kRowLength - 1);

@@ -71,8 +71,8 @@ TYPODONT_INLINE bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // moving: the depth, or −kNoEnd (far outside) where a motion along the axis changes nothing. found.live is for
-        // this motion, so it uses `moving`; safe travel is for any later motion, so it uses `depth`.
+        // moving: the depth, but −kNoEnd (far outside) where this motion along the axis changes nothing. The bits
+        // found.live describe only this motion, so they use `moving`. Safe travel describes all motions: `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         travel = pick(raised, zero, least - depth);

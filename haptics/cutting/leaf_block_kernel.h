@@ -5,8 +5,8 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Raises each sample of a block to its depth in the head, without computing removed volume and safe travel. Only if no
-/// sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
+/// Raises each sample of a block to its depth in the head, without computing removed volume and safe travel. Call it
+/// only if no sample was deeper during the motion than at its end. `depth_of(rho, z)`: depth of samples in the head.
 template <class Depth>
 TYPODONT_INLINE RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kRowLength, kGroups = kRows / kTogether;

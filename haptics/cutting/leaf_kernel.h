@@ -19,7 +19,7 @@ struct LeafGroups {
 constexpr LeafGroups kLeafGroups;
 
 /// Bit mask of the groups that the cut may change: not too far away, not behind the motion's start A, and not inside
-/// the ball at A, where all samples are kInner.
+/// the ball at A, where all samples already have the value kInner.
 TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo) {
   constexpr float kHalfY = LeafGroups::kHalfY, kHalfZ = LeafGroups::kHalfZ;
   const float length2 = c.abx * c.abx + c.aby * c.aby + c.abz * c.abz, length = std::sqrt(length2);
@@ -29,7 +29,7 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
   const float px = static_cast<float>(lo.x) - c.ax, py = static_cast<float>(lo.y) - c.ay,
               pz = static_cast<float>(lo.z) + kHalfZ - c.az;
   const float off_z = pz - c.abz, along_z = pz * c.abz;
-  // Bounds of a sample's squared distance, if d is the vector to its group's centre:
+  // Bounds of a sample's squared distance from A or B, if d is the vector from there to the centre of its group:
   // d² - s to d² + s + kHalf2, where s = 2 (kHalfY |d.y| + kHalfZ |d.z|).
   const Floats min_along = all((c.continues ? 0.0f : -1e30f) - ahead);
   const Floats most2 = all(reach * reach - off_z * off_z + 2 * kHalfZ * std::abs(off_z));
@@ -52,7 +52,7 @@ TYPODONT_INLINE std::uint64_t groups_near(const Capsule& c, const glm::ivec3& lo
 template <bool capsule>
 TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf, kTogether = LeafGroups::kRowsTogether, kInPlane = n / kTogether;
-  // Terms of distances that depend only on y, or only on z. The z terms are the same for all groups.
+  // Parts of the distances that depend only on y, or only on z. The parts for z are the same for all rows.
   float y_along[n], y_apart[n];
   alignas(64) float z_along[kLanes], z_apart[kLanes];
   for (int y = 0; y < n; ++y) {
@@ -80,7 +80,7 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     along_x[x] = px * c.abx;
     apart_x[x] = capsule ? px : qx * qx;
   }
-  // Calls visit() with a pointer to the group's samples, their depths in the ball, and the mask of samples ahead of A.
+  // Calls visit() with a pointer to the group's samples, their depths in the ball, and a mask: ahead of the start A.
   const auto visit_group = [&](int group, const auto& visit) __attribute__((always_inline)) {
     const int x = group / kInPlane, i = group % kInPlane;
     const Floats dot = (all(along_x[x]) + along_y[i]) + along_z;
@@ -106,11 +106,11 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     emptied |= more(zero, old) & no_less(now, zero);
   };
   for (std::uint64_t left = groups_near(c, lo); left != 0; left &= left - 1) visit_group(std::countr_zero(left), raise);
-  // The changed samples are at the ball's surface. Any further motion of the ball can change them, so it returns 0.
+  // The changed samples are at the ball's surface. Any further motion can change them, so the safe travel is 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats min_safe_travel = never;
   const auto take_safe_travel = [&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // Voxels by which the ball must approach before the sample changes. At kInner (3 voxels), a sample never changes.
+    // Voxels by which the ball must approach before a sample changes. A sample with the value kInner never changes.
     const Floats now = load(at);
     min_safe_travel =
         lesser(min_safe_travel, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));

@@ -28,7 +28,7 @@ struct Capsule {
 /// The lists of groups that a ball may change, as plain data. Positions: relative to the first voxel of the CutFront.
 struct BallFront {
   Capsule c;
-  // first voxel of the CutFront, relative to the origin of `c`
+  // first voxel of the CutFront, relative to the voxel to which the positions in `c` refer
   glm::ivec3 origin;
   float* distance;  // pointer to the sample (signed distance) of the first voxel
   struct {          // tables, one value for each z

@@ -62,7 +62,7 @@ TYPODONT_INLINE void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  // voxels, rounding error of the test whether a sample is ahead of the plane through A, the start of the motion
+  // voxels, rounding error of the test on which side of the motion's start A a sample lies, along the motion
   constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
@@ -99,7 +99,7 @@ TYPODONT_INLINE void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// Cuts either the narrow groups (only eight samples can change) or the others. Returns true if a sample changed.
+/// Cuts only the narrow groups (at most eight samples can change), or only the wide ones. True: a sample changed.
 template <bool capsule>
 TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -142,7 +142,7 @@ struct BelowArc {
     return below;
   }
 };
-/// Depth of samples below one or two pieces of the meridian, including the pieces' end points.
+/// Depth of samples below one or two pieces of the meridian. The nearest point may be an end point of a piece.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -165,8 +165,8 @@ struct BelowEnds {
     return below;
   }
 };
-/// Depth below the head's end, rim or flank, in a motion along the axis. For samples that this motion can cut, it is
-/// bit-identical to the depth of BelowAny.
+/// Depth of samples below a flat end, its rim and a cylindrical flank, if the head moves along its axis. For samples
+/// that this motion can cut, it is bit-identical to the depth that BelowAny computes.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -191,19 +191,19 @@ struct BelowAny {
 };
 
 /// Data of kChunk groups in frame T, voxels. x, y, z: part of a sample's position that does not depend on z of frame
-/// V. motion_x, motion_y, motion_z: motion of a group's first sample back to the head's previous pose.
+/// V. motion_x, motion_y, motion_z: vector from a group's first sample to its previous position in frame T.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float motion_x[kChunk], motion_y[kChunk], motion_z[kChunk];
 };
 
-/// Bounds of the motions of all samples in a group; only the motion of the group's middle is computed.
+/// Bounds of the samples' motions relative to the head, for a group of which only the middle's motion is computed.
 struct HeadSides {
-  // Voxels. half: half a group's length. off: part of this length perpendicular to the head's axis + longest motion.
+  // Voxels. half: half a group's length. off: component of `half` perpendicular to the head's axis + longest motion.
   float half, off;
-  float across;  // voxels, motion perpendicular to the axis
-  // Voxels. bend: difference of the motions of neighbouring samples along z. turned: largest difference between the
-  // motions of a sample and of the group's middle.
+  float across;  // voxels, largest motion of a sample perpendicular to the head's axis
+  // Voxels. bend: difference between the motions of two samples that are neighbours along z. turned: largest difference
+  // between the motion of a sample and that of the group's middle.
   float bend[3], turned;
 
   TYPODONT_INLINE HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -329,7 +329,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// Cuts either the narrow groups (only eight samples can change) or the others. Returns true if a sample changed.
+/// Cuts only the narrow groups (at most eight samples can change), or only the wide ones. True: a sample changed.
 TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

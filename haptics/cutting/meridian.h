@@ -38,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels, stands for an infinite length, for example the motion until the change of a sample that never changes
+// voxels, represents an infinite length; for example, a sample that can never change has this safe travel
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -28,7 +28,7 @@ namespace {
 
 namespace {
 
-// tan of half the angle by which the outline turns at a corner; if larger, one line alone does not give the depth
+// largest tan(turning angle / 2) of the outline at the corners of a line that alone can determine the depth
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of search steps; almost always less than ten
 // voxels, largest difference between the paths of a block's samples and that of its centre
@@ -89,7 +89,7 @@ struct Depth {
 /// above `most`. Steps alternate: intersection of two tangents of the depth (upper bound), maximum of a parabola.
 struct Search {
   unsigned set;  // bit mask of pieces that can be nearest
-  // in frame T: start points, motions, second-order terms
+  // of the eight samples, frame T: start points, motions, second-order terms of the motions
   Points from, path, bend;
   // fractions 0..1 of the path: the maximum lies between a and b; s: current position of the search
   F8 a, b, s;
@@ -119,7 +119,7 @@ struct Search {
     }
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
-  /// Outward normal at `fraction`, frame T.
+  /// Head's outward normal nearest to each sample after the fraction `fraction` of its path, frame T.
   TYPODONT_INLINE Points normal(const Straight& head, const F8& fraction) const {
     const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -146,8 +146,8 @@ struct Search {
   TYPODONT_INLINE void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // In each lane, s replaces a if s is before the maximum, and b if s is after it. If the depth still increases at an
-    // end of the path, the maximum is there.
+    // The depth's maximum lies between a and b. The position s replaces a if s is before the maximum, otherwise b. If
+    // the depth still increases at an end of the path, the maximum is at this end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -161,11 +161,11 @@ struct Search {
   }
 };
 
-/// Largest depths of eight samples on their paths; at which fraction of the path and where they occur.
+/// Largest depths of eight samples on their paths, and the fractions of the paths and the places at which they occur.
 struct Deepest {
   F8 fraction;
   Points at;
-  F8 rho, below, depth;  // voxels; below: height below the flank's lower end, otherwise 0
+  F8 rho, below, depth;  // voxels: distance from the axis; height below the flank's lower end, or 0; depth
 };
 
 /// Returns the largest depths below a line, in closed form. If the line is a flank with a round end, the depth is the
@@ -277,7 +277,7 @@ struct AtStart {
   // For each block: index of the line of the meridian that alone determines all depths below Sweep::kInner; -1: none.
   int line[8];
   F8 rho;  // voxels, distance from the axis
-  // true: the head recedes from every sample, so by concavity the depth is largest at the start
+  // true: the head recedes from all samples of the block, so their depths are largest at the path's start
   I8 recedes;
 
   /// Bit mask of the pieces that can be nearest to a point within `reach` of the block's centre at the path's start.
@@ -299,7 +299,7 @@ void examine_start(const Straight* path_at, const Centres* centres, AtStart* fou
   found->at = p, found->rho = rho;
 }
 
-/// Blocks from which the head recedes: n·w > 0 (n: head's normal, w: motion of samples). `rounding`: voxels, its error.
+/// Blocks from which the head recedes: n·w > 0 (n: head's normal, w: motion of samples). `rounding`: error of n·w.
 TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -334,8 +334,8 @@ TYPODONT_INLINE I8 receding(const Straight& path, const AtStart& at, float round
   return -approach >= path.turned * kHalf + rounding;
 }
 
-/// Finds AtStart::line. Depths in a block differ from the centre's by at most kHalf. The depth below a line is concave
-/// along the path, so it is smallest at one end of the path.
+/// Finds the line of the meridian that alone determines a block's depths (AtStart::line). Depths in a block differ from
+/// the centre's by at most kHalf. The depth below a line is concave along the path, so it is smallest at a path end.
 TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(path, at.at);
@@ -364,7 +364,7 @@ TYPODONT_INLINE void find_lines(const Straight& path, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Computes AtStart::to_piece, recedes and line. Not needed if none of the eight blocks can change.
+/// Computes the members to_piece, recedes and line of an AtStart. Not needed if none of its eight blocks can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void examine_pieces(const Straight* path_at, AtStart* found, float rounding) {
   const Straight& path = *path_at;
@@ -417,8 +417,8 @@ struct PathBlock {
   }
   /// Upper bound of the depth in the row through the block's centre, voxels.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// -kMargin minus the upper bound of the depth in row (ix, iy), voxels. If it is not negative, the row does not
-  /// change. Negative if `emptied`.
+  /// Voxels by which all samples of row (ix, iy) are, at least, too far from the head to change. Negative: a sample may
+  /// change; always negative if `emptied`.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// Upper bound of the depths of all samples in the block, voxels.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
@@ -524,7 +524,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // First evaluates the other end of the path, where the head has cut already.
+  // First evaluates the sweep's start pose, where the head has cut already.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -571,7 +571,7 @@ Straight straight_path(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* 
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   path.turned = static_cast<float>(std::sqrt(turned / 2));
   path.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Error of a tangent to the depth, voxels: rounding of the depth, corners (2 kNear), rounding of the direction.
+  // Error of a tangent to the depth, voxels: depth's rounding + effect of corners (2 kNear) + slope's rounding.
   path.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * path.longest;
   return path;
 }

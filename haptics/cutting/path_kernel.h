@@ -60,8 +60,8 @@ TYPODONT_INLINE NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns true for samples that earlier in the motion may have been deeper than `least` and than `depth`, the depth at
-/// its end. Depth is concave along the path, so it was never more than `depth` + `growth` / `scale`.
+/// Returns true for samples that, earlier in the motion, may have been deeper than `least` and than their final depth
+/// `depth`. Depth is concave along the path, so `growth` / `scale` is an upper bound of (earlier depth − `depth`).
 TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
@@ -70,7 +70,7 @@ TYPODONT_INLINE Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 /// A sample's distance from the nearest piece of the meridian, and its motion away from this piece, scaled.
 struct NearestOnPath {
   NearestPiece nearest;
-  /// component of the motion away from the piece × distance from the piece × rho (distance from the axis)
+  /// scaled motion: its component away from the piece × distance from the piece × rho (distance from the axis)
   Floats away;
 
   TYPODONT_INLINE void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }

@@ -9,7 +9,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// voxels; air nearer than this to the head gets the head's label, for queries at the surface
+// voxels; air nearer than this to the placed head also gets its label, so that queries at the surface find the label
 constexpr float kLabelled = 1;
 
 }  // namespace

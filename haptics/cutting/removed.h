@@ -33,7 +33,7 @@ struct RemovedVolume {
   // matter.
   std::array<std::int64_t, kTissueCount> hardened{};
 
-  /// Adds the volume `units` that was removed at one sample.
+  /// Adds the volume that was removed at one sample. `units`: volume in units of 2⁻²³ voxel.
   void add(std::int64_t units, Tissue label, const float* sample) noexcept {
     const auto t = static_cast<std::size_t>(label);
     volume[t] += kFractionUnit * static_cast<double>(units);

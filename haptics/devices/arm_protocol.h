@@ -15,7 +15,7 @@ enum class ArmProtocol { kHidV1, kHidV2, kRawHid, kText };
 
 struct ArmReport {
   std::array<std::int32_t, 6> encoders{};
-  bool stylus = false;  // the counts D, E, F of the stylus are valid
+  bool stylus = false;  // true: the stylus's counts D, E, F are valid
   bool button = false;  // button pressed since the last report was read
   int model = 0;        // model number in the text protocol: 1 Polhem, 2 vintage, 3 Woody
   int error = 0;        // error code of the board, only in the text protocol

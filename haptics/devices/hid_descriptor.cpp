@@ -33,7 +33,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
   std::vector<std::uint32_t> usages;
   std::uint32_t usage_minimum = 0, usage_maximum = 0;
   bool has_range = false;
-  std::vector<std::uint32_t> next_bit(256, 0);  // next bit per report id
+  std::vector<std::uint32_t> next_bit(256, 0);  // for each report id: bit at which the next field begins
 
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t head = descriptor[at];

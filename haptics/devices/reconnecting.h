@@ -15,12 +15,12 @@ class ReconnectingDevice : public HapticDevice {
  public:
   struct Options {
     std::function<Nanos()> clock;            // returns the current time; if empty, now() is used
-    std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, sleep_until() is used
+    std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, typodont::sleep_until() is used
     std::chrono::milliseconds retry{500};
     // Time that a device must rest after opening, if its encoders count from the pose at opening, ns.
     Nanos rest = 2 * kNanosPerSecond;
   };
-  /// `open` opens the device again; throws while it is missing.
+  /// `open` opens the device again; it throws while the device is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
                      Options options);
 

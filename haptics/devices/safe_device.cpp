@@ -178,7 +178,7 @@ void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  // The watchdog may have sent its zero just before this force, so zero is sent again.
+  // The watchdog may have sent zero force just before this force was sent, so zero force is sent again.
   if (tripped_.load() || forces_forbidden()) device_->release();
 }
 

@@ -113,7 +113,7 @@ struct Kernel {
   }
 };
 
-// Smooths one block along each axis. `a`, `b`: buffers that are used again for the next block.
+// Smooths one block along each axis. `a`, `b`: buffers for intermediate results, used again for each block.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -352,8 +352,8 @@ class WallFlood {
     queue_.push_back(block);
   }
 
-  // Reached samples in the plane beyond a face of a block, as 16 rows. Beyond the walls of the box, all samples count
-  // as reached.
+  // Which samples have been reached in the plane beyond a face of a block, as 16 rows. Outside the box, all samples
+  // count as reached.
   std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
     std::array<Row, kEdge> face;
     glm::ivec3 next = block;
@@ -368,7 +368,7 @@ class WallFlood {
       return face;
     }
     const Rows& rows = reached_[static_cast<std::size_t>(slot)];
-    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // plane of the neighbouring block's samples that touch the face
+    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // index of the neighbour's layer that touches this block
     for (std::size_t k = 0; k < kEdge; ++k) {
       if (axis == 0) {
         face[k] = rows[last * kEdge + k];
@@ -621,7 +621,7 @@ void step_away(const std::uint8_t* in_mask, std::size_t samples, Along most, Alo
 template <class Along, class Squared>
 Sparse<float> distance_squared(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
-  // Stands for a distance beyond `reach`. Larger than 3 reach², the largest valid value; kFar + 2 reach² fits the type.
+  // Squared distance beyond `reach`. Larger than 3 reach², the largest valid one; kFar + 2 reach² still fits the type.
   constexpr Squared kFar = std::numeric_limits<Squared>::max() / 2;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
@@ -712,7 +712,7 @@ static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read re
     return r;
   };
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
-  const int apart = corners ? 1 : 0;  // 1: runs that meet only diagonally along z also touch
+  const int apart = corners ? 1 : 0;  // 1: runs whose ends are diagonal neighbours along z are joined too
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {

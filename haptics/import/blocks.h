@@ -169,7 +169,7 @@ std::vector<Body> find_bodies(const Mask& mask);
 /// Counts bodies that are connected over faces, edges or corners. `read(x, y, row)` writes one byte per sample along z.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the largest body with teeth, or else of the largest body; 0 if there is none. A body has teeth
-/// if it has at least `min_bright` bright voxels, and at least a tenth of the largest number in any body.
+/// if it has at least `min_bright` bright voxels, and at least a tenth as many as the body with the most.
 std::size_t main_body(const std::vector<Body>& bodies, double min_bright);
 
 /// Fraction of the box that is filled by blocks with samples of the mask and by their neighbour blocks.

@@ -52,7 +52,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   }
 
   const Sparse<float> clearance = distance_squared_to(solid, static_cast<int>(widest_mouth) + 1);
-  // Above this radius of the ball, the radius grows in longer steps: the rim of a wide opening need not be exact.
+  // The rim of a wide opening need not be exact, so the radius of a large ball grows in longer steps.
   constexpr double kFine = 8;  // voxels; if the ball's radius is larger, it grows in longer steps
   for (double r = 1; r <= widest_mouth; r += r < kFine ? 0.5 : 0.15 * r) {
     const SparseMask roomy = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
@@ -90,7 +90,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // The pocket is only the opening of a cavity that was found with a smaller ball.
+      // True: the pocket is only the opening of a cavity that was found with a smaller ball.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !holds_air[id] && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }

@@ -199,7 +199,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // The border of the removed region lies half a voxel outside its samples. It is smoothed, because samples form steps.
+  // The removed region extends half a voxel beyond its samples. Its border is smoothed, because samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);

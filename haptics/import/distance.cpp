@@ -17,7 +17,7 @@ std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
 
-// Calls visit(index, position) for the stored samples among p and its 26 neighbours, with x in x_lo … x_hi − 1.
+// Calls visit(index, position) for the stored samples with x from x_lo to x_hi − 1 among p and its 26 neighbours.
 template <class T, class Visit>
 void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
   const BlockSet& set = *g.set;
@@ -146,7 +146,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // Near a centre of curvature, the tangential step is too long, so it is damped.
+    // Where the error hardly decreases, as near a centre of curvature, the tangential step is too long: damp it.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -244,7 +244,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // Far from the surface, the linear interpolant already has the right sign.
+    // For samples far from the surface, linear interpolation is exact enough to find the sign.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;

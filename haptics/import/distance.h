@@ -20,7 +20,7 @@ struct Placement {
 
 /// Signed distances, stored near the surface.
 struct DistanceField {
-  Sparse<float> distance;  // voxels of the source, negative where phi > 0, within ± band
+  Sparse<float> distance;  // voxels of the source grid, limited to ± band; negative where phi > 0
   // Closest point on the surface, in indices of the source grid; valid where |distance| < band.
   Sparse<glm::vec3> closest;
 };
@@ -49,8 +49,8 @@ class WindingNumbers {
     float at;    // position along the line's axis
     int leaves;  // +1: the line leaves the mesh towards +axis; -1: it enters
   };
-  /// Crossings of all grid lines along an axis, sorted. u and v are the two following axes. Line k = i · size[v] + j
-  /// has the crossings first[k] to first[k + 1] − 1.
+  /// Crossings of the mesh with all grid lines along an axis, sorted. i and j: a line's indices along u and v, the two
+  /// following axes. The line k = i · size[v] + j has the crossings first[k] to first[k + 1] − 1.
   struct Lines {
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> first;

@@ -114,7 +114,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan's surface in the CT's frame C, with the part that shows crowns.
+/// The scan's surface in the CT's frame C. Determines which of its triangles belong to crowns.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)

@@ -155,7 +155,7 @@ void measure(Imported& imported, ImportPreset preset) {
         report.volume[tissue] += fraction * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // If a neighbour is outside, the box must contain the surface point between the voxel and this neighbour.
+        // The bounding box must contain the surface point between this voxel and each neighbour outside the tissue.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -39,7 +39,7 @@ struct PlacedMesh {
   Pose X_WF;
 };
 
-/// Box in file coordinates, m (as ImportReport::lo).
+/// Box in the coordinates of the imported file, m.
 struct ImportRegion {
   dvec3 lo{0}, hi{0};
 };
@@ -138,7 +138,7 @@ struct ImportReport {
   /// Position p (m) of the imported volume lies at world_rotation · p in the file's space.
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
-  double overlap = 0;  // m³, volume that several meshes of import_meshes() contain
+  double overlap = 0;  // m³, volume that lies in more than one mesh of import_meshes()
   // Bounding boxes of the meshes of import_meshes(), except the first.
   std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user

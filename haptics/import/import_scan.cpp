@@ -128,7 +128,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
 // wall (grey values up to `bound`, width up to `widest`, m) gets a lid of the grey value `fill`, two planes thick.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
-  constexpr int kRim = 2;  // samples by which a lid extends beyond its hole
+  constexpr int kRim = 2;  // number of samples by which a lid extends beyond the edge of its hole
   for (int a = 0; a < 3; ++a) {
     const int u = (a + 1) % 3, v = (a + 2) % 3;
     for (int side = 0; side < 2; ++side) {
@@ -143,7 +143,7 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // Component of the surroundings, which enclose the tissue everywhere.
+      // Number of the component that contains the surroundings, which enclose the tissue everywhere.
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
@@ -371,7 +371,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const std::size_t main = main_body(bodies, Levels::kMinTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
-  // Volume of the blocks with tissue and of their neighbouring blocks, m³.
+  // Volume of all blocks with tissue and of the blocks beside these, m³.
   const double near_tissue =
       fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;
   solid = Mask();
@@ -454,7 +454,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // First voxel and size of the imported volume. Its grid shares at least one sample with the working grid.
+  // First voxel and size of the imported volume. At least one sample of its grid is also a sample of the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -533,7 +533,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (tooth && levels.dense) {
     constexpr double kNarrowest = 1.5;  // voxels, diameter of the narrowest root canal that is found
     const double narrowest = kNarrowest * working, unseen = unseen_canal_volume(out, narrowest);
-    // Adds half of the volume `unseen`, so that twice the uncertainty covers all canals that are not found.
+    // Adds half of `unseen`, the volume of canals too narrow to be found, so that twice the uncertainty contains it.
     for (const Tissue t : {Tissue::kDentin, Tissue::kPulp})
       report.volume_uncertainty[static_cast<std::size_t>(t)] += 0.5 * unseen;
     if (unseen >= 1 * kCubicMillimetre)

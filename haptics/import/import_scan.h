@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
-  // Shading of a jaw's scan, which was removed before the grey values were found.
+  // Uneven brightness (shading) that was removed from a jaw's scan before its grey values were found.
   std::optional<Shading> shading;
   std::vector<std::string> notes;
 };

@@ -47,7 +47,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // Smallest weight of a step: at least one of the two samples is at the threshold of bright samples.
+  // Smallest weight of a step. It applies if the darker of its two samples is at the threshold of bright samples.
   constexpr double kMin = 1e-4;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -188,14 +188,14 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Grey value at a canal's border; 0: in the canal, 1: in a thick wall, `beyond`: in bone. Blur dims a thin wall, so the
-// brightest value across the wall gives the wall's thickness; the border's grey value follows from it.
+// Grey value at a canal's border, on a scale: 0 in the canal, 1 in a thick wall, `beyond` in bone. Blur dims a thin
+// wall: so the thickness follows from the brightest value across the wall, and the border's value from the thickness.
 class CanalBound {
  public:
   /// `blur`, `sigma`, `radius` (of the canal): voxels. The grey values must be smoothed by smooth_in_place(g, sigma,
   /// blur), which corrects the effect of curvature only where grey values vary slowly.
   CanalBound(double blur, double sigma, double beyond, double radius) {
-    constexpr double kStep = 0.1, kThickest = 6;  // voxels, step and largest value of the tabulated thicknesses
+    constexpr double kStep = 0.1, kThickest = 6;  // voxels; step and end of the table of wall thicknesses
     // Smallest rise from bone (0) to wall (1); a smaller rise is normal variation of bone.
     constexpr double kWall = 0.2;
     least_ = glm::mix(beyond, 1.0, kWall);
@@ -229,8 +229,8 @@ class CanalBound {
   }
 
  private:
-  double least_;  // a brightest value below this means that the canal has no wall
-  // For each thickness of the wall, in ascending order: brightest value across the wall, and value at its border.
+  double least_;  // if the brightest value is below this, the canal has no wall
+  // For each thickness of the wall, in ascending order: brightest value across the wall; value at the canal's border.
   std::vector<double> brightest_, border_;
 };
 
@@ -243,13 +243,13 @@ std::optional<double> median_of(std::vector<float>& values) {
   return static_cast<double>(*middle);
 }
 
-// Median grey value deep inside a tissue, at about 2.5 times the `blur` (voxels).
+// Median grey value of a tissue's samples that are at least about 2.5 times `blur` deep (voxels).
 std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // Smallest depth, voxels: min(kBlurs × `blur` + 0.5, kBlurs). Depths count from the next sample outside.
+    // Uses only samples at least min(kBlurs × `blur` + 0.5, kBlurs) voxels deep, from the next sample outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -343,7 +343,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     double brightest_soft, Sparse<Tissue>& tissue) {
-  // Distance from a border up to which blur changes samples; radius of a ball that reaches beyond a canal; voxels.
+  // kBlurred: up to this distance from a border, blur changes samples. kBall: radius of a ball around a canal. Voxels.
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
   // Fewest dentin samples from which the grey value of dentin is taken: near a sample (kMin), in all teeth (kEnough).
@@ -361,8 +361,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
-  // Depth of dentin that blur does not change, and the smallest depth if roots are thin; voxels. The grey value of
-  // dentin is measured there, because greys.hard comes mostly from bone.
+  // Voxels. Dentin is measured at least kUnblurred deep, where blur does not change it; in thin roots, down to kMinFar.
+  // greys.hard cannot be used, because it comes mostly from bone.
   constexpr double kUnblurred = 3, kMinFar = 1.5;
   SparseMask core_mask;
   std::vector<float> dentin_greys;
@@ -381,8 +381,8 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
   const double dentin = median_of(dentin_greys).value_or(greys.hard),
                own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
-  // Streaks of metal brighten deep pulp. Without them, pulp and nerve differ by less than 0.02 of the contrast.
-  constexpr double kStreaks = 0.05;  // fraction of the contrast between dentin and soft tissue
+  // Pulp that is brighter than `brightest_soft` by more than this counts as brightened by streaks of metal.
+  constexpr double kStreaks = 0.05;  // fraction of the contrast between dentin and soft tissue (no streaks: below 0.02)
   const double soft = own > brightest_soft + kStreaks * (dentin - brightest_soft) ? brightest_soft : own;
   const auto near_canal = [&](std::size_t i) {
     return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
@@ -390,7 +390,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   };
   Sparse<Tissue> corrected = tissue;
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    // Samples deep in the pulp, or far from it, keep their labels.
+    // Only samples near a canal's border may change; samples deeper in the pulp or farther from it keep their labels.
     if (!near_canal(i) || into_pulp.v[i] > kBlurred * kBlurred) return;
     double core = 0, samples = 0, darker = 0;
     const auto pulp_fraction = [&](double grey, double bright) {
@@ -547,7 +547,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.enamel = mode(second, kBins);
   // Density of enamel divided by that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
-  // If the brightest class contains not only enamel, this class is divided again.
+  // If the brightest class contains other tissue besides enamel, this class is divided again.
   constexpr double kMinEnamel = 0.003;  // smallest number of enamel voxels, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
@@ -559,7 +559,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
     greys.hard = mode(crown, third);
     greys.enamel = upper;
   }
-  // Metal is brighter than enamel by more than enamel is brighter than dentin.
+  // The contrast from enamel to metal is larger than that from dentin to enamel.
   const double min_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
@@ -598,7 +598,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // Three masks: samples that are certainly crown; marrow; bright samples beside marrow. kMin…: smallest regions, mm³.
+  // Masks of certain crown, of marrow, and of bright samples beside marrow. kMin…: smallest volume of a region, mm³.
   constexpr double kMinCrown = 8, kMinMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -641,7 +641,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
-  // The first random walk finds roots in the bone's outer plate. The second ends (as bone) in the rest of the plate.
+  // Residuals of two random walks. The first finds roots in the bone's outer plate. The second treats the rest as bone.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
@@ -710,8 +710,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // Brightest grey value in the direction in which the grey value rises. It is measured only if the opposite
-    // direction leads into the canal; otherwise it is not from the canal's wall.
+    // Brightest grey value of the canal's wall, searched in the direction in which grey values rise. If the opposite
+    // direction does not lead into the canal, the rise is not the canal's wall, and the sample is skipped.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -736,14 +736,14 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     nerve = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
     });
-    // Beside the nerve, samples of a bright wall that blur has darkened also belong to this wall.
+    // Beside the nerve, samples that only blur has darkened belong to the canal's bright wall.
     const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
     nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
       return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();
     });
   }
 
-  // The grey value at the border of dentin is half-way to soft tissue; in thin layers it is higher.
+  // At the border of dentin, the grey value is half-way between dentin and soft tissue; in thin layers, it is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
@@ -753,8 +753,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
   };
 
-  // Blurred edges of metal look like enamel. The grey value at the border of metal is half-way to the darkest value
-  // within kBeside voxels.
+  // Blurred edges of metal look like enamel. At the border of metal, the grey value is half-way between metal and the
+  // darkest value within kBeside voxels.
   SparseMask metal(set, 0, 0);
   if (greys.metal) {
     constexpr int kBeside = 3;

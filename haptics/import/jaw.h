@@ -23,8 +23,8 @@ struct JawGreys {
   double canal() const { return 0.5 * (soft + cancellous); }
 };
 
-/// Finds the grey values in uniform regions above `surface` with Otsu's method. `offset`: grey value of 0 Hounsfield
-/// units; `noise`: standard deviation.
+/// Finds the grey values with Otsu's method, in uniform regions brighter than the grey value `surface`. `offset`: grey
+/// value of 0 Hounsfield units; `noise`: standard deviation.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
 /// Standard deviation of the noise, from differences of voxels three apart. Valid if most of the scan is uniform.

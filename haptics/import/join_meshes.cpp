@@ -104,7 +104,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     volumes.push_back(std::move(one.tissue));
   }
   all.tissue = joined(volumes, kept, options, report);
-  // The preset kBone, because kTooth would also measure the dentin on the crown's surface, for a single tooth.
+  // Not kTooth: this would also measure the dentin on the crown's surface, which is possible only for a single tooth.
   importing::measure(all, ImportPreset::kBone);
   turn(all, options.turn);
   if (options.progress) options.progress(1);

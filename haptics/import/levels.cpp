@@ -112,7 +112,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // This is the lowest bin between two peaks: the lower of these peaks ends here.
+      // This bin is the valley between two peaks: the smaller peak is complete.
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
@@ -173,7 +173,7 @@ struct HounsfieldScale {
 /// and `hi`, can be plain Hounsfield units. Otherwise nullopt.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kMinApart = 880, kMaxApart = 1100;
-  // Limits of the brightest voxel (bone to metal), Hounsfield units.
+  // Plausible range of the brightest voxel, from bone to metal, Hounsfield units.
   constexpr double kMinBone = 300, kMost = 8000;
   // Smallest fraction of all voxels that each of the two peaks (air, soft tissue) contains.
   constexpr double kMinMass = 0.01;
@@ -271,7 +271,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Peaks brighter than the surroundings, without soft tissue and pulp.
+  // Peaks of the histogram that are brighter than the surroundings, without soft tissue and pulp.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {

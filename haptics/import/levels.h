@@ -20,7 +20,7 @@ struct Levels {
   // True if `outside` was given by the user or by Hounsfield units. `outside` is then the grey value of thin soft
   // tissue over the bone; the air around it is darker.
   bool fixed_surround = false;
-  // Grey value above which voxels are tooth. Imports the largest body with teeth; without this value, the largest body.
+  // Grey value above which voxels are tooth. The largest body with teeth is imported; empty: simply the largest body.
   std::optional<double> tooth;
   // Smallest volume brighter than `tooth` that counts as teeth, m³.
   static constexpr double kMinTeeth = 8e-9;
@@ -39,7 +39,7 @@ struct Levels {
 
 struct Peak {
   double level;  // grey value of the peak
-  double mass;   // fraction of all voxels that lie between the valleys beside the peak
+  double mass;   // fraction of all voxels whose grey value lies between the two minima of the histogram beside the peak
 };
 /// Finds the peaks of the histogram, from dark to bright. `blur`: standard deviation of the noise.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);

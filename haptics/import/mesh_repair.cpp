@@ -154,7 +154,7 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // Follows the edges; reaching a point again closes a border.
+    // Follows the edges from point to point. When a point is reached again, the walk since then is a closed border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {

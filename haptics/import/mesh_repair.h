@@ -41,7 +41,7 @@ inline constexpr std::size_t kMaxNested = 200;
 /// `nesting`: also computes Shells::depth.
 Shells shells_of(const Mesh& mesh, bool nesting);
 
-/// Makes shells of even depth face outward, and those of odd depth (hollows) inward.
+/// Makes shells inside an even number of other shells face outward, and shells inside an odd number (hollows) inward.
 void turn_shells(Mesh& mesh, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

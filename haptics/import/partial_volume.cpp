@@ -15,7 +15,7 @@ namespace {
 constexpr int kBall = 6;  // voxels, radius of a ball that reaches beyond the far side of a thin layer
 
 struct BallSample {
-  double label;  // weight of a label: 1 in the middle of the ball, 0 at its edge
+  double label;  // weight of a sample of the distance field: 1 in the ball's middle, 0 at its edge
   // Weight of a voxel's tissue fraction in a sum over a ball of voxels. Corrected so that blur does not change the sum.
   double fraction;
 };

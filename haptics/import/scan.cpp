@@ -95,7 +95,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMaxVoxels));
   }
-  // Bytes of memory per voxel: two copies of the scan, one with exchanged axes.
+  // Memory per voxel, bytes: two copies of the scan (one of them with exchanged axes) with 4 bytes per voxel.
   constexpr double kBytesPerVoxel = 8;
   if (const double most = memory.value_or(free_memory()); product * kBytesPerVoxel > most) {
     throw Error(file.string(), place,
@@ -205,15 +205,15 @@ static RawScan read_any(const ScanRequest& request) {
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
-// Exchanges and reverses axes so that they follow those of the space, never mirrored. The remaining rotation is
-// world_rotation.
+// Exchanges and reverses axes, without mirroring the scan, so that they are nearest to the axes of the file's space.
+// The rotation that remains is world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
   scan.space = raw.space;
   scan.notes = std::move(raw.notes);
   scan.labels = std::move(raw.labels);
-  glm::ivec3 from(0, 1, 2);  // axis w of the aligned scan is the file's axis from[w]
+  glm::ivec3 from(0, 1, 2);  // from[w]: axis of the file that becomes axis w of the aligned scan
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
   double straightest = 1;
@@ -293,7 +293,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
                angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
   constexpr double kStraight = 0.1 * kPi / 180;
   if (angle < kStraight) return 0;
-  // Shift per slice along both axes, voxels.
+  // Shift of each slice relative to the slice before, along both axes of a slice, voxels.
   const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
                            glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
   const int last = raw.size.z - 1;
@@ -400,7 +400,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states the unit, too large voxels are probably real, so the message asks for a finer scan.
+    // If the file states the unit, voxels that seem too large are probably real; so the message asks for a finer scan.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

@@ -21,7 +21,7 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// Number of the body to import; 0: none. `tooth`: grey value above which voxels are tooth.
+// Returns the number of the body to import, 0 if there is none. `tooth`: grey value above which voxels are tooth.
 std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth, const std::optional<double>& tooth,
                      double voxel) {
   if (parts.voxels.size() < 2 || !tooth) return parts.largest();
@@ -52,9 +52,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// Slope of a Gaussian edge where it has reached `height` (0 to 1), relative to the slope at its centre.
+// Slope of a Gaussian edge where its value is `height` (0 to 1), divided by the slope at the edge's centre.
 double steepness(double height) {
-  // Bisection, in units of the edge's standard deviation.
+  // Finds the place of this value by bisection, in units of the edge's standard deviation.
   double lo = -3, hi = 3;
   for (int k = 0; k < 30; ++k) {
     const double middle = 0.5 * (lo + hi);
@@ -127,8 +127,8 @@ class Segmenter {
   }
 
  private:
-  // Voxels: standard deviation of the smoothing; largest and usual distance that blur changes; distance up to which the
-  // first distances are exact, for measuring edges.
+  // Voxels. kSmooth: standard deviation of the smoothing. Shells: largest and usual distance that blur changes. Up to
+  // kFirstExact, distances from the first surface are exact, so that edges can be measured there.
   static constexpr double kSmooth = 0.8, kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
 
   // Smooths the blocks with samples at least as bright as the tissue's surface, and the blocks beside them.
@@ -216,7 +216,7 @@ class Segmenter {
     if (!true_widths.empty()) {
       const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
       std::nth_element(true_widths.begin(), middle, true_widths.end());
-      // Slopes are differences over two voxels, which widens edges: σ² grows by 1/3 at samples, by 1/6 on average.
+      // A slope is a difference over two voxels, so an edge seems wider: σ² grows by 1/3 at samples, by 1/6 on average.
       constexpr double kInterpolation = 1.0 / 6;
       const auto width = static_cast<double>(*middle);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
@@ -228,7 +228,7 @@ class Segmenter {
 
   // Measures grey values: of the surroundings near each sample, and of enamel in its thick parts.
   void measure_greys() {
-    // Uses only samples beyond the blurred edge and outside other bodies.
+    // Uses only samples that lie farther out than the blurred edge, and outside other bodies.
     const auto surface_grey = static_cast<float>(levels_.surface());
     surroundings_.emplace([&](const glm::ivec3& p) { return static_cast<double>(grey_[p]); }, *set_, levels_.outside,
                           [&](const glm::ivec3& p, std::size_t i) {
@@ -280,7 +280,7 @@ class Segmenter {
 
   // Finds the final surface: smooths, removes other bodies, closes holes, computes distances.
   void find_surface(Sparse<float> occupancy) {
-    // An edge must extend over several samples, and noise may move it by at most 0.02 voxel.
+    // Chooses the smoothing: an edge must extend over several samples, and noise may move it by at most 0.02 voxel.
     double sigma = std::sqrt(std::max(1.1 * 1.1 - s_.blur * s_.blur, 0.7 * 0.7));
     for (; sigma < 2; sigma += 0.1) {
       const double left = levels_.noise / rise_ * noise_left(sigma, s_.blur);
@@ -300,7 +300,7 @@ class Segmenter {
       s_.bodies_kept = body > 0;
     }
     close_holes();
-    // kLabelBand: largest distance that labels need, voxels. kLabelExact: distances up to this are exact, voxels.
+    // Voxels. kLabelBand: up to this, the labels need distances. kLabelExact: up to this, distances are exact.
     constexpr double kLabelBand = 6, kLabelExact = 3;
     surface_band_ = std::max({shell_ + 0.5, kLabelBand, band_.value_or(0)});
     s_.surface = signed_distance(s_.phi, grey_.size, {}, surface_band_, std::max(kLabelExact, band_.value_or(0)));
@@ -324,7 +324,7 @@ class Segmenter {
     hollow_ = {};
   }
 
-  // Replaces grey values in the dim edge, which would get wrong labels, by the brightest value further inward.
+  // In the tissue's dim outer edge, where labels would be wrong, replaces grey values by the brightest further inward.
   void fill_greys() {
     const double skin = std::min(shell_, 2 * edge_ + 0.5);
     const auto soft = static_cast<float>(levels_.soft);
@@ -414,8 +414,8 @@ class Segmenter {
     }
   }
 
-  // Finds cavity tissue (pulp): samples below the blurred edge that are darker than half-way from the softer tissue to
-  // the cavity's grey value. Blur brightens pulp in thin canals, so there it is half-way to the darkest value nearby.
+  // Finds cavity tissue (pulp): samples below the blurred edge, darker than half-way from the softer tissue to the
+  // cavity's grey value. In thin canals, which blur brightens, the darkest value nearby replaces the cavity's value.
   void find_cavity_tissue() {
     s_.cavity = limited(-kInfinity, levels_.soft + 2 * levels_.noise);
     const double drop = levels_.soft - cavity_grey_;
@@ -531,14 +531,14 @@ class Segmenter {
   Sparse<float> over_;       // (smoothed grey value − local threshold) / `rise_`
   SparseMask cavity_;        // cavities inside the first surface
   SparseMask hollow_;        // spaces in bone that are not tissue (cavities.h)
-  DistanceField first_;      // distances to the first surface
+  DistanceField first_;      // distances to the surface that find_solid_and_cavities() finds
   double edge_ = 1.2;        // standard deviation of smoothed edges, voxels
   double shell_ = 0;         // voxels, distance from the surface that blur changes
   double surface_band_ = 0;  // voxels, largest stored distance to the final surface
   std::optional<LocalGrey> surroundings_, enamel_grey_;
   Sparse<float> filled_;  // grey values in which fill_greys() has brightened the dim outer edge
   double cavity_grey_ = 0;
-  Sparse<std::uint8_t> depth_;  // Depth of each sample
+  Sparse<std::uint8_t> depth_;  // value of the enum Depth for each sample
   SparseMask pulp_;             // samples of cavity tissue (pulp)
 };
 

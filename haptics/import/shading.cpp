@@ -209,8 +209,8 @@ void Shading::remove_from(Scan& scan) const {
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
   // kMinRange: a smaller shading is not removed. kSteepest, kPerNoise: largest gradient of uniform tissue, per voxel
-  // and relative to noise. kOuter: where the outer part begins, as a fraction of half the extent. kDarkest: fraction of
-  // the cells with the smallest error that is ignored; the same for the largest error.
+  // and relative to noise. kOuter: where the outer part begins, as a fraction of half the extent. kDarkest: the
+  // shading's range ignores this fraction of the cells at its lower end, and the same fraction at its upper end.
   constexpr double kMinRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kMinCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

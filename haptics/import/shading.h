@@ -12,7 +12,7 @@ namespace typodont::haptics::importing {
 /// Shading of a scan: a polynomial in the position.
 struct Shading {
   static constexpr int kDegree = 4;
-  static constexpr std::size_t kTerms = 35;  // number of terms up to kDegree, including the constant
+  static constexpr std::size_t kTerms = 35;  // number of terms of a polynomial in x, y, z of degree kDegree
 
   glm::dvec3 centre{0}, half{1};             // m; the variable of the polynomial is (p - centre) / half
   std::array<double, kTerms> coefficient{};  // coefficients of the polynomial, in the order of powers()

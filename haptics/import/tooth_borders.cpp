@@ -27,7 +27,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
   // Voxels. Blur changes grey values up to kBlurred from a border of tissues, and up to kOutside outside the surface.
   constexpr float kBlurred = 2.5F;
   constexpr double kOutside = 3;
-  constexpr double kMin = -0.25, kMost = 1.25;  // limits of a fraction, which noise can make wrong
+  constexpr double kMin = -0.25, kMost = 1.25;  // limits of a voxel's estimated tissue fraction, because it is noisy
   const std::shared_ptr<const BlockSet>& set = s.dense.set;
   const Sparse<float>& d = s.surface.distance;
   const double blur = std::max(kMinBlur, s.blur);

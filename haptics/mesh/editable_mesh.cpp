@@ -12,7 +12,7 @@ namespace {
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  // true: the face lists the edge from lo to hi
+  // true: the face lists the edge's ends in the order lo, hi
   bool forward;
 };
 
@@ -157,7 +157,7 @@ TissueMesh EditableMesh::copy() const {
 // The following functions maintain the grid, in which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // margin of a face's enclosing ball divided by a coordinate; larger than a float's rounding error
+  // margin of a face's enclosing ball, divided by a coordinate; covers the rounding of floats
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -311,7 +311,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // If a vertex has moved, a face may lie in another cell of the grid.
+  // The faces around a changed vertex may lie in other cells of the grid now.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -391,7 +391,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // Splits edge a–b at m; third corners c, d. Afterwards f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
+  // Splits edge a–b at m. c, d: third corners of its two faces. Then f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d.
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -446,7 +446,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // The ends may have only two common neighbours; otherwise the surface would touch itself.
+  // The edge's ends may have only c and d as common neighbours; otherwise the surface would touch itself.
   Index beside[kMaxAround];
   int count = 0;
   bool allowed = true;
@@ -486,7 +486,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The outer neighbours of the two removed faces become neighbours of each other; `gone` is replaced by `kept` there.
+  // The outer neighbours of the two removed faces become neighbours of each other. now(): `kept` in place of `gone`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

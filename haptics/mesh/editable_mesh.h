@@ -81,7 +81,7 @@ class EditableMesh {
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of face f at p. Returns the new vertex; kNone: the edge is on a border, or there is no free vertex.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// Replaces edge i by the other diagonal of both faces. Returns false at a border, or if that edge exists already.
+  /// Replaces edge i by the other diagonal of its two faces. Returns false at a border, or if the new edge exists.
   bool flip(Index f, int i) noexcept;
   /// Collapses edge i: removes its first end, or with `keeps_first` its second. Returns false at a border, or if the
   /// surface would touch itself.
@@ -241,7 +241,7 @@ class EditableMesh {
   }
   /// Neighbouring cells along z share cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // A single product would give collisions on a regular grid.
+    // Hashes the key with two products, because one product would give collisions on a regular grid.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -276,7 +276,7 @@ class EditableMesh {
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // The following members are not copied, because they belong to one recording.
+  // A copy of the mesh does not copy the following members, because they describe a recording of changes.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
   // for each vertex and face: last recording that stored it

@@ -15,7 +15,7 @@ constexpr std::size_t kBatch = 8;
 // m, rounding error of float coordinates within a centimetre of their origin
 constexpr double kRounding = 1e-8;
 
-/// Writes to `at` the indices of the points whose squared distance is at most `square`.
+/// Writes to `at` the indices of the points whose squared distance from `p` is at most `square`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {

@@ -129,7 +129,7 @@ void SurfacePieces::look_around(Index v) {
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // A face without area counts as smooth.
+    // A face without area has no normal. It counts as smooth.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -164,7 +164,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Number of faces of each tissue at each corner, interpolated; the border is where two numbers are equal.
+    // Number of faces of each tissue around each corner. Tissues meet where their interpolated numbers are equal.
     std::array<std::array<float, kTissueCount>, 3> fractions{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

@@ -19,8 +19,8 @@ struct ChipParameters {
   static constexpr double grain_distance = 2;
   // width of a grain's chip divided by the thickness of the chip
   static constexpr double chip_width = 10;
-  // chip_space: feed per turn divided by the grain size, at which chips fill the space between the grains. max_full:
-  // largest feed, as a multiple of the feed at chip_space; a faster feed occurs only in air.
+  // chip_space: value of (feed per turn / grain size) at which chips fill the space between the grains. max_full:
+  // largest feed divided by the feed at which this space is full; a faster feed occurs only in air.
   static constexpr double chip_space = 3.1e-3, max_full = 1.2;
 };
 

@@ -113,7 +113,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.contact_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.contact_direction);
   } else if (!contact.bridging) {
-    c.pressed = dvec3(0);  // nothing presses the head on tissue
+    c.pressed = dvec3(0);  // the head is not pressed against tissue
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   if (const double speed = std::abs(now.spindle.speed); tool().edges_known() && speed > 0 && c.pressed != dvec3(0)) {
@@ -130,7 +130,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The distribution of the force over several contacts may jump from tick to tick, so the torque is filtered.
+    // Between ticks, the force may jump from one contact to another, so the torque is filtered.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -171,8 +171,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Change of the normal force (N) that stiffness and damper may still cause in this tick: the limit P::waiting_slew
-/// (N/s) minus the change that the penetration depth `depth` (m) causes.
+/// Returns by how much stiffness and damper may still change the normal force in this tick, N: the limit
+/// P::waiting_slew · dt minus the change due to the penetration depth `depth` (m).
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -197,14 +197,14 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
 /// sliding is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // estimated rate of the depth, for a quantised position
+  VelocityEstimate sinking;  // estimated rate of the depth; used if the device's position has steps (position_step)
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
   // Surfaces of cuts and fillings are rough: the proxy moves in steps of voxels.
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
-  const bool led = now.contact.leading_out || motion.leap > 0;  // true: the proxy moves by itself, not by the hand
+  const bool led = now.contact.leading_out || motion.leap > 0;  // true: the hand does not cause the proxy's motion
   double change = ((led ? 0 : measured) - c.rate) * (1 - smooth);
   if (rough && c.normal_force > 0) {
     const double most = std::min(spare_change(now, depth), P::damper_slew * now.dt) / settings.damping;

@@ -70,7 +70,7 @@ void Servo::State::spend(ContactTick& now, double energy) noexcept {
 }
 
 void Servo::State::wear_grains(ContactTick& now) noexcept {
-  double worn = 0;  // m³, volume worn off the grains in this tick
+  double worn = 0;  // m³, volume worn off the tool's abrasive grains in this tick
   for (std::size_t i = 1; i < now.cut.removed.size(); ++i) {
     const double ratio = settings.materials[i].grit.grinding_ratio;
     if (ratio > 0) worn += now.cut.removed[i] / ratio;

@@ -122,7 +122,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // Reduces the force to `most`, at most by the larger of the slew limit and the change that the hand's motion causes.
+  // Reduces the force towards `most`. Largest change: slew limit or, if larger, the change by the hand's motion.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * max_fraction(-excess * now.force, force_change(now), allowed);
 }

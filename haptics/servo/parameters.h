@@ -49,8 +49,8 @@ struct CouplingParameters {
   static constexpr double total_slew = 18;
   // J that the coupling may store without work of the hand when the tissue becomes stiffer
   static constexpr double unpaid = 0.15e-3;
-  // The force on the cutting edges is reduced if the spindle's remaining work would not suffice for this number of
-  // ticks with the force's present energy per tick.
+  // The force on the cutting edges is reduced if the spindle's remaining work would last for fewer ticks than this, at
+  // the energy per tick that the force takes now.
   static constexpr double teeth_ahead = 50;
 };
 
@@ -64,14 +64,14 @@ struct LimitParameters {
   static constexpr double deficit = 2e-9;
   // N, force that the passivity controller allows even if its energy ledger contains no energy
   static constexpr double unpaid_force = 0.1;
-  // the passivity controller limits the force if the computed force exceeds the force that it allows by this factor
+  // the passivity controller begins to limit the force when the computed force exceeds this × the allowed force
   static constexpr double unpaid_ratio = 2;
   // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
   // the edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
   // s; after this time with little felt force (little_felt), the force that presses the edges begins to increase
   static constexpr double rest_time = 0.1;
-  // If energy is short in retreat, the force grows per tick by at most slew limit - this × stiffness × hand's motion.
+  // In retreat with too little energy, the force may grow per tick by: slew limit − this × stiffness × hand's retreat.
   static constexpr double retreat_weight = 3;
   // A change of the force counts as a step if it exceeds this factor × stiffness × displacement of the hand. Slightly
   // below the 1.1 that documents promise and tests allow (docs/passivity.md).
@@ -80,7 +80,7 @@ struct LimitParameters {
 
 /// Adapts the law of passivity to scenes of different sizes (law_for in servo.cpp).
 struct ScaleParameters {
-  // N/m, stiffness of a tooth scene, for which `credit` and `turning` are valid
+  // N/m, stiffness of a tooth scene. The values `credit` and `turning` below are for this stiffness.
   static constexpr double tooth_stiffness = 1000;
   static constexpr double credit = 1e-10;  // J, allowed energy deficit in a tooth scene
   static constexpr double turning = 1.2;   // m/s², largest acceleration expected of a hand in a tooth scene

@@ -89,7 +89,7 @@ struct Servo::State {
     double phase = 0;  // rad, angle of the spindle
     // J, energy for removal; negative: the removal has used more energy than the spindle supplied
     double budget = 0;
-    // 0..1, power at a border to harder tissue in the last tick divided by the head's full power; 0: no such border
+    // 0..1, fraction of the cutting power that the head used at a border to harder tissue in the last tick; 0: none
     double wall = 0;
     double wall_budget = 0;   // J, part of `budget` that may be used at a border to harder tissue
     double energy_ratio = 1;  // ContactTick::energy_ratio of the last tick
@@ -109,7 +109,7 @@ struct Servo::State {
     dvec3 pressed{0};
     double pressing = 0;  // N, `teeth_fraction` × component of head_force along `pressed`
     // 0..1, fraction of the coupling's force that presses the cutting edges. For a rotating bur (lands()): limited
-    // force divided by unlimited force, but it rises to 1 if this is small for long (press_teeth()). Otherwise 1.
+    // force / unlimited force; if this ratio is small for long, it rises to 1 (press_teeth()). Other tools: 1.
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
     // the limits for rotating burs (lands()). Decreases while the hand feels more; at most twice rest_time.
@@ -153,12 +153,12 @@ struct Servo::State {
 
   ServoSettings settings;
   std::span<const Tool> tools;  // tools in the settings
-  std::vector<double> wear;     // ServoTick::wear of each tool
+  std::vector<double> wear;     // for each tool: its wear so far (see ServoTick::wear)
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // snapshot of the tissue that the model uses
   double travel;             // m, model's travel(): motion of the tool after which a new snapshot is due
-  // turns_matter() of the model: rotations change the clearance, so it is computed in every tick
+  // turns_matter() of the model; true: rotations change the clearance, so the clearance is computed in every tick
   bool turns_matter;
   Motion motion;
   Cutting cutting;

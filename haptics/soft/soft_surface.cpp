@@ -152,7 +152,7 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Number of whole cells to the nearest cell with points, which gives a lower bound of the distance.
+  // Lists the cells with points. The number of cells to the nearest of them gives a lower bound of the distance.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)
@@ -165,7 +165,7 @@ void SoftSurface::build_cells() {
       for (c.z = 0; c.z < cells_.z; ++c.z) {
         int nearest = std::numeric_limits<int>::max();
         for (const glm::ivec3& o : occupied) {
-          // number of whole cells between the two cells, per axis
+          // number of whole cells between the cells o and c, along each axis
           const glm::ivec3 gap = glm::max(glm::abs(o - c) - 1, glm::ivec3(0));
           nearest = std::min(nearest, gap.x * gap.x + gap.y * gap.y + gap.z * gap.z);
         }

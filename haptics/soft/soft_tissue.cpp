@@ -28,7 +28,7 @@ struct SoftParameters {
   static constexpr double min_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m, displacement above which a point activates its neighbours
   static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
-  // m. A head is enlarged if its radius at this height above its end is less than the distance between points.
+  // m. A head is enlarged if its radius at this height above its end is less than the spacing of the tissue's points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the shank that can touch soft tissue
   // Largest half distance between neighbouring centres of the balls that enclose the tool, m.
@@ -352,7 +352,7 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // A new point has displacement v = 0; a displaced neighbour keeps it active.
+    // A new point has displacement v = 0, but stays active while a neighbour is displaced.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];

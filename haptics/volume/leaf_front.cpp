@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Writes to `found` the indices of all elements of `due` that are at most `path`. May read seven elements beyond the
-/// end.
+/// Writes to `found` the indices of all elements of `due` (path lengths) that are at most `path`. May read seven
+/// elements beyond the end.
 TYPODONT_DISPATCH("avx2", "default")
 int find_due(const float* due, int count, float path, std::int32_t* found) {
   int n = 0;

@@ -15,7 +15,7 @@
 
 namespace typodont::haptics {
 
-/// The active front of one head. Carver thread only. A key counts leaves (8³ samples) along each axis.
+/// The active front of one head. Carver thread only. A leaf has 8³ samples; its key is its position in leaves.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -29,8 +29,8 @@ class LeafFront {
     float* samples = nullptr;  // the leaf's samples; stored here, because reading the leaf would wait for memory
     Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
     bool cut = false;          // true: the leaf was cut since it was first examined
-    std::uint64_t logged = 0;  // mark (TissueVolume::mark()) since which the leaf is listed as changed
-    // path lengths (voxels) at which each block must be examined again
+    std::uint64_t logged = 0;  // value of TissueVolume::mark() for which the leaf is listed as changed already
+    // for each block: path length (voxels) at which the block must be examined again
     std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
   };
 
@@ -42,15 +42,15 @@ class LeafFront {
     float* due;
   };
 
-  /// Forgets the last sweep. Call it for every change except cuts of the current stroke, and for a replaced leaf.
+  /// Forgets the last sweep. Call it when a leaf is replaced, and for every change except cuts of the current stroke.
   void forget() noexcept { last_.reset(); }
 
   /// Updates path length and head position after `sweep`, and moves the stored box so that it contains leaves lo to hi.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Upper bound of the path length of every point of the head since the last restart at 0, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// Returns the leaves from lo to hi that must be examined now, sorted by key. The range is inclusive, and inside that
-  /// of the last advance_to(). Valid until the next call.
+  /// Returns the leaves from lo to hi (inclusive) that must be examined now, sorted by key. The range must lie inside
+  /// the range of the last advance_to(). Valid until the next call.
   std::span<const DuePlace> due(const glm::ivec3& lo, const glm::ivec3& hi);
 
  private:
@@ -67,8 +67,8 @@ class LeafFront {
   std::optional<Sweep> last_;  // last sweep of the head; empty: the head's position is not known
   double path_ = 0;            // voxels, see path()
   glm::ivec3 first_{0}, size_{0};
-  std::vector<float> due_, due_moved_;  // have kUnused unused elements at the end
-  std::vector<std::int32_t> found_;     // indices that due() found in one row
+  std::vector<float> due_, due_moved_;  // due path length of each leaf; buffer; both end with kUnused unused elements
+  std::vector<std::int32_t> found_;     // indices of the leaves that due() found in one row
   std::vector<DuePlace> due_places_;
   std::vector<Place> places_, moved_;
 };

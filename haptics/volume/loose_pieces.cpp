@@ -75,8 +75,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Grows forward and backward; a few rounds are enough. Usually all samples are connected; then growing forward
-      // once finds them all.
+      // Grows the part forward and backward, in a few rounds. Usually all samples are connected, so that the first
+      // forward growth reaches all samples.
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       if (part == left) break;
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
@@ -228,8 +228,8 @@ class LoosePieces::KnownBlocks {
   std::int64_t examined() const { return examined_; }
 
  private:
-  /// Data of every visited block. Keys and samples are stored separately, because few blocks need them. At most
-  /// two cache lines.
+  /// Data of every visited block, at most two cache lines. keys_ and bits_ store its key and samples, which are needed
+  /// for few blocks.
   struct alignas(32) Block {
     // number of the last search that visited the block; this search has set the other members
     std::uint32_t search = 0;
@@ -293,7 +293,7 @@ class LoosePieces::KnownBlocks {
       if (!cut_blocks_.empty()) touches_.emplace_back(static_cast<int>(cut_blocks_.size()) - 1, part.flood);
     }
   }
-  /// Joins floods whose parts touch.
+  /// Joins flood fills whose parts touch.
   void join_touching_floods(const TissueVolume& volume) {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Part part = parts_[i];
@@ -478,7 +478,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
-        // Finding a block by its key is slow, so the box all_seen_lo_ to all_seen_hi_, already read, is skipped.
+        // Skips blocks in the box all_seen_lo_ to all_seen_hi_, which were already read, because find() is slow.
         const bool beside = x < all_seen_lo_.x || x > all_seen_hi_.x || y < all_seen_lo_.y || y > all_seen_hi_.y;
         for (int z = lo.z; z <= hi.z; ++z) {
           if (!beside && z >= all_seen_lo_.z && z <= all_seen_hi_.z) {

@@ -69,9 +69,9 @@ class LoosePieces {
   void note_emptied(int block, const SolidBits& now, bool unseen);
 
   std::unique_ptr<KnownBlocks> blocks_;          // blocks as they were when last read
-  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks (inclusive) that are all in blocks_
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box (inclusive) whose blocks are all in blocks_
   std::size_t body_count_ = 0;
-  // bodies except the largest, which has the number 0
+  // for each block: the parts of all bodies in it, except of the largest body, which has the number 0
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
   // emptied samples where no search was made yet; a block may occur several times
   std::vector<Emptied> emptied_;

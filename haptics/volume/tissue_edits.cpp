@@ -94,7 +94,7 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
   if (writes.empty() || place.logged == marked) return;
   place.logged = marked;
-  // largest number of logged leaves; with more, copying the whole tissue patch is as fast
+  // largest number of leaves in a list of written leaves; with more, copying the whole tissue patch is as fast
   constexpr std::size_t kMost = 2048;
   Written& written = writes.back();
   if (written.leaves.size() == kMost) written.listed = false;
@@ -137,7 +137,7 @@ std::uint64_t TissueVolume::foreign_changes() const {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks (numbers of states) since which writes are stored; each tissue patch needs one mark
+  // largest number of marks (numbered states of the volume) whose later writes are stored; each patch needs one mark
   constexpr std::size_t kMost = 32;
   if (!v.writes.empty() && v.writes.back().box.empty()) return v.marked;  // nothing was written since the last mark
   v.writes.emplace_back();
@@ -148,7 +148,7 @@ std::uint64_t TissueVolume::mark() {
 bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written = {};
-  // Number of marks (numbered states of the volume) since which all writes are known; v.marked is the newest mark.
+  // Number of the newest marks (numbered states of the volume) whose later writes are all stored. Newest: v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -234,7 +234,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
       }
       place.samples = place.leaf->buffer().data();
     }
-    // Built in place: a copy would have to wait until the parts just written are in the cache.
+    // Created in its final place: copying an object whose members were just written would be slow.
     Sweep::Leaf& leaf = v.due_leaves.emplace_back();
     leaf.lo = origin, leaf.distance = place.samples, leaf.due = place.due.data();
     v.due_places.push_back(&due);

@@ -122,12 +122,12 @@ struct TissueVolume::Impl {
   // were removed.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // leaves that the current head can change
-  // Leaves of the current cut; due_places: the data that `front` stores for each.
+  // Leaves of the current cut. due_places: for each of these leaves, its data in `front`.
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<const LeafFront::DuePlace*> due_places;
   KeySet filled;  // leaves that may contain filled voxels (label.h)
-  // Written parts of the tissue after each of the last calls of TissueVolume::mark(), oldest first; the last element
-  // belongs to `marked`. Empty: earlier writes are not known.
+  // For each of the last calls of TissueVolume::mark(), oldest first: what was written between this call and the next.
+  // The last element has the writes since `marked`. Empty: earlier writes are not known.
   std::deque<Written> writes;
   std::uint64_t marked = first_mark();
   std::uint64_t foreign_changes = 0;  // changes that the servo does not make in its patch itself
@@ -191,9 +191,9 @@ struct TissueVolume::Impl {
     std::int32_t (*set)(std::int32_t value, std::int32_t);  // `value` with this part set to the second argument
   };
   static const Part kHardnessPart, kColorPart;
-  /// Moves a part of the labels to a grid of its own; null if all voxels have the usual value.
+  /// Moves a part of the labels to a grid of its own; null if all voxels have the value Part::usual.
   static openvdb::Int32Grid::Ptr take(const Part& part, openvdb::Int32Grid& labels);
-  /// Adds a part from its own grid to the labels. Returns true if a voxel has another than the usual value.
+  /// Adds a part from its own grid to the labels. Returns true if a voxel's value differs from the part's `usual`.
   bool put(const Part& part, const openvdb::Int32Grid& values);
 
   /// Restores former labels where a filling was removed. Call it after distances have changed.

@@ -398,7 +398,7 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
   }
 }
 
-// These are lambdas, so that loops with them are vectorised.
+// Lambdas instead of functions, so that loops that call them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
@@ -814,7 +814,7 @@ void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert
   static constexpr int kFrom[4] = {n - 1, 0, 0, 0}, kCount[4] = {1, n, n, 2};
   auto accessor = grid.getConstAccessor();
   const glm::ivec3 first = key * FieldBrick::kCells - n;
-  Value tile[4][n];  // values of each tile that replaces a leaf
+  Value tile[4][n];  // for each tile that replaces a leaf: n copies of the tile's value
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const Value* leaf[4];

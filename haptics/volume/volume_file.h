@@ -16,7 +16,7 @@ inline constexpr std::int32_t kNoFileColor = -1;  // in files: the voxel has the
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
-  openvdb::Int32Grid::Ptr before;    // at filled voxels: label before the filling plus one; null: no fillings
+  openvdb::Int32Grid::Ptr before;    // at filled voxels: 1 + label before the filling; null: no fillings
   // Hardness (dense_tissue.h); at filled voxels, the value before filling. Null: every voxel has kOwnHardness.
   openvdb::Int32Grid::Ptr hardness;
   // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. Null: kNoFileColor everywhere.

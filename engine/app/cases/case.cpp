@@ -58,7 +58,7 @@ std::vector<std::string> teeth_of(const Json& family) {
 /// enamel and dentin, round in the dentin.
 struct Lesion {
   glm::dvec2 a{0}, b{0};
-  double top = 0, border = 0, depth = 0;  // m: w of the surface; depth below it of the dentin and of the lesion's end
+  double top = 0, border = 0, depth = 0;  // m: surface's height w; depths of dentin and of lesion's end below it
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
   /// Hardness at p (u, v, w), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
   double hardness(const dvec3& p) const {
@@ -111,7 +111,7 @@ struct Draft {
               {"radius_mm", radius / kMillimetre},
               {"height_mm", height / kMillimetre}}}};
   }
-  /// An upright block along the line from a to b, with the width `width`, open above.
+  /// An upright block along the line from a to b, with the width `width`, from the height `floor` to above the tooth.
   Ordered block(const glm::dvec2& a, const glm::dvec2& b, double floor, double width) const {
     const glm::dvec2 t = glm::normalize(b - a);
     const dvec3 along(t, 0), across(-t.y, t.x, 0), low(a, floor), high(b, above());

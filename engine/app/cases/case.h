@@ -28,7 +28,7 @@ struct Case {
   std::map<std::string, double> parameters;  // measures of the tooth and the lesion by name: mm, degrees or years
   haptics::DenseTissue tissue;
   std::string scene;                // JSON text of the scene; its volume is `volume`
-  double expert = 0, careless = 0;  // score of the planned strokes, cut exactly and by a careless hand
+  double expert = 0, careless = 0;  // score of the planned strokes if they are cut exactly; if the hand is careless
 };
 
 /// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give bit-identical

@@ -62,7 +62,7 @@ struct Options {
 
 constexpr double kRate = 1000;           // Hz, rate of the servo
 constexpr double kUsualLength = 221;     // s, duration of the shipped scene's session; used to estimate the time left
-constexpr double kDuring = 0.4;          // fraction of the strokes that precede the picture "during" and the short film
+constexpr double kDuring = 0.4;          // fraction of strokes before the picture "during" and the short film
 constexpr double kFilmed = 10;           // s, length of the short film
 constexpr double kStep = 1.0 / 25;       // s, time between two updates of the pictures
 constexpr double kPictureEvery = 10;     // s, time between two pictures "at_…"

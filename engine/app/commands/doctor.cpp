@@ -54,7 +54,7 @@ struct Check {
   std::string name;  // name of the item in the report
   State state = State::kOk;
   std::string found;      // what the check has found on this machine
-  std::string without;    // what does not work without the item; empty: it is not missing
+  std::string without;    // what does not work without the item; empty: the item is not missing
   std::string mend;       // command or manual step that adds the item
   bool required = false;  // true: without the item, the program cannot run, not even offscreen
 };

@@ -372,7 +372,7 @@ void run(const Options& options) {
   }
   // Measures the drawing times as in a running session, without the first frame, which includes the set-up. Eyes and
   // screen move by 1 µm per frame, because unchanged frames are redrawn only in part. A recording goes on playing.
-  constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: session time per frame; limit of the total time
+  constexpr double kFramePeriod = 1.0 / 90, kMeasured = 0.25;  // s: session time per frame; limit of Σ drawing times
   constexpr std::size_t kMaxFrames = 45;
   std::vector<double> times, gpu_times;
   std::array<std::vector<double>, render::kFrameParts.size()> parts;

@@ -130,7 +130,7 @@ Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // killed or crashed: try again
+    if (!WIFEXITED(status)) continue;  // the process crashed or was killed: try again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }

@@ -182,7 +182,7 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Where the reference speed comes from: the spindle speed at which the model sounds like the recording.
+  // Source of the reference speed (speed at which the model sounds like the recording): model, option, contact, none.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;

@@ -99,7 +99,7 @@ struct ExperimentResult {
   int trials = 0, right = 0;
   std::optional<PsychometricFit> fit;  // fitted psychometric function; empty if models are compared
   int turns = 0;                       // number of reversals of the staircase
-  // Difference between the stimuli at which the staircase settled; fraction of right answers at this difference.
+  // settled_level: difference between the stimuli where the staircase settled; target: fraction of right answers there.
   double settled_level = 0, target = 0;
   Estimate chosen;  // fraction of answers that chose the second model
   // p-value: probability that random answers deviate from an equal split at least as much.

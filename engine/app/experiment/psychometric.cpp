@@ -145,7 +145,7 @@ class Likelihood {
   std::vector<Level> levels_;
   std::vector<double> shares_;  // Φ((difference − bias) / width) at each level
   double greatest_ = 0;         // largest absolute difference between the stimuli of a trial
-  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest width
+  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest width of the psychometric function
 };
 
 }  // namespace

@@ -21,8 +21,8 @@ struct StaircaseRule {
   double weighted_at = 0.75;  // for kWeighted: fraction of right answers where the staircase settles
   double start = 50;          // level of the first trial, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio of levels during the first `coarse` reversals; kWeighted: of falling levels only
-  double step = 1.2;        // ratio of levels after the first `coarse` reversals; kWeighted: of falling levels only
+  double first_step = 1.6;  // factor of a change of level, until `coarse` reversals happened; kWeighted: of a fall only
+  double step = 1.2;        // factor of a change of level, after `coarse` reversals; kWeighted: of a fall only
   int coarse = 3;           // number of reversals with `first_step`
 
   /// Fraction of right answers where the staircase settles.

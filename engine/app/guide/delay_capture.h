@@ -1,5 +1,5 @@
-// Records one motion with the bench's haptic device and a sensor that moves with it. Time stamps are arrival times on
-// this computer's clock, as in a session.
+// Records one motion with two devices: a haptic device, and a sensor that moves with its tool. Time stamps are arrival
+// times on this computer's clock, as in a session.
 #pragma once
 
 #include <string>

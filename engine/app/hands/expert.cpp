@@ -112,7 +112,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // Distance between the ball of filling and the head, voxels.
   static constexpr double head_free = 0.5;
-  // If the distance field's gradient is shorter than this (near one surface: 1), the point is midway between two.
+  // If the distance field's gradient is shorter than this, the point is midway between two surfaces. Near one: 1.
   static constexpr double one_surface = 0.5;
   // Largest height of filling above the final contour, m: in the first and in the second pass.
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;
@@ -275,7 +275,7 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut));
   }
-  /// Appends the steps of these strokes to the plan.
+  /// Converts `strokes` to steps, and appends these to the plan.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
     force_ = std::min(grip_.max_force, grip_.force * (tools_[tool_].coarse() ? CutForce::coarse : 1));
     double run = 0;  // m, length of the current run (strokes without a stop between them)
@@ -748,7 +748,7 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // After several useless layers, the next instrument is used, which has a longer reach.
+  // After several layers that added hardly any filling, the next instrument is used, which has a longer reach.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::min_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);

@@ -74,12 +74,12 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far that fill, and that cut
-  /// Number of layers when the second pass of filling began, or at the last carving after it; before: 0.
+  /// 0 before the second pass of filling; then the number of layers at its beginning, or at the last carving after it.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, difference from the ideal shape before the last round of cutting
   int useless_layers_ = 0;  // number of layers in a row that added hardly any missing filling
-  // Index of the filling instrument, 0: the finest. In the second pass, the number of instruments is added.
+  // Index of the filling instrument, 0: the finest. In the second pass: this index + number of instruments.
   std::size_t instrument_ = 0;
 };
 

@@ -238,7 +238,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
   if (size > most) wanted *= most / size;
   if (pauses_) wanted = left_at_W_ + (beat_ < Rhythm::pause / 2 ? Rhythm::away : Rhythm::near) * leaves_W_ - place();
-  // Adjusts the upper limit of the lead (Lead::gain): soft tissue needs a longer lead for the same force.
+  // Adjusts max_lead_: soft tissue needs a longer lead (displacement from target point to hand) for the same force.
   const bool end = leg.coarse && std::abs(glm::dot(seen_.n_C_W, seen_.X_WG.R * dvec3(0, 0, 1))) > Rhythm::end;
   // N, planned force minus measured force
   const double too_little = leg.force * (end ? Rhythm::end_force : 1) - glm::length(seen_.f_T_W);

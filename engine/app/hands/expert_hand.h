@@ -56,8 +56,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double waited_ = 0;  // s, time since the tool last approached the target
   // Smallest distance from the tool to the target point since the target last moved, m.
   double nearest_ = std::numeric_limits<double>::infinity();
-  // A run consists of strokes without a stop between them. A scraping tool moves to and fro along the run until it
-  // reaches the line.
+  // A run consists of strokes without a stop between them. A scraping tool repeats the run, to and fro, until it stays
+  // near the planned line of the strokes.
   std::size_t run_ = 0;  // index of the run's first step
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance of the tool from the line in this pass
@@ -68,7 +68,7 @@ class ExpertHand final : public haptics::HapticDevice {
   bool pauses_ = false;  // true: between two contacts
   // position of the tool when the pause began, m, and direction in which it leaves the tissue
   dvec3 left_at_W_{0}, leaves_W_{0};
-  /// Upper limit of the lead in a cut, adjusted to reach the planned force, m.
+  /// m, upper limit of |lead_| (distance from target point to hand) in a cut, adjusted to reach the planned force.
   double max_lead_;
 };
 

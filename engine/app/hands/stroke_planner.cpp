@@ -216,7 +216,7 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Position of the largest clearance near p at the same height: searches in eight directions and halves the step.
+  /// Position near p, at the same height, farthest from the ideal shape: tries eight directions, halving the step.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};

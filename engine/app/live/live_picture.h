@@ -114,7 +114,7 @@ class LivePicture {
   World world_;
   EventLog<haptics::HandSample>::Reader left_;
   const display::DisplayRig* rig_ = nullptr;
-  haptics::ServoSettings shown_;             // the scene's settings, with the pictures' tissue colours
+  haptics::ServoSettings shown_;             // copy of the scene's servo settings, for the pictures
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;      // level of detail of the tooth in the trainee's picture

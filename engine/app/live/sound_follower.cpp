@@ -138,7 +138,7 @@ class Follower {
   FollowedSound result_;
   Nanos first_ = 0, last_ = 0;  // ns, session times of the first and the last state
   Nanos fastest_ =
-      std::numeric_limits<Nanos>::max();  // ns, smallest difference between arrival (this clock) and session time
+      std::numeric_limits<Nanos>::max();  // ns, smallest difference: a state's arrival (this clock) - its session time
   Nanos unix_zero_ = 0;                   // ns since 1970, start of the session on the other computer's clock
 };
 

@@ -59,7 +59,7 @@ display::Vibration vibration_of(const ServoTick& tick) {
 }
 
 /// Call if a thread hangs in a call of the headset's runtime. At exit, the process then runs no destructors, because
-/// this thread might still use the data. The exit status remains the same.
+/// the hanging thread might still use the data. The exit status remains the same.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {

@@ -55,7 +55,7 @@ class XrSession {
   /// One physical point, measured in two frames: with the head of the tool that an arm holds (p_H), and with the tip of
   /// the controller (p_D).
   struct Touch {
-    dvec3 p_H, p_D;  // m; p_H in frame H of the arm's base, p_D in frame D of the headset
+    dvec3 p_H, p_D;  // m, position of the point: p_H in frame H of the arm's base, p_D in frame D of the headset
   };
   std::vector<Touch> touches() const;
 

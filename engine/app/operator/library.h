@@ -27,7 +27,7 @@ std::string date_and_time();
 /// Path of a new recording: ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5. Creates the folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Folder of the trainee "expert", beside `trainee_folder`. Reports compare sessions with those in it.
+/// Folder of the trainee "expert", beside `trainee_folder`. Reports compare a session with the sessions in this folder.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
 /// A file for a recording that is deleted at the end unless the user keeps it. Also deletes such files of killed

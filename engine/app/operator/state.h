@@ -97,7 +97,7 @@ struct SceneChoice {
   int picture = -1;   // index in OperatorState::pictures; -1: none
   std::string model;  // contact model of the scene, or the default
   bool own = false;   // true: made by the user; false: shipped
-  // True: implants can be planned in this scene: it is an implant exercise or an imported volume.
+  // True: implants can be planned in this scene (an implant exercise or an imported volume).
   bool jaw = false;
 };
 struct HandEntry {
@@ -200,7 +200,7 @@ inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay
 constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
   int question = 0;                 // index of the question in kExperimentQuestions
-  std::array<int, 2> models{0, 1};  // indices in OperatorState::models
+  std::array<int, 2> models{0, 1};  // the two compared contact models, as indices in OperatorState::models
   // Largest number of trials for each question; for the question "model", the exact number.
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus

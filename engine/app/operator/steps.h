@@ -30,7 +30,7 @@ class StepWatcher {
   /// True if an action of the user, not a click, completes the current step.
   bool waits() const;
 
-  /// Takes the state of the session. True: the actions since the current step began complete this step.
+  /// `now`: state of the session. Returns true if the user's actions have completed the current step.
   bool follow(const StepActions& now);
   /// next() completes the current step after a click; back() opens the last completed step again.
   void next();

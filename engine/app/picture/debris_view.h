@@ -36,7 +36,7 @@ struct WaterPlan {
       0};
 };
 
-/// The settings of a scene's water: nozzles, state of the spray, and plane. `around`: the scene's surroundings.
+/// Water of a scene: nozzles, initial state of the spray, and plane at which the film ends. `around`: surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
 /// Mass balance (kg) of chips, droplets and film of water. Masses that only the GPU knows are NaN.
@@ -98,13 +98,13 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the spray's source, and `source` is valid
     double since_shown = 0;  // s, time since the last update of the water film's picture
-    // uncut: pose of the head at the latest cut, if the water's distance field does not yet include
-    // this cut; otherwise empty. cut_at: pose of the head at the last cut that the field includes.
+    // uncut: pose of the head at the latest cut, while the water's distance field still lacks this cut; else empty.
+    // cut_at: pose of the head at the last cut that the field contains.
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // index of the tool that `head` and `reach` describe
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counters of spray, film and picture at the last count()
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counts of spray, film and picture at the last call of count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();

@@ -119,7 +119,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // sends all mesh bricks again; some may have been hidden by the gum
+    if (!p.replaced) all_again(p);  // sends all mesh bricks again, because the gum may have hidden some of them
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -260,7 +260,7 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  // For each picture: the view settings of the last computed result.
+  // For each of the two pictures: the view settings for which its content was last computed.
   std::array<Wish, 2> shown;
   std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue when `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};

@@ -93,7 +93,7 @@ class LiveViews {
     Wish wish;
     bool made = true;                    // true: the computing thread has answered the request `wish`
     int stages = 0;                      // number of PictureStage objects that have drawn the picture
-    bool replaced = false;               // true: another body replaces the tooth's mesh bricks
+    bool replaced = false;               // true: the picture shows another surface instead of the tooth's mesh bricks
     std::vector<std::uint64_t> pending;  // mesh bricks that were not yet passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }

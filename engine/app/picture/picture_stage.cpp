@@ -55,7 +55,7 @@ void end_at_neck(std::vector<glm::dvec2>& outline, double neck) {
 /// The outline of neck and shank from `begin` (m, end of the head) to the height `end` (m).
 /// A shank that can touch tissue is drawn with the outline that the contact model uses.
 std::vector<glm::dvec2> shaft_outline(const haptics::Tool& tool, glm::dvec2 begin, double end) {
-  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;  // m, largest length of the neck, and of the rounded end
+  constexpr double kTaper = 4e-3, kRounded = 0.2e-3;  // m, largest length of the neck; length of the rounded end
   constexpr double kFrictionGrip = 0.8e-3, kLatch = 2.35e-3 / 2;  // m, radii of shanks (ISO 1797 types 3, 1)
   std::vector<glm::dvec2> shaft;
   if (const auto shank = haptics::shank_of(tool)) {

@@ -55,8 +55,8 @@ class ShownWorld {
   explicit ShownWorld(const HandpieceView& handpieces) : handpieces_(handpieces) {}
   /// Makes the next frame send the deformed gum to the renderer. Call after surround(), which has sent the gum at rest.
   void gum_at_rest() { gum_version_ = 0; }
-  /// Passes changes to the renderer, and adds the world to the frame. `coarse`: kind of the meshes that surround()
-  /// passed; empty: none.
+  /// Passes changes to the renderer, and adds the world to the frame. `coarse`: true if surround() passed
+  /// coarse meshes, false if it passed fine ones; empty: it passed none.
   void add(World& world, const Look& look, std::optional<bool> coarse, render::Renderer& renderer,
            render::Frame& frame);
 
@@ -65,7 +65,7 @@ class ShownWorld {
   std::optional<std::uint32_t> tool_;  // index in the tool set; empty: none drawn yet
   bool placed_ = false;                // true: the tool's head (an implant) stays in the tissue
   Pose X_GH_;                          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
-  bool open_ = false;                  // see render::ToolState::open
+  bool open_ = false;                  // true: the handpiece is not drawn where it hides the working point
   std::uint64_t gum_version_ = 0;
   FilmPicture::Shown film_;
   ShownTemperatures temperatures_;

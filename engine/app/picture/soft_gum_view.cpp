@@ -144,7 +144,7 @@ float SoftGumView::blood_at(const dvec3& p_W) const {
   for (const Wound& wound : wounds_) {
     if (!(wound.drawn > 0)) continue;
     const dvec3 off = p_W - wound.place.p_W;
-    const dvec3 wave = 1600.0 * off;  // with this factor (1600 1/m), the rim has lobes that are some millimetres long
+    const dvec3 wave = 1600.0 * off;  // with this factor (1600 1/m), the patch's edge has lobes of some millimetres
     const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
                          0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
     const double rim = wound.drawn * (1 + 0.05 * lobes);

@@ -96,8 +96,8 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue, only few samples have labels, so the fraction is unreliable. The result is at least
-        // `whole`, the distance to the surface of all tissues together.
+        // Outside the tissue, only few samples have labels, so `fraction` is unreliable. The returned distance is at
+        // least `whole`, the distance to the surface of all tissues together.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

@@ -147,7 +147,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   constexpr float kProbe = 3.5f;
   constexpr Four kWays = {kProbe, 2 * kProbe, 3 * kProbe, 4 * kProbe};  // voxels, depths of the test points
   static_assert(4 * kProbe >= kSearchDepth);
-  constexpr float kBeside = 2;  // voxels; four additional test points are about this far from the line of the others
+  constexpr float kBeside = 2;  // voxels, approximate distance of four additional test points from this line
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   const int probes = static_cast<int>(most / kProbe);
   for (render::Vertex& v : update.vertices) {

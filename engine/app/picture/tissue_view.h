@@ -69,7 +69,7 @@ class TissueView {
 
   DrawnAs drawn_as_;
   LabelBlocks labels_;  // labels around the bricks of the current update
-  SolidBlocks solid_;   // which samples around these bricks are in tissue
+  SolidBlocks solid_;   // samples in tissue around the bricks of the current update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
@@ -78,7 +78,7 @@ class TissueView {
   std::vector<glm::ivec3> outdated_;  // bricks that are not yet meshed with the new tolerance
   std::optional<bool> has_caries_;    // whether the volume may contain caries; empty: not known yet
   std::vector<glm::ivec3> stained_;   // bricks with vertices near caries (Vertex::lesion)
-  std::vector<glm::ivec3> stale_;     // bricks of stained_ whose neighbours have changed
+  std::vector<glm::ivec3> stale_;     // bricks near caries (stained_) whose neighbours have changed
 };
 
 }  // namespace typodont

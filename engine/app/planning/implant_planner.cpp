@@ -186,7 +186,7 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // The surface in bone has the largest weight. Canal, teeth and the distance from the middle have small weights.
+      // Value of this position: part of the surface in bone; with less weight: canal, teeth, distance from middle.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =

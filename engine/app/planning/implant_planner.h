@@ -59,7 +59,7 @@ struct SectionPlane {
   /// Unit vectors that point right and up in the picture, perpendicular to each other, frame W.
   dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
   double width = 0, height = 0;  // m, width and height of the rectangle
-  /// Point of the section, m, frame W. `fraction`: of width and height, from the top left corner.
+  /// Point of the section, m, frame W. `fraction`: distance from its top left corner divided by width and height.
   dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
   }
@@ -74,7 +74,7 @@ class ImplantPlanner {
 
   const Scene& scene() const { return scene_; }
   const haptics::TissueVolume& volume() const { return volume_; }
-  /// Nerve canals of the scene, or found in its tissue.
+  /// Nerve canal that the scene states; if it states none, the canals found in its tissue.
   const std::vector<NerveCanal>& canals() const { return canals_; }
   /// The nearest canal if it is closer than 25 mm to the implant; otherwise empty.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;

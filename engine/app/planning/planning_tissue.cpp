@@ -126,7 +126,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        // Measures the path lengths again from one end of the nerve tissue, so that they increase to its other end.
+        // Measures path lengths again, now from one end of the nerve tissue, so that they increase to its other end.
         piece = distances_within_piece(piece.back().first);
         // Steps across voxel faces give a length that is up to √3 too large, so the length is measured along the
         // centres of sections.

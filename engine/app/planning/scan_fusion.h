@@ -18,7 +18,7 @@ namespace typodont {
 
 struct ScanRegistration {
   calibration::RegistrationResult start;  // registration by the picked points
-  /// Registration of the surfaces; its pose X_DS is X_CS here.
+  /// Registration of the surfaces. The member X_DS is the pose of the scan (frame S) in the CT (frame C).
   calibration::SurfaceRegistration fine;
 };
 

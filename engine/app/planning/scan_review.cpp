@@ -189,7 +189,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
 void ScanReview::give_up(const LabelRequest& request) {
   if (request.revision != revision_) return;
   if (request.detail == LabelDetail::kFull)
-    full_wanted_ = false;  // until the user requests full labels again
+    full_wanted_ = false;  // full labels are computed again only when the user requests them
   else
     given_up_ = LabelDetail::kCoarse;
 }
@@ -252,7 +252,7 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  // Weight of a label's colour in the picture; factor on the brightness outside of the region.
+  // kTint: weight of the label's colour in the picture. kOutside: factor on the brightness outside of the region.
   constexpr double kTint = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();

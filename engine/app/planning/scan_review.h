@@ -63,7 +63,7 @@ class ScanReview {
   // The following functions concern the tissue labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// Requests labels for all voxels. Automatic when dragging ends.
+  /// Requests labels for all voxels. When the user stops dragging, this happens automatically.
   void want_full() { full_wanted_ = true; }
   /// Next request: coarse before full labels. Empty: nothing is missing.
   std::optional<LabelRequest> request() const;
@@ -94,7 +94,7 @@ class ScanReview {
   /// Replaces the tissue by one on the same grid, for example with the crowns of an intraoral scan. This can be undone,
   /// and is lost when labels are computed again.
   void replace(haptics::DenseTissue tissue);
-  /// The corrections that are not undone, in order, without replace().
+  /// The corrections that are not undone, in order. Calls of replace() do not count as corrections.
   std::vector<haptics::Correction> corrections() const;
 
   /// Picture of a section: grey values with the labels' colours, darker outside of the region. `pixels`: side of the

@@ -43,7 +43,7 @@ void RecordedTissue::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // In a recording with gaps, cuts are missing. The carver expects consecutive numbers, so cuts are numbered again.
+      // In a recording with gaps, cuts are missing. The carver expects consecutive numbers, so cuts get new numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -78,7 +78,7 @@ void RecordedTissue::go_back(Nanos t) {
 }
 
 std::vector<const Cut*> RecordedTissue::cuts() const {
-  // Indices in done_ of strokes in the tissue and of undone strokes. The carver's counts omit strokes without a change.
+  // Indices in done_: of strokes in the tissue; of undone ones. The carver does not count strokes without a change.
   std::vector<std::size_t> kept, undone;
   std::size_t earlier = 0;  // number of strokes made before this session
   for (std::size_t i = 0; i < done_.size(); ++i) {

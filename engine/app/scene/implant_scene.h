@@ -33,7 +33,7 @@ void describe_procedure(Keys& keys, session::ImplantTask& task, std::span<const 
 /// Depth below the implant's upper end, m. The part of the implant above this depth need not be surrounded by bone.
 inline constexpr double kCrest = 1.5e-3;
 
-/// Calls visit(p_W, depth) for points on the thread's surface, from kCrest to the apex, until it returns false.
+/// Calls visit(p_W, depth) for points on the thread's surface, from depth kCrest to the apex, until it returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;

@@ -21,7 +21,7 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
   for (glm::length_t i = 0; i < N; ++i) key.add(v[i]);
 }
 
-// Each function names all members of its struct, so the code does not compile if the key lacks a new member.
+// Each add() below lists all members of a struct, so that a new member of the struct causes a compile error here.
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,

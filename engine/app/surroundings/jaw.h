@@ -56,7 +56,7 @@ class Jaw {
   ArchCurve curve_;
   std::vector<Knot> knots_;
   std::vector<double> contacts_;  // m, positions along the arch at which two teeth touch
-  /// The working tooth, m: position along the arch and beside it, and height of the gum's edge around it.
+  /// Working tooth, m: its positions along the arch and beside the curve, and height of the gum's edge around it.
   double own_ = 0, beside_ = 0, own_edge_ = 0;
   double tilt_along_ = 0, tilt_beside_ = 0;
   double occlusal_ = 0, depth_ = 0, back_ = 0, own_x_ = 0;

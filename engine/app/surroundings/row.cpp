@@ -34,7 +34,7 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     const glm::dvec2 r = p - points_[i];
     const double farthest = reach + along_[i + 1] - along_[i];
-    // Skips segments that cannot be nearer.
+    // Skips a segment that cannot be nearer than the nearest segment so far.
     if (glm::dot(r, r) > farthest * farthest) continue;
     const glm::dvec2 d = points_[i + 1] - points_[i];
     const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);

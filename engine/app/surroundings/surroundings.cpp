@@ -25,7 +25,7 @@ constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
 // The cheek has small triangles in both meshes: a long triangle with a vertex behind the gum would be too dark.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// Depth of the coarse mesh below the surface where a fine mesh overlaps it, m.
+// Where a fine mesh overlaps the coarse mesh: depth of the coarse mesh below the surface, m.
 constexpr double kCoarseBelow = 0.5e-3;
 // Width of the strip in which fine and coarse mesh overlap, m.
 constexpr double kOverlap = 1.2e-3;
@@ -37,7 +37,7 @@ constexpr double kRootShown = 2.5e-3;
 constexpr double kCrownFrom = 4e-3;
 // Box in which light between bodies is computed, m: half its edge lengths, and height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 12e-3, kLitMiddle = 0.5e-3;
-// In this box, edges longer than this are split, m, because light is computed per vertex.
+// Edges in the lit box (kLitAlong …) longer than this are split, m (fine, coarse mesh): light is computed per vertex.
 constexpr std::array<float, 2> kLightEdge{1.6e-3f, 3.0e-3f};
 constexpr double kReach = 3e-3;  // m, distance from a tooth up to which the computed distance is exact
 // Depth to which the gum extends into the tooth, so that there is no gap, m.
@@ -106,7 +106,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         min_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Maps a point at the neighbour to the working tooth; from_tooth() is the inverse.
+  /// Maps a point near the neighbour to the corresponding point near the working tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);

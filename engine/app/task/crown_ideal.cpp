@@ -88,7 +88,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
                   std::vector<float>& gone) {
   const glm::ivec3 n = tooth.size;
   const double h = copy.frame.voxel, reach = depth / h + kExactBand;
-  std::vector<double> nearest(gone.size(), std::numeric_limits<double>::infinity());  // voxels², squared distances
+  std::vector<double> nearest(gone.size(), std::numeric_limits<double>::infinity());  // distance² to surface, voxels²
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {

@@ -9,7 +9,7 @@ namespace typodont {
 /// Dimensions of a crown preparation, m.
 struct CrownReduction {
   double margin_height = 0;   // height of the chamfer's margin along the axis
-  double chamfer = 0;         // the chamfer's depth below the outline; the walls' smallest depth
+  double chamfer = 0;         // depth of the cut at the chamfer; above the chamfer, at least this depth is cut
   double chamfer_radius = 0;  // chamfer's radius, equal to that of the bur's end
   double taper = 0;           // rad, total convergence: twice the angle between wall and axis
   double occlusal = 0;        // depth below the uncut chewing surface

@@ -224,8 +224,8 @@ DefectStroke stroke_of(const Cut& cut) {
   return stroke;
 }
 
-/// The strokes (successive cuts) that made a region's voxels. The amount of a stroke is its largest depth, m, or its
-/// volume, m³.
+/// The strokes (successive cuts) to which the voxels of a region are attributed. The amount of a stroke is its largest
+/// depth, m, or its volume, m³.
 std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& deviations, const Makers& makers,
                                      const Cutters& cutters) {
   std::map<const Cut*, std::vector<std::size_t>,

@@ -42,7 +42,7 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
-  /// Data reused while the compared box stays the same.
+  /// Data of the box in which tissues are compared; used again as long as the box does not change.
   struct Reference {
     dvec3 origin;  // m, frame W, origin of the box
     glm::ivec3 size;

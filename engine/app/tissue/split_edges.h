@@ -49,7 +49,7 @@ bool split_edges(render::MeshUpdate& mesh, Splits&& splits) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));
     };
     const auto count = std::count_if(m.begin(), m.end(), [](std::int64_t i) { return i >= 0; });
-    // Rotates the corners so that the first edge is split and the last edge is not (unless all are split).
+    // Rotates the corners so that the first edge is split and the last one is not, unless all or no edges are split.
     for (int turn = 0; turn < 3 && count > 0 && count < 3 && !(m[0] >= 0 && m[2] < 0); ++turn) {
       std::rotate(c.begin(), c.begin() + 1, c.end());
       std::rotate(m.begin(), m.begin() + 1, m.end());

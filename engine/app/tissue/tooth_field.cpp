@@ -40,7 +40,7 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  // Depth below the surface at which the tissue is read, and step of the gradient, m.
+  // The tissue is read at this depth below the surface, m; also the step for the gradient.
   constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {
@@ -64,7 +64,7 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
     if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
-  // A cubic B-spline makes the borders between tissues smooth.
+  // Weights of a cubic B-spline, which makes the borders between tissues smooth.
   const glm::ivec3 i(v);
   double weight[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -82,14 +82,14 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   return out;
 }
 
-/// Adds distances beyond the largest stored one by a chamfer distance transform, forwards and backwards.
+/// Adds distances beyond the largest stored one by a chamfer distance transform: a forward and a backward pass.
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);
   for (float& d : distance_)
     if (d > beyond) d = far;
   const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
-  // Steps to the neighbours that are read first. The neighbour along z is read later, because it changes in this pass.
+  // Steps to the neighbours, except the one along z. Its distance is read later, because it must be updated first.
   const std::array<std::pair<std::ptrdiff_t, float>, 9> steps{{{dx, 1.0f},
                                                                {dy, 1.0f},
                                                                {dx + dy, 1.414f},
@@ -101,7 +101,7 @@ void ToothField::extend() {
                                                                {dx + dy + dz, 1.732f}}};
   const auto n = static_cast<std::ptrdiff_t>(distance_.size());
   float* const d = distance_.data();
-  // Number of voxels processed together; within such a group, distances depend on each other only along z.
+  // Number of voxels processed together. Within this group, distances depend on each other only along z.
   const std::ptrdiff_t length = std::max<std::ptrdiff_t>(dy - dz, 1);
   std::vector<float> least(static_cast<std::size_t>(length));
   const auto pull = [&](std::ptrdiff_t first, std::ptrdiff_t count, std::ptrdiff_t sign) {

@@ -39,12 +39,12 @@ struct CoreObject {
   /// thread uses the class Carver.
   struct Shared {
     SteppedSession session;
-    std::unique_ptr<haptics::PatchExchange> patch;  // null while the servo runs on the core's thread
+    std::unique_ptr<haptics::PatchExchange> patch;  // null while servo and carver run on the same thread
   };
   std::shared_ptr<Shared> shared;
   bool begun = false;  // true after step() has computed a tick
   std::optional<SessionRecorder> recording;
-  std::optional<CarverSide> side;  // empty while the servo runs on the core's thread
+  std::optional<CarverSide> side;  // empty while servo and carver run on the same thread
 
   // Converts the tissue's surface to triangles. This member and the following ones belong to the surface mesh.
   surface::SurfaceMesher mesher;

@@ -114,8 +114,8 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // Shows the last frame, unless the CPU composes it: then it is shown after the next submission, so that CPU and GPU
-    // work at the same time.
+    // Shows the last frame, except if the CPU composes the frames. In this case, present() shows it after the next
+    // submission, so that CPU and GPU work at the same time.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;

@@ -17,8 +17,8 @@ class Placement {
 
   /// Notes a change of the headset's frame D at `time`. `X_old_new`: pose of the new frame in the old one, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies the noted changes of the headset's frame D. If the bench's pose was measured,
-  /// it stays in the room; otherwise the tissue is placed in front of the user again.
+  /// Applies the noted changes of the headset's frame D. If the workbench's pose was measured, the workbench keeps its
+  /// place in the room; otherwise the tissue is placed in front of the user again.
   void follow(XrTime display_time);
   /// Places the tissue in front of the user again, unless its pose was measured.
   void recentre();

@@ -125,7 +125,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // As in meshoptimizer: if the cone faces away, all triangles face away. The cone's tip is in the middle of the box.
+  // As in meshoptimizer: true if the normal cone, with its tip in the middle of the box, faces away from the eye.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -317,7 +317,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // In large bricks, such as those of the gum, light may change only on a part.
+      // The light may change on only a part of a large brick (for example of the gum), so its pieces are tested.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);

@@ -67,7 +67,7 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounding boxes, m, frame W: of the working tooth (lo, hi; without one, of all bodies), and of all bodies.
+/// Bounding boxes, m, frame W. lo, hi: working tooth; if there is no tooth, all bodies. all_lo, all_hi: all bodies.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
@@ -92,8 +92,8 @@ struct BrickStore {
 
   /// Bounds of all bricks; nullopt without bricks.
   std::optional<SceneBounds> bounds() const;
-  /// Draw commands for the bricks that an eye can see, written to `into` for this slot and counted in `stats`. `tiles`:
-  /// parts to redraw for each eye; null: all.
+  /// Draw commands for the bricks that an eye can see. `slot`: index of the frame in flight; `into`: receives the
+  /// commands; `stats`: receives their number. `tiles`: parts to redraw for each eye; null: all.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
   /// Marks tiles whose content or light has changed, because of bricks or the tool (`data`: this frame, `before`: last

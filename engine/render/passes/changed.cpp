@@ -170,7 +170,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // The ring lies about one ring radius from the cursor's line; with its soft edge, less than two radii.
+  // The ring surrounds the cursor's line. With its soft edge, it ends at less than twice its radius from the line.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 

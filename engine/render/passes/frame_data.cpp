@@ -58,7 +58,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
-    // The spot is set only if a body reaches its soft border. Otherwise the lamp lights all bodies fully.
+    // The lamp's light is limited to a spot only if a body reaches the spot's soft border; otherwise all is lit fully.
     if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
       data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
       data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));

@@ -20,7 +20,7 @@ class Targets {
   /// Creates the images: frame size × the scale. Sets samples and view mask.
   void create(const glm::ivec2& frame_size, int views);
   void destroy();
-  /// Whether the next create() keeps depth.
+  /// True: the next create() also creates `kept_depth`, in which the depth of the pictures is stored.
   bool keeps_depth = false;
 
   /// Returns true if the scene without particles has its own image: particles change nearly all pixels, and a copy of

@@ -33,7 +33,7 @@ std::string contour(const Window& w, double step, double scale, const std::funct
     fill(next, j + 1);
     for (int i = 0; i < nx; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      // Values of the function at the corners of the cell.
+      // Results of value(x, y) at the corners of the cell.
       const double v[4] = {row[k], row[k + 1], next[k + 1], next[k]};
       const glm::dvec2 corner[4] = {{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}};
       glm::dvec2 cross[4];

@@ -30,7 +30,7 @@ constexpr float kSmoothSpread = 0.008f;
 constexpr float kGentleCosine = 0.44f;
 // a block of side s on a surface of curvature κ has an error of at most kSag·s²κ (smooth_vertices.cpp)
 constexpr float kSag = 0.18f;
-// variance of the positions divided by side²; below this, max_curvature() has too little data
+// smallest variance of the crossings' positions, divided by the block's side², that suffices for max_curvature()
 constexpr float kMinSpread = 4e-3f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex from its cell
@@ -66,7 +66,7 @@ struct Node {
   Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
-  glm::u8vec3 color_min{255}, color_max{0};  // range of colours in its tissue; red, blue: 0..31, green: 0..63
+  glm::u8vec3 color_min{255}, color_max{0};  // range of the surrounding colours; red, blue: 0..31, green: 0..63
 };
 // Largest range of colours in a merged block: 2 of 32 levels (green: 4 of 64). kTissueColor merges only with itself.
 constexpr int kColorRange = 2;
@@ -83,7 +83,7 @@ constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // For the midpoints of 12 edges, 6 faces and the cube: the midpoint's bit, and the bits of the corners around it.
+  // For the midpoints of 12 edges, 6 faces and the cube: bit masks of the midpoint itself and of the corners around it.
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -402,7 +402,7 @@ void Contourer::Scratch::find_colors(const glm::ivec3& cell, Node& patch) const 
   }
 }
 
-// Finds the patches of surface in each cell. `merging`: also computes their moments.
+// Finds the patches of surface in each cell. `merging`: also computes their Moments, which merge() needs.
 void Contourer::Scratch::find_patches(bool merging) {
   const Tissue only = only_tissue(*brick);
   cells.clear();

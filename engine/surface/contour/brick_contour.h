@@ -19,7 +19,7 @@ struct ContourVertex {
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the more frequent one first
   bool crease = false;    // true at a sharp edge; `normal` is then the mean of both sides
-  // true: the crease is below 64°; small triangles at this vertex use the mean normal of both sides
+  // true: the normals of the crease's sides differ by less than 64°; small triangles here use the mean of the normals
   bool gentle = false;
 };
 
@@ -28,7 +28,7 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // index in `vertices` of the cell's first patch
+    std::uint16_t vertex;  // index in `vertices` of the cell's first vertex (one for each piece of its surface)
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
   /// An edge of the grid that the surface crosses. `cell` is the cell whose lowest corner is the edge's start.

@@ -50,7 +50,7 @@ Joined join(int config, int flipped_faces) {
   };
   auto unite = [&](int a, int b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
 
-  // Joins two crossings for each arc of the surface on a face.
+  // The surface crosses a face in arcs; joins the two crossings at the ends of each arc.
   Joined out;
   for (int face = 0; face < 6; ++face) {
     const auto ring = ring_of(face);
@@ -77,7 +77,7 @@ Joined join(int config, int flipped_faces) {
     }
   }
 
-  // Numbers the patches (pieces of surface) by their lowest edge.
+  // Numbers the patches (pieces of surface) of the cell in the order of their lowest edge.
   std::array<int, 12> number;
   number.fill(-1);
   for (int corner = 0; corner < 8; ++corner) {

@@ -15,7 +15,7 @@ struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of the cell's edges that the surface crosses
   std::array<std::uint8_t, 12> edge{};   // indices of the edges that the surface crosses
-  std::array<std::uint8_t, 12> patch{};  // for each crossed edge: index of its patch
+  std::array<std::uint8_t, 12> patch{};  // for each crossed edge: index of the surface patch
 };
 
 /// Shapes 0..255 belong to the sign configurations (bit c: corner c is solid). Where two cells would share two arcs on
@@ -27,7 +27,7 @@ class CellShapes {
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
   /// Returns a bit per face, set if the face has two arcs of the same patch.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Shape in which the arcs on these faces (a subset of flippable_faces()) connect the four crossings the other way.
+  /// Shape that joins the four crossings on each of these faces (some of flippable_faces()) by the other two arcs.
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }

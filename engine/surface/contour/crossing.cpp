@@ -85,7 +85,7 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
     const OneSided<float> side = first ? one_sided(at, slope0, b, c) : one_sided(end, slope1, b, c);
     if (side.unit() || std::abs(jump) > kSlopeJump) return NearCrease{first ? t0 : t1, side.best()};
   }
-  // If the crease lies beside the edge, the one-sided gradient whose length is nearest to 1 is used.
+  // If the crease passes beside the edge, uses the one-sided gradient (at either end) whose length is nearest to 1.
   const OneSided<float> here = one_sided(at, f1 - f0, b, c), there = one_sided(end, f1 - f0, b, c);
   if (!here.unit() && !there.unit()) return std::nullopt;
   const Gradient<float> p = here.best(), q = there.best();
@@ -94,7 +94,7 @@ std::optional<NearCrease> cross_near_crease(const float* at, int a, int b, int c
 
 constexpr unsigned kAllLanes = 0xff;
 
-// `t`: position of the crossing along the edge, 0..1. `na`, `nb`, `nc`: normal along and across the edge.
+// `t`: position of the crossing along the edge, 0..1. Normal: component `na` along the edge, `nb` and `nc` across it.
 struct EightCrossings {
   Eight t, na, nb, nc, curvature;
 };
@@ -117,8 +117,8 @@ TYPODONT_INLINE EightInts same_planes(const OneSided<Eight>& p, const OneSided<E
   return found;
 }
 
-// `at`: samples at the edges' starts. Strides: a along the edges, b and c across. Reads -a..2a, and ±b, ±c at both
-// ends.
+// `at`: samples at the edges' starts. Strides: a along the edges, b and c across. Along each edge, reads the samples
+// from -a to 2a; across, reads the neighbours ±b and ±c of both ends.
 TYPODONT_INLINE EightCrossings cross_eight(const float* const at[8], int a, int b, int c) {
   const auto load = [at](int offset) __attribute__((always_inline)) {
     return Eight{at[0][offset], at[1][offset], at[2][offset], at[3][offset],

@@ -13,7 +13,7 @@ namespace typodont::surface {
 /// Sums over the points where the surface crosses grid edges: point p, unit normal n, mean curvature H. p is
 /// relative to the cell's centre, so that the precision of floats suffices.
 struct CrossingSums {
-  Four low = {}, high = {};  // Σ (p.x p.y p.z n.x), Σ (n.y n.z H 1); p: point, n: normal, H: mean curvature
+  Four low = {}, high = {};  // Σ (p.x p.y p.z n.x), Σ (n.y n.z H 1) of crossings: point p, normal n, mean curvature H
   Four by_normals = {};      // Σ (p.x·n.x, p.y·n.y, p.z·n.z); the last lane has no meaning
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
@@ -31,13 +31,13 @@ struct CrossingSums {
   glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
   glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
   float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
-  // returns Σ p·n over the crossings
+  // returns Σ p·n, the sum of point · normal of all crossings
   float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
 };
 
-/// Sums Σ (p, 1) ⊗ (p, n, H, 1) over crossings, for curvatures.
+/// Sums Σ (p, 1) ⊗ (p, n, H, 1) over crossings (point p, normal n, mean curvature H), to compute curvatures.
 struct Moments {
-  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: the sums without the factor p_i
+  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1) of crossings; row 3: Σ without p_i
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     Four low, high;

@@ -6,8 +6,8 @@
 namespace typodont::surface {
 namespace {
 
-// A flat facet of side s is up to s²κ/4 below a surface of curvature κ, so vertices are raised by kLift·s²κ. For even
-// facets, they move to the cell's middle by the fraction kCentre. Measured in tests/property/surface_mesh_test.cpp.
+// A flat facet of side s is up to s²κ/4 below a surface of curvature κ, so vertices are raised by kLift·s²κ. A move by
+// kCentre of the way to the cell's middle makes facets more regular. Measured in tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 // largest distance of a vertex outside the surface, as a fraction of the block's side

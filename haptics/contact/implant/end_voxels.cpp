@@ -24,7 +24,7 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels (tissue); the distance from bone is read again this far ahead of a tool voxel, along the feed
+// voxels of the tissue; the distance from bone is also read at a point this far ahead of each tool voxel
 constexpr double kAhead = 1.5;
 // voxels; the wall of the tool's own bed is wavy by less than this
 constexpr double kWaves = 0.05;
@@ -34,7 +34,7 @@ constexpr std::size_t kBlock = EndVoxels::kBlock;
 
 /// Functions that read samples at kBlock indices per call.
 struct Reader {
-  /// Reads two samples that are neighbours along z, at each index.
+  /// For each index in `at`, reads two samples that are neighbours along z, into `low` and `high`.
   void (*pairs)(const float* from, const std::int32_t* at, float* low, float* high);
   void (*samples)(const float* from, const std::int32_t* at, float* to);
   void (*bytes)(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to);
@@ -129,8 +129,8 @@ struct alignas(64) Block {
   Flag label[kBlock];         // tissue label ahead of the tool voxel (Task::beyond)
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
   float energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // area: area in contact (m²); hard_area: area × hardness (m²). cut, thrust: eq. 2 of Zhao 2020 divided by the feed
-  // speed: torque about the axis (N·s), and axial force × EndLaw::thrust_ratio (N·s/m).
+  // area: area in contact (m²); hard_area: area × hardness (m²). By eq. 2 of Zhao 2020, cut: torque about the axis
+  // divided by the feed speed (N·s); thrust: axial force × EndLaw::thrust_ratio, divided by the feed speed (N·s/m).
   float area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 

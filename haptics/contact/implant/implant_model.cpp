@@ -122,7 +122,7 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
 EndScan ImplantModel::scan_ahead(const Pose& X_WT, bool cuts, double speed, double widest) const noexcept {
   const ImplantTool& implant = *tool().implant;
   EndLaw law = law_;
-  // One voxel less than the radius, so that the wall of an equally wide bed is not an obstacle.
+  // Radius in which voxels can stop the tool. One voxel narrower than the tool: an equally wide bed does not stop it.
   law.width = std::min((implant.threaded() ? implant.core_diameter : tool().diameter) / 2, widest) - voxel();
   law.cuts = cuts;
   law.max_grey = implant.max_grey;

@@ -15,8 +15,8 @@
 
 namespace typodont::haptics::implant {
 
-/// Kind of motion, reported in ServoTick::level. `kFree`: outside an implant bed (the drilled hole). Values 1 to 4: in
-/// a bed, along and about its axis. `kPlaced`: the implant stays in the bone, and the hand holds nothing.
+/// Kind of motion, reported in ServoTick::level. `kFree`: outside an implant bed (the drilled hole). `kPlaced`: the
+/// implant stays in the bone, and the hand holds nothing. Others: motion in a bed, along and about the bed's axis.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -43,7 +43,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
-  /// Beds in the order of their creation.
+  /// Implant beds (drilled holes) in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
   /// Tool voxels of the current tool, for benchmarks.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
@@ -66,7 +66,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool touches_too_dense() const noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // The following functions are for a tool in a bed (values 1 to 4 of Motion).
+  // The following functions are for a tool in a bed (kSliding, kDrilling, kPerforating or kScrewing).
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;

@@ -12,9 +12,9 @@ namespace {
 
 // A tool voxel belongs to the end if the cosine between its normal and the feed direction -z is larger than this.
 constexpr double kFacingEnd = 0.5;
-// tool voxels; up to this distance from the axis, 1/r (r: distance from the axis) is averaged over the voxel
+// tool voxels; nearer to the axis than this, a mean of 1/r over the voxel is used (r: distance from the axis)
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // parts of a voxel's edge, for the mean of 1/r (r: distance from the axis)
+constexpr int kParts = 8;           // number of parts of a voxel's edge in the mean of 1/r (r: distance from the axis)
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // tool voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.005;
@@ -66,7 +66,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge) {
         // The head's upper end gets no voxels, because it touches bone only if the shank touches bone too.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // A voxel that is nearest to a sharp rim represents no area.
+        // Voxels nearest to a sharp rim are skipped, because they represent no area.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

@@ -54,7 +54,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // Lever arm of the tangential force: 1/inverse_r instead of r, because the centre p may lie beside the surface.
+  // The tangential force's lever arm is 1/inverse_r, not r, because the centre p may lie beside the tool's surface.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

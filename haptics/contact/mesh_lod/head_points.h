@@ -29,8 +29,8 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<PointArea> areas;  // one for each contact point
-  // m. margin: distance from the head up to which the list contains all contact points; for the head's pose
-  // points.listed_at(). kept: displacement of the head from this pose up to which the list is used.
+  // m. margin: the list contains all contact points up to this distance from the head at the pose points.listed_at().
+  // kept: displacement of the head from this pose up to which the list is used.
   double margin = 0, kept = 0;
 
   HeadPoints() { areas.reserve(kMost); }

@@ -33,8 +33,8 @@ constexpr double kNear = 0.005;  // allowed difference from the requested number
 /// Function type of meshopt_simplify.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// Loads meshopt_simplify at the first call, because other models do not need it. Throws Error if the library is
-/// missing.
+/// Loads meshopt_simplify at the first call, because only the contact model mesh_lod needs it. Throws Error if the
+/// library is missing.
 Simplify* load_simplifier() {
   static Simplify* const simplify = [] {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
@@ -189,7 +189,7 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // Returns true if a triangle's indices increase, read from the smallest on. Of opposite triangles, one gives true.
+  // Returns true if the indices x, y, z increase cyclically. Of two triangles with opposite order, one gives true.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);

@@ -1,4 +1,4 @@
-// The carver's part of "mesh_lod": the meshes of all levels of detail, and the mesh that is changed by cuts.
+// The carver's part of the contact model "mesh_lod": meshes of all levels of detail, and the mesh that cuts change.
 #pragma once
 
 #include <optional>

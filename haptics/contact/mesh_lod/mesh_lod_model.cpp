@@ -268,8 +268,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of a bur's force. Otherwise the force would jump when contacts end while the hand is far from the
-/// bur, or when a new snapshot shifts the contact point.
+/// Limits how fast a bur's force changes. Otherwise the force would jump when contacts end while the hand is far from
+/// the bur, or when a new snapshot shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

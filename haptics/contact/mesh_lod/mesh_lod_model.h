@@ -68,8 +68,8 @@ class MeshLodModel final : public ContactModel {
   bool is_free(std::uint32_t tool, const Pose& X) const noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Returns true if the head may move to `to`: its overlap with the snapshot's faces is then so small that they can
-  /// still stop it. (The snapshot may lack the last cuts.)
+  /// Returns true if the head may move to `to`: the head's overlap with the snapshot's faces is then so small that the
+  /// faces can still stop the head. (The snapshot may lack the last cuts.)
   bool may_penetrate_to(const dvec3& to) noexcept;
   /// Returns true if the snapshot lacks some of the servo's cuts. In this state, faces that overlap the head count as
   /// removed.

@@ -29,9 +29,9 @@ constexpr double kMinInCut = 50e-6;  // m, lower limit of kReachInCut × radius
 constexpr double kNextReach = 0.25;
 // Collecting this number of faces takes as long as testing one face.
 constexpr int kCollectedPerTest = 4;
-// m; a face no higher than this above the plane of another face needs no plane
+// m; a face needs no contact plane if it is at most this far above the contact plane of another face
 constexpr double kBelow = 1e-11;
-// m; as kBelow, a face up to this height above a plane needs no plane; larger, for a test in single precision
+// m; used like kBelow in a first test in single precision; larger than kBelow because of rounding errors
 constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, distance that the ball keeps from a wall between tissues
 // m, search distance for the surface of a new mesh
@@ -298,7 +298,7 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
   planes_.clear();
   const double r = radius();
   bool fits = true;
-  // Planes of faces' interiors come first; edges of faces below these planes then need no plane.
+  // Faces whose interior is nearest come first. A face whose edge is nearest gets no plane if it is below such a plane.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -354,13 +354,13 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
-  std::uint32_t found = kNoPlane;  // index of the plane that last covered a face
+  std::uint32_t found = kNoPlane;  // index of the plane below which the last omitted face lies
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, near, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const std::uint64_t order = near | kOfEdge;
     const Face& face = grid.face(i);
-    // A face that is completely below another face's plane is touched later, so it needs no plane. Tests first the
-    // plane of the adjacent face at the nearest edge, then the last plane found.
+    // If a face is completely below another face's plane, the ball meets that plane first, so the face gets no plane.
+    // Tests first the plane of the adjacent face at the nearest edge, then the last plane found.
     const auto below = [&](std::uint32_t j) {
       const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
@@ -398,7 +398,7 @@ bool SurfacePoint::collect_planes(const TriangleGrid& grid, double reach, bool g
   return fits;
 }
 
-/// At an edge or corner of a face, the step to a single plane is too short. Extends the step along the plane, to the
+/// At an edge or corner of a face, the ball's step to one plane is too short. Extends the step along this plane, to the
 /// line between the hand and the face's point nearest to the hand.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {

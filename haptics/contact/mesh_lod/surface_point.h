@@ -23,8 +23,8 @@ struct SurfaceOptions {
 };
 
 /// Surface contact point (Wang et al. 2009, section 3.2): a ball that moves as near to the HIP as the planes of near
-/// faces allow. Unlike the paper's search from face to face, this needs no neighbours. Servo thread only; never
-/// allocates.
+/// faces allow. The paper searches from a face to its neighbours; this class needs no neighbours. Servo thread only;
+/// never allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
@@ -38,7 +38,7 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// Starts a contact with the ball's centre at p. If the ball overlaps tissue, moves it out and returns false.
+  /// Starts a contact with the ball's centre at p. If the ball overlaps tissue, moves the ball out and returns false.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -93,7 +93,7 @@ class SurfacePoint final : public SurfaceContact {
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMaxNear> edges_;
   PlaneSet planes_;
-  // Planes of the faces whose point nearest to the ball is in their interior; these planes come first in planes_.
+  // Planes of faces in whose interior the face's point nearest to the ball lies; these planes come first in planes_.
   // Components of the unit normals, and distances from the ball's centre (m).
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];

@@ -28,7 +28,7 @@ int side(double au, double av, double bu, double bv) noexcept {
 // m; two adjacent faces count as flat if the third vertex of one is no farther from the plane of the other
 constexpr double kFlat = 1e-10;
 
-/// Stores on which sides of a face an edge is concave or flat. `beyond`: third vertex of the adjacent face there.
+/// Stores on which sides of a face an edge is concave or flat. `beyond`: third vertex of the face beyond this edge.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);

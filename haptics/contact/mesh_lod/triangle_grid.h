@@ -123,7 +123,7 @@ class TriangleGrid {
     Box box;
     std::uint32_t first = 0, last = 0;  // faces from `first` to `last` - 1
   };
-  std::vector<Block> blocks_;  // all groups of neighbouring faces; only for a part of a mesh
+  std::vector<Block> blocks_;  // all groups of neighbouring faces; filled only if the mesh is a part of a larger mesh
   // index in entries_ of each cell's first face; the last element is the end
   std::vector<std::uint32_t> start_;
   std::vector<std::uint32_t> entries_;  // face indices of all cells, cell by cell

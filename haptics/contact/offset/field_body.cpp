@@ -29,7 +29,7 @@ namespace {
 
 /// Returns true if no tissue is near the six sides of the cube of `edge`³ voxels that starts at `lo`.
 bool has_air_around(const TissueVolume& volume, const glm::ivec3& lo, int edge) {
-  constexpr int kThick = 4;      // voxels, thickness of the layer that is examined at each side of the cube
+  constexpr int kThick = 4;      // voxels, thickness of the examined layers, which lie inside the cube's six sides
   constexpr float kAway = 2.5f;  // voxels, smallest allowed distance between an examined layer and tissue
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {0, edge - kThick}) {
@@ -258,7 +258,7 @@ bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_
     leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
   });
   if (leaves > patch.step.most()) return false;
-  // `patch` has only the new samples, not those that the servo keeps, so its next copy must be complete.
+  // `patch` has only the new samples, not those that the servo keeps, so the next copy to it must be complete.
   patch.lo = lo;
   patch.copied_at = 0;
   patch.step.clear();

@@ -106,8 +106,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // The ray is not advanced, because there may still be room at this sample later, so the next search examines it
-    // again.
+    // The ray is not advanced: this sample may still have room for filling later, so the next search examines the
+    // sample again.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

@@ -67,7 +67,7 @@ IntermediateModel::IntermediateModel(const ServoSettings& settings, const Interm
   moving_.reserve(std::min(slots_.size(), kMaxMoving));
 }
 
-/// Moves the coarse tissue patch (for contacts of the shank) from cutter_ to felt_, calls `call`, and moves it back.
+/// Lends the coarse tissue patch of the model cutter_ (for contacts of the shank) to the model felt_ during `call`.
 template <class Call>
 auto IntermediateModel::with_shank(Call call) noexcept {
   struct Loan {
@@ -78,7 +78,7 @@ auto IntermediateModel::with_shank(Call call) noexcept {
   return call();
 }
 
-/// Element of slots_ for a leaf. Leaves a multiple of the patch's edge apart share it; the patch contains one of them.
+/// Element of slots_ for a leaf, from the leaf's position modulo the patch's edge. Leaves of one patch never share it.
 std::uint32_t& IntermediateModel::slot_of(const glm::ivec3& leaf) noexcept {
   const int edge = felt_.patch_.n / kSide;
   const glm::ivec3 at = ((leaf / kSide) % edge + edge) % edge;
@@ -119,7 +119,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   if (fresh.from != 0) {
     cutter_.adopt(fresh, removed);
     felt_.adopt(fresh, ignored);
-    // Both adopt() calls swapped coarse patches with `fresh`. Only cutter_ may have some, so those of felt_ go back.
+    // Both adopt() calls swapped coarse patches with `fresh`. Only cutter_ keeps some, so the second swap is undone.
     felt_.patch_.coarse_levels.swap(static_cast<TissuePatch&>(fresh).coarse_levels);
   } else {
     auto& copy = static_cast<TissuePatch&>(fresh).intermediate.front();
@@ -128,7 +128,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
     const bool first = cutter_.patch_.number == 0;
     const bool edited = fresh.edits != cutter_.patch_.edits || fresh.pieces != cutter_.patch_.pieces;
     cutter_.adopt(fresh, removed);
-    const TissuePatch& old = cutter_.patch_.intermediate.front();  // the tissue patch of felt_ until now
+    const TissuePatch& old = cutter_.patch_.intermediate.front();  // the tissue patch that felt_ used until now
     glm::ivec3 lo, hi;
     bool filled = false;
     if (!first && cutter_.log_.since(handed_over_, lo, hi, filled))
@@ -143,7 +143,7 @@ void IntermediateModel::adopt(Snapshot& fresh, PerTissue& removed) noexcept {
   copy_marks();
 }
 
-/// Copies a leaf from `old` to the tissue patch of felt_, if both contain it.
+/// Copies a leaf from `old` to the tissue patch of the model felt_, if both patches contain the leaf.
 void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf) noexcept {
   TissuePatch& felt = felt_.patch_;
   if (!holds_leaf(old, leaf) || !holds_leaf(felt, leaf)) return;
@@ -155,7 +155,7 @@ void IntermediateModel::keep_leaf(const TissuePatch& old, const glm::ivec3& leaf
   });
 }
 
-/// Copies the boxes of cuts and fillings from cutter_'s tissue patch to that of felt_.
+/// Copies the boxes of cuts and fillings from the tissue patch of the model cutter_ to that of the model felt_.
 void IntermediateModel::copy_marks() noexcept {
   const TissuePatch& from = cutter_.patch_;
   TissuePatch& to = felt_.patch_;
@@ -212,7 +212,7 @@ void IntermediateModel::animate(const ContactInput& in) noexcept {
     if (advance(moving_[i], step)) drop(i);
 }
 
-/// Changes each distance of a leaf of felt_ towards its target by at most `step` (voxels). True: all have reached it.
+/// Moves each distance in a leaf of the model felt_ towards its target by at most `step` (voxels). True: all arrived.
 bool IntermediateModel::advance(const Moving& leaf, float step) noexcept {
   TissuePatch& felt = felt_.patch_;
   const std::ptrdiff_t edge = felt.n;
@@ -235,7 +235,7 @@ void IntermediateModel::drop(std::size_t i) noexcept {
 
 void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept {
   since_update_ += in.dt;
-  const bool same = settled();  // true: cutter_ and felt_ have the same tissue, so also the same proxy pose
+  const bool same = settled();  // true: the models cutter_ and felt_ have the same tissue, so also the same proxy pose
   if (const double period = 1 / parameters_.update_rate; since_update_ >= period) {
     since_update_ = std::fmod(since_update_, period);
     hand_over();

@@ -53,15 +53,15 @@ class OffsetModel : public PatchModel {
     double overlap_before = 0;
     // Voxels by which the proxy's lag behind the hand changes in this tick if the force changes at a rate of 1 N/s.
     double step_per_slew = 0;
-    // voxels, longest steps of the proxy relative to the hand: in contact, and while it breaks through
+    // voxels, longest steps of the proxy relative to the hand: while contacts hold it, and while nothing holds it
     double cut_step = 0, free_step = 0;
     bool limits_step = false;  // true: the proxy's speed is limited in this tick
     // Unit vector against the hand's acceleration if the bur has just lost its support by tissue; otherwise zero.
     dvec3 fall_normal{0};
-    // voxels, largest motion against fall_normal in this tick
+    // voxels, largest motion in this tick in the direction opposite to fall_normal
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position where contacts would hold the proxy without the speed limit. A bur
-    // that has used too much energy is slowed; this is included (deficit_fraction). Zero without contact.
+    // Voxels, vector from the hand to where contacts would hold the proxy if its speed were not limited. Includes the
+    // delay of a bur that has used too much energy (deficit_fraction). Zero without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
     // The following members have the same meaning as in Contact.
@@ -74,15 +74,15 @@ class OffsetModel : public PatchModel {
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
     int settled = 0;     // number of iterations whose step was not too long (see long_step)
-    dvec3 long_step{0};  // voxels, last step that was too long for one iteration
-    int reversals = 0;   // number of long steps opposite to the previous long step
+    dvec3 long_step{0};  // voxels, last step of the search that was too long for one iteration
+    int reversals = 0;   // how often a too long step was opposite to the too long step before it
     dvec3 best{0};       // voxels, best position of the head's centre so far (keep_best)
     double best_merit = 1e300;
     // true: the proxy's speed limit ends the search
     bool at_max_step = false;
     // voxels, head's centre as the contacts alone would hold it, without a speed limit
     dvec3 held_at{0};
-    // voxels, target of the head: the hand's position, corrected for the cutting edges, which grip the tissue
+    // voxels, where the hand pulls the head's centre, corrected because the cutting edges grip the tissue
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
@@ -92,7 +92,7 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// Lower bound of the distance of the head with its centre at c from tissue, voxels. Valid if positive.
+  /// Lower bound of the distance between tissue and the head with its centre at c, voxels. Valid only if positive.
   double free_distance(const dvec3& c) const noexcept { return min_distance(patch_, c) - reach(); }
   /// Lower bound of the whole tool's distance from tissue at the pose X_VT, voxels. `head_free`: the same bound for the
   /// head alone.
@@ -168,12 +168,12 @@ class OffsetModel : public PatchModel {
   // voxels, tolerated overlap of head and tissue; decreases over time
   double overlap_ = 0;
   bool deep_penetration_ = false;  // true: the head is deep in tissue and is being moved out
-  // 0..1, fraction of the motor's power that the head used at a wall of harder tissue in the last tick; 0: no wall
+  // 0..1, fraction of the motor's power that the head used at harder tissue in the last tick; 0: no harder tissue
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time that the tool has been outside its tissue patch
-  // N, contact force when a new tissue patch became overdue. Until it arrives, a plane replaces the tissue; under a
-  // larger force, the plane moves back. 0: no patch is overdue.
+  // N, contact force when a new tissue patch became overdue. Until the patch arrives, a plane replaces the tissue; if
+  // the force becomes larger than this, the plane moves back. 0: no patch is overdue.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when a new tissue patch became overdue
   // s, remaining time of the proxy's smooth return to the surface
@@ -184,8 +184,8 @@ class OffsetModel : public PatchModel {
     double held_for = 0;   // s, time that the proxy has been near held_at, far from the hand
     bool has_cut = false;  // true: the tool has cut since the recorded path began
     bool leading = false;  // true: the proxy is led back along its path
-    std::size_t to = 0;    // index of the path point at which leading back ends
-    bool wedged = false;   // true: the hand has moved away, but the path does not lead closer to it
+    std::size_t to = 0;    // index of the path point to which the proxy is led back
+    bool wedged = false;   // true: the hand has moved away, but no point of the path is clearly nearer to the hand
   } retreat_;
   struct Fall {
     dvec3 push_mean{0};  // N, low-pass filtered contact force on the head
@@ -200,9 +200,9 @@ class OffsetModel : public PatchModel {
   // A cut of the coarse tissue patch. It joins several fine cuts, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at start and end
-    std::uint64_t cut = 0;   // index of the last cut of the fine patch that is part of this cut
+    std::uint64_t cut = 0;   // index of the last fine cut that this coarse cut includes
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // true: the coarse cut before this one ended at X_WA
+    bool goes_on = false;    // true: the previous coarse cut ended where this cut starts (X_WA)
     int waits = 0;           // number of ticks that the cut has waited; 0: no cut waits
   } coarse_;
 
@@ -213,7 +213,7 @@ class OffsetModel : public PatchModel {
     double free_fraction = 1;
     // voxels: centre of the ball of filling; position of the instrument's free end when the ball began
     dvec3 center{0}, end{0};
-    // voxels, centre of the first ball of filling, where the search for an open place begins
+    // voxels, centre of the first ball of filling; the search for an open place starts there
     dvec3 root{0};
     bool idle = false;  // true: hardly any filling could be added in the last tick
   } filling_;
@@ -221,11 +221,11 @@ class OffsetModel : public PatchModel {
   // the place nearest to this ball is found first.
   struct OpenPlaceSearch {
     struct Ray {
-      int next = 0;       // index of the next sample to examine
+      int next = 0;       // index along the ray of the next sample to examine
       int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int sample = 0;           // index of the current sample of all rays
+    int sample = 0;           // index, along each ray, of the sample that is examined now
     std::size_t current = 0;  // index of the ray to examine next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;

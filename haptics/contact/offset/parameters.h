@@ -13,7 +13,7 @@ struct SearchParameters {
   static constexpr double contact_range = 0.8;
   // voxels, largest step of the proxy per iteration with several contacts; below contact_range, to miss no contact
   static constexpr double contact_step = 0.6;
-  // voxels, largest step of the proxy per iteration with at most one contact. A head cannot skip thicker tissue.
+  // voxels, largest step per iteration with at most one contact. Tissue thicker than this cannot be skipped.
   static constexpr double free_step = 1.5;
   // voxels that the head moves before contacts are searched again
   static constexpr double reuse_distance = 0.3;
@@ -45,7 +45,7 @@ struct SearchParameters {
   static constexpr double max_gain = 10;
   // for a head with several contacts: largest factor by which the secant method lengthens a step of the proxy
   static constexpr double max_gain_of_many = 2;
-  // voxels, largest sinking depth per tick; the contact planes are not valid deeper
+  // voxels, largest depth per tick that a cutting head sinks into tissue; contact planes are not valid deeper
   static constexpr double max_allowed_depth = 1;
   // voxels; overlap of head and tissue up to this comes from cutting or rounding. A deeper head is moved out slowly.
   static constexpr double deep = 0.6;
@@ -56,15 +56,15 @@ struct SearchParameters {
 /// Limits within which the position of a ball on one smooth wall is computed directly (ContactFinder::seat). Otherwise
 /// the search iterates.
 struct WallPlacementParameters {
-  // voxels, largest overlap of the ball with an approximate contact plane
+  // voxels, largest allowed overlap of the placed ball-shaped head with an approximate contact plane
   static constexpr double overlap = 0.1;
-  // voxels, largest overlap of the ball with another wall
+  // voxels, largest allowed overlap of a ball-shaped head, placed directly on one wall, with any other wall
   static constexpr double other_wall = 4e-3;
   // two contact planes belong to the same wall if the cosine between their normals is above this
   static constexpr double same_wall = 0.9;
-  // voxels, largest overlap of the ball with another contact plane of the same wall
+  // voxels, largest allowed overlap of a ball-shaped head with other contact planes of the wall on which it is placed
   static constexpr double same_wall_overlap = 0.02;
-  // voxels, largest displacement of the ball by the iteration that checks its position
+  // voxels; the position of a placed ball-shaped head is accepted if one search iteration moves it by less than this
   static constexpr double alone = 2e-4;
 };
 
@@ -102,7 +102,7 @@ struct FallParameters {
   static constexpr double along = 0.3;
   // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
-  // no unit; a bur that lost its support may always move with this factor times the hand's mean speed
+  // no unit; a bur that lost its support may always move at this multiple of the hand's mean speed
   static constexpr double growth = 1.2;
   // N/s; a bur that lost its support is slower than the hand by at most this value divided by the stiffness
   static constexpr double brake = 12;
@@ -175,18 +175,18 @@ struct FillingParameters {
   static constexpr double one_surface = 0.5;
   // voxels between the examined points in front of the instrument
   static constexpr double search_step = 0.25;
-  static constexpr double step = 0.25;   // voxels by which the ball of filling may always grow per tick
-  static constexpr double max_step = 1;  // voxels, largest growth of the radius of the ball of filling per tick
-  // s; per tick, the ball of filling may grow by the filling that still waits plus the filling delivered in this time
+  static constexpr double step = 0.25;   // voxels; each tick may enlarge the radius of the ball of filling by this
+  static constexpr double max_step = 1;  // voxels, largest growth per tick of the radius of the ball of filling
+  // s; per tick, the ball of filling gains at most the waiting material plus the material delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double min_step = 1e-3;
-  // the ball of filling grows only if more than this fraction of its surface is in air
+  // the ball of filling material grows only if more than this fraction of the ball's surface is in air
   static constexpr double buried = 0.01;
   // voxels; a place with room for filling is at least this far from tissue, head and border of Tool::fill_within
   static constexpr double open = 0.5;
-  // the search for room ends at this distance from the centre of the first ball of filling, divided by Tool::fill_reach
+  // largest distance at which free space is searched, from the centre of the first ball of filling, / Tool::fill_reach
   static constexpr double flows_on = 3;
-  static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
+  static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a search ray
   // Largest number of consecutive tissue samples, apart from filling, that a search ray may pass.
   static constexpr int thin = 3;
   // ns, approximate time for the search per tick

@@ -323,7 +323,7 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
   } else if (in.cuts && (emptied_ || surface_speed_ > 0) && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // On tissue harder than the tissue being cut, a contact allows less depth: divided by the ratio of specific energies.
+  // On harder tissue than the tissue being cut, a contact allows only the fraction softer / harder energy of the depth.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -385,7 +385,7 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
     if (!refined) break;
     next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   }
-  // At the border to harder tissue (Wang 2009), a bur uses a fraction of its power: the ratio of the specific energies.
+  // At the border to harder tissue (Wang 2009), a bur uses this fraction of its power: softer / harder specific energy.
   const bool walled = in.cuts && settings_.boundary_walls;
   for (int round = 0; walled && p.allowed_depth > 0 && round < WallParameters::rounds &&
                       hold_at_walls(p.active, p.allowed_depth_at_walls);
@@ -464,7 +464,7 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
 }
 
 /// Fraction of its power with which the head cuts at this contact plane. At a wall (the head comes from much softer
-/// tissue), it is the ratio of the specific energies; elsewhere 1.
+/// tissue): specific energy of the softer tissue / that of the harder tissue. Elsewhere: 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -588,7 +588,7 @@ bool OffsetModel::hand_has_left() const noexcept {
       continue;
     }
     if (patch_.coarse_levels.empty()) return false;
-    // Coarse samples are `every` voxels apart, so a place counts as free only if its distance is larger than `every`.
+    // Coarse samples are `every` voxels apart, so a place is free only if the head there is `every` away from tissue.
     const TissuePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.covers(x / every, 1)) return false;
@@ -603,7 +603,7 @@ bool OffsetModel::hand_has_left() const noexcept {
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  // A head that moves a voxel or more per tick is not waiting for a patch: the hand is only faster than patches arrive.
+  // A head that moves a voxel or more per tick does not wait for a patch, although the hand is faster than the patches.
   const bool moves_on =
       !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;

@@ -54,8 +54,8 @@ class ComputePasses {
 
 /// Mean times of the three passes together, on CPU and on GPU.
 struct PassTimes {
-  double processor = 0, gpu = 0;  // s, mean time per position of the tool
-  bool same = true;               // true: both gave bit-identical results in all tests
+  double processor = 0, gpu = 0;  // s, mean time of the three passes for one position of the tool
+  bool same = true;               // true: CPU and GPU gave bit-identical results in all tests
   /// Returns true if the GPU is faster and its results are bit-identical.
   bool gpu_is_better() const { return same && gpu < processor; }
 };

@@ -44,7 +44,7 @@ class LooseSpheres {
   std::vector<int> body_;  // for each sphere: index of its connected body
   int bodies_ = 0;
   std::vector<Changed> before_;  // for each sphere: its state before its last change
-  std::vector<unsigned> cut_;    // for each sphere: the cut that last changed it
+  std::vector<unsigned> cut_;    // for each sphere: number of the cut that last changed it
   unsigned cuts_ = 0;
   std::vector<unsigned> seen_;  // for each sphere: the search that last reached it
   std::vector<int> flood_;      // for each sphere: the flood fill that reached it

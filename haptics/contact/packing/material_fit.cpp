@@ -103,7 +103,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
 
   MaterialFit fit;
   fit.seed = packing.seed, fit.tissue_hash = packing.tissue_hash;
-  double steepest = 0;  // N per unit of density; largest over all intervals
+  double steepest = 0;  // N per density, largest gain × Σ w² of an interval; w: a sphere's share of the overlap
   for (const Moment& m : moments) steepest = std::max(steepest, stability_of(m.overlap, m.gain, 1));
   double eta = options.eta > 0 ? options.eta : options.relaxation / steepest;
   fit.stability = eta * steepest;

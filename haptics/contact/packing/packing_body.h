@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread only. A cut changes only spheres. rasterize() updates the distance field from notes, which are stored
-/// whenever the cutting ball has moved by 0.03 voxel. So the field does not depend on the times of requests.
+/// Carver thread only. Cuts change only spheres. After each 0.03 voxel of motion, a cut notes the removed parts of the
+/// spheres. rasterize() updates the distance field from these notes, so the field does not depend on when it is called.
 class PackingBody final : public TissueBody {
  public:
   /// Throws Error if `packing` does not belong to `tissue`.
@@ -41,7 +41,7 @@ class PackingBody final : public TissueBody {
   struct Kept {
     int sphere;
     CutSphere state;  // sphere before the stroke; for an undone stroke: after the stroke
-    // m, centre of the cutting ball in the sphere's newest note
+    // m, centre of the cutting ball in the sphere's newest Note (record of a removed part)
     dvec3 last_noted;
   };
   struct Stroke {
@@ -83,10 +83,10 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;  // spheres that changed since remember_writes(true) was called
-  // m, centre of the cutting ball in each sphere's newest note
+  // m, for each sphere: centre of the cutting ball in its newest Note (record of a removed part)
   std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of paintings in volume_ that the spheres contain already
+  std::uint64_t paints_ = 0;  // number of calls of paint() on volume_ that the spheres have adopted
   bool repainted_ = false;    // true: painting has changed spheres since the last snapshot
 };
 

@@ -101,7 +101,7 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, they may remove another volume.
+  // Repeats the servo's cuts that `fresh` lacks. After undo or a loose piece, these cuts may remove a different volume.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =

@@ -16,8 +16,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Passes 1 and 2: constrain(); pass 3: cut(). Cutting speed (S2, eq. 4): motor power / (contact area × dentin's
-/// specific energy × relative density). Instead of estimating this area, cut() finds the step that uses up the energy.
+/// Passes 1 and 2: constrain(); pass 3: cut(). Cutting speed (paper S2, eq. 4): motor power / (contact area × dentin's
+/// specific energy × relative density). Instead of estimating the area, cut() finds the step that uses up the energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument: spheres only become smaller.
@@ -68,7 +68,7 @@ class PackingModel final : public ContactModel {
   dvec3 held_{0};  // m, head's centre that was last returned to the servo
   /// State for leading a blocked proxy back to the hand.
   struct Retreat {
-    RetreatPath path;      // recorded path, in units of kPathUnit
+    RetreatPath path;      // recorded path of the proxy, in units of kPathUnit
     dvec3 held_at{0};      // m, position at which contacts block the proxy
     double held_for = 0;   // s, time near held_at while the hand is far away
     bool leading = false;  // true: the proxy moves back along `path`
@@ -85,7 +85,7 @@ class PackingModel final : public ContactModel {
   // tried_ contains a trial cut along this fraction of the motion from proxy to hand; negative: no trial cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: index after its last element
-  // J, estimated energy of a cut up to the hand; 0: unknown
+  // J, estimated energy of a cut along the whole motion from proxy to hand; 0: unknown
   double price_ = 0;
   double last_path_length_ = 0;  // m, length of the motion from proxy to hand at the last cut
   RecentCuts<MadeCut> made_;

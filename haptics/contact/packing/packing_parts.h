@@ -1,4 +1,4 @@
-// Parameters, snapshot and cut of "packing", used by both threads. S2: Kaluschke et al. 2020 (docs/papers.md).
+// Parts of the contact model "packing" for servo and carver thread. Paper S2: Kaluschke et al. 2020 (docs/papers.md).
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct Parameters {
   /// m/s, speed of cutting dentin (v_b in eq. 4 of Kaluschke 2020); 0: computed from the motor's power (PackingModel)
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, largest speed of cutting, reached at very low density
-  // Only with base_speed. true: density summed over the contact (Kaluschke 2020, eq. 3; for reaming); false: its mean.
+  // If base_speed > 0, cutting speed follows from a density: the contact's sum (true) or mean (false; paper S2, eq. 3).
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m; for the estimate of the touched tissue, the tool's spheres are enlarged by this
   // density of each tissue divided by the density of dentin; negative: computed from the tissue's specific energy
@@ -69,8 +69,8 @@ struct CutBuffers {
   std::vector<CutSphere> before;
 };
 
-/// Cuts with the head from A to B, bit-identically on servo and carver. keep(index, sphere before) is called for each
-/// changed sphere. near(t, places) lists tissue spheres that head sphere t can touch, in tree order.
+/// Cuts with the head from A to B, bit-identically on servo and carver. Calls keep(index, old sphere) for each changed
+/// sphere. near(t, places) lists the tissue spheres that head sphere t can touch, in the order of the sphere tree.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

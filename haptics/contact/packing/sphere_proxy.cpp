@@ -15,8 +15,8 @@ namespace {
 
 // largest number of motions of the proxy that are tested per tick
 constexpr int kSweeps = 24;
-// follow() ends after this many consecutive motions of the proxy without progress, as in a cavity with many contacts.
-// The next tick continues.
+// If this many consecutive motions of the proxy bring no progress, as in a cavity with many contacts, follow() ends;
+// the next tick continues.
 constexpr int kStuck = 8;
 // largest number of contacts of non-cutting parts that one cut adds as constraints
 constexpr int kSlides = 6;
@@ -26,13 +26,13 @@ constexpr double kSettled = 1e-12;  // m; a smaller change of the result ends th
 constexpr double kArrived = 1e-10;
 // rad, largest rotation per step; treating its arc as a chord then errs by at most 5e-5 of the tool's reach
 constexpr double kMaxTurn = 0.02;
-// m, smallest mean margin of the lists of near spheres. Margin: motion of a tool sphere for which its list is valid.
+// m, smallest margin (motion of a tool sphere for which its list of near spheres is valid), as mean of all lists
 constexpr double kMargin = 60e-6;
 // m, largest mean margin (motion for which a list is valid) of lists that are made only when they are needed
 constexpr double kMaxMargin = 300e-6;
 // margin of a near list (motion for which the list is valid) divided by the motion per tick
 constexpr double kAhead = 3;
-// m; if a near list is empty, its margin is the distance of the nearest tissue sphere, searched up to this distance
+// m; an empty near list is valid for a motion up to the nearest tissue sphere, searched within this distance
 constexpr double kSearchDistance = 2e-3;
 // m, rounding error of a distance between spheres, added to limits
 constexpr double kRounding = 1e-12;
@@ -40,7 +40,7 @@ constexpr double kRounding = 1e-12;
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
 constexpr std::size_t kAllListed = 16384;  // capacity of all near lists together, in spheres
-// m; if its limit `gap` is below this, listed_near() compares only stored gaps in a long list, no exact distances
+// m; in a long list, listed_near() tests only stored gaps, no exact distances, if its argument `gap` is below this
 constexpr double kFewOthers = 100e-6;
 // number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
@@ -52,7 +52,7 @@ constexpr double kMinMargin = 1e-6;
 constexpr double kReduced = 0.8;  // factor for the margin of a too long list
 // m, largest mean margin (motion for which a list is valid) of lists made in advance
 constexpr double kMaxPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;  // margin of a near list divided by the motion per tick, for lists made in advance
+constexpr double kTicksAhead = 10;  // for lists made in advance: margin divided by the motion per tick
 // smallest number of tree leaves that are searched per tick for the lists made in advance
 constexpr std::size_t kLeavesATick = 320;
 // after a list of near spheres was too long: number of searches until a list is made again
@@ -139,8 +139,8 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Margin of the near list of tool sphere `i` (motion for which this list is valid), m. `margin`: mean of all lists.
-/// Margins differ slightly, so that lists do not all expire in the same tick.
+/// Margin of the near list of tool sphere `i` (motion for which this list is valid), m. `margin`: mean margin of all
+/// lists. The margins differ slightly, so that the lists do not all expire in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
@@ -391,7 +391,7 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, component of the whole motion to `goal` towards the tissue sphere, at the first contact
+  // m, component of the motion to `goal` along the line from the tool sphere to the touched tissue sphere
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -412,8 +412,8 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds the contact as a constraint and tries again. If the contact is a constraint already, rotation has curved
-    // the path, so that it crosses the constraint's plane; the constraint's gap is then reduced.
+    // Adds the contact as a constraint; the loop then computes the motion again. If it was one before, rotation has
+    // curved the path so that it crosses the constraint's plane; then the constraint's gap is reduced.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -432,8 +432,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad/m, rotation of the proxy per metre of push (multiplier)
-    double yields;  // change of the gap (m) per metre of push
+    dvec3 turned;   // rad/m, rotation of the proxy per metre of push (Lagrange multiplier)
+    double yields;  // m, increase of the gap per metre of push
   };
   std::array<Step, kMaxContacts> steps;
   std::size_t count = 0;
@@ -541,7 +541,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Shortens the proxy's motion: at most kMaxTurn of rotation, and at most the path that is left in this tick.
+    // Limits the proxy's motion: rotation at most kMaxTurn, path at most the rest of this tick's path.
     const double angle = glm::length(turned), travel = glm::length(by) + tool_.reach * angle;
     const double fraction = std::min({1.0, kMaxTurn / std::max(angle, 1e-300), path_left / std::max(travel, 1e-300)});
     by *= fraction, turned *= fraction;

@@ -60,7 +60,7 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Must be called after the note_cut() calls of each tool sphere, and before the next search.
+  /// Must be called once per tool sphere: after the last note_cut() for this sphere, and before the next search.
   void end_notes() noexcept;
 
   /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
@@ -73,7 +73,7 @@ class SphereProxy {
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<Place> found) const noexcept;
 
-  /// Lists the spheres near one tool sphere at the proxy, enlarged by `epsilon` (m), like SphereTree::near_segment().
+  /// Lists the tissue spheres within `epsilon` (m) of one tool sphere at the proxy's pose (SphereTree::near_segment()).
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<Place> found) noexcept;
 
@@ -98,7 +98,7 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m; a smaller protrusion of a cut sphere reduces the margins of all lists; a larger one, only of the lists near it
+  // m; if a cut sphere protrudes by at most this, all near lists lose margin; otherwise only the lists around it
   static constexpr double kStickOut = 1e-6;
 
   /// A motion from the current pose of the proxy.
@@ -191,7 +191,7 @@ class SphereProxy {
   std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
   // m, largest distance of at most kStickOut by which a cut sphere protruded from its old surface since end_notes()
   double protrudes_ = 0;
-  bool noted_ = false;  // true: a cut sphere has protruded since end_notes()
+  bool noted_ = false;  // true: since end_notes(), a cut sphere has protruded from its old surface
   double pushed_ = 0;   // m, sum of the pushes of all contacts
   dvec3 n_W_{0};
   bool sticks_ = false;

@@ -13,7 +13,7 @@ namespace {
 
 /// cos 60°: if the angle between the directions of two cuts of a sphere is smaller, the second continues the first
 constexpr double kSameSide = 0.5;
-// number of cuts after which the tree's boxes above a leaf are computed exactly again
+// After a cut, bounding boxes in the tree are only enlarged. Once in this number of cuts, they are computed exactly.
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, rounding error of a sphere's displacement
 constexpr double kTouching = 1e-13;  // m; a smaller overlap of spheres counts as rounding error
@@ -276,7 +276,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A small sphere may own no voxel, so its cell gets at least its own volume. Then the sum is scaled to solid_volume.
+  // Each cell gets at least the volume of its sphere, because a small sphere may be nearest to no voxel centre.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

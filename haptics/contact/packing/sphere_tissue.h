@@ -42,7 +42,7 @@ class SphereTissue {
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
   const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
-  /// Ratio of a sphere's hardness to its tissue's (dense_tissue.h); a material fit (S2, eq. 14) can give more than 1.
+  /// Hardness of a sphere divided by its tissue's hardness. A material fit (paper S2, eq. 14) can give more than 1.
   double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
   double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
   /// Returns true if some sphere's hardness is not 1.

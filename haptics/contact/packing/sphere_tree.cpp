@@ -194,7 +194,7 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates bounding boxes from a leaf upwards. Stops at an unchanged box; `exactly` false: also at a large enough box.
+/// Updates bounding boxes from a leaf upwards, up to a box that is unchanged or, if `exactly` is false, large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, rounding_margin_, lo, hi);
@@ -244,7 +244,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m; a smaller motion along an axis counts as zero. It is far below the margin of the boxes.
+    // m; a smaller motion along an axis counts as zero, because the boxes have a much larger margin
     const double slow = 1e-6 * rounding_margin_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);

@@ -58,7 +58,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double max_gain = 0;  // largest volume per sphere that a ring newly covers
+      double max_gain = 0;  // largest (volume that a new ring would cover / number of spheres in the ring)
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -103,7 +103,7 @@ class Rings {
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first, end) for the nodes that the whole ring of spheres covers, also midway between two spheres.
+  /// Calls f(level, first, end) for the grid nodes that a ring of spheres covers in every direction around the axis.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = depth_[node(i, j)];
@@ -133,7 +133,7 @@ class Rings {
   double bottom_;                      // m along the axis, height of the lowest level
   std::vector<double> depth_;          // for each node: its depth below the surface, m
   std::vector<std::uint8_t> covered_;  // for each node: true if outside the head, or inside a ring of spheres
-  std::vector<double> open_;           // for each level: volume without spheres between the axis and each node
+  std::vector<double> open_;           // for each node: uncovered volume at its level between axis and node
   double enough_ = 0;
 };
 

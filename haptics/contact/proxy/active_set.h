@@ -46,8 +46,8 @@ class ActiveSet {
  public:
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
-  /// Computes the point nearest to `goal` that all planes allow. `active`: in: a guess of the active planes; out: these
-  /// planes. Returns false if no point is allowed; `x` is then undefined.
+  /// Computes the point nearest to `goal` that all planes allow. `active`: on entry, a guess of the active planes; on
+  /// return, the active planes. Returns false if no point is allowed; `x` is then undefined.
   bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
     count_ = 0;
     x = goal;
@@ -94,8 +94,8 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Starts the search with the guessed planes as active planes, if in the solution with these planes each one has a
-  /// positive multiplier. Otherwise starts without active planes.
+  /// Starts the search with the guessed planes as active planes, if all their multipliers are then positive. Otherwise
+  /// starts without active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};

@@ -169,7 +169,7 @@ bool ContactFinder::seat(const TissuePatch& patch, const dvec3& target, const dv
   return alone || seat_on_wall(patch, target, c, seated, set, alone);
 }
 
-/// Final position (see seat()) of a ball on the crease of the last contact. True only if no other tissue is near.
+/// Computes the position of a ball that the crease of the last contact stops. True only if no other tissue is near.
 bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated,
                                    ContactSet& set) const noexcept {
   const Crease* crease = set.known_.last();

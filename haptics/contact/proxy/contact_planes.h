@@ -37,7 +37,7 @@ class ContactFinder {
   /// other tissue is near; `set` then contains this contact.
   bool seat(const TissuePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
-  // voxels, largest displacement of the ball by seat()
+  // voxels, largest distance by which seat() may move the ball
   static constexpr double kMaxSeated = 1.5;
 
   /// Finds contacts for a head that overlaps tissue by more than `kDeepPenetration`, for example after a jump: the
@@ -86,7 +86,7 @@ class ContactFinder {
   bool sphere_;
   // voxels; radius_: radius of a ball; reach_: distance from the head's centre to its farthest point
   double radius_, reach_;
-  // voxels, the head's sharp rims and tips (radius 0); `beside`: a contact within this distance belongs to the rim
+  // voxels, the head's sharp rims and tips (radius 0); a contact nearer to a rim than `beside` belongs to this rim
   struct {
     double radius, z, beside;
   } rims_[HeadField::kMaxPieces + 1];

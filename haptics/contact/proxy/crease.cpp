@@ -89,7 +89,7 @@ bool fit(const TissuePatch& patch, const glm::ivec3& at, Sheet& sheet) noexcept 
   if (most > C::max_curvature || rough > C::rough + C::curved_roughness * most * most) return false;
   sheet.n = n;
   sheet.x = dvec3(at) - value * n;
-  // Eigenvector of the larger curvature. Of its two formulas, uses that without a difference of nearly equal numbers.
+  // Eigenvector of the larger curvature. Of two formulas, uses the one that subtracts no nearly equal numbers.
   sheet.e1 = half < 1e-9 ? u : glm::normalize(along > 0 ? (along + half) * u + uv * v : uv * u + (half - along) * v);
   sheet.e2 = glm::cross(n, sheet.e1);
   sheet.k1 = at_surface(mean + half), sheet.k2 = at_surface(mean - half);
@@ -135,7 +135,7 @@ struct Place {
   int group;
 };
 
-/// Searches a surface point in each direction around the crease at x; if there is none, again from below the surface.
+/// Searches a surface point in each direction around the crease at x. Where it finds none, it starts again lower down.
 void search_around(const TissuePatch& patch, const dvec3& x, const dvec3& n, double aside,
                    Place (&around)[C::directions]) noexcept {
   const dvec3 u = across(n), v = glm::cross(n, u);
@@ -184,7 +184,7 @@ struct Groups {
   }
 };
 
-/// Fits the sheet `own` (smooth surface) at `place`; until accepts() is true, again farther from the other sheets.
+/// Fits the sheet `own` (smooth surface) at `place`. If accepts() refuses the fit, tries farther from the other sheets.
 template <class Accepts>
 bool fit_away(const TissuePatch& patch, Landing place, const Groups& groups, int own, Fitted& fitted,
               Accepts&& accepts) noexcept {
@@ -234,7 +234,7 @@ double clearance(const Fitted& fitted, const dvec3& x, const Groups& groups, int
   return least;
 }
 
-/// Of the fits of the sheet `own`, chooses the one nearest to the crease whose samples belong to no other sheet.
+/// Of the fits of the sheet `own` whose samples belong to no other sheet, chooses the fit nearest to the crease.
 bool choose(const TissuePatch& patch, const dvec3& x, const Place (&around)[C::directions], const Groups& groups,
             int own, Sheet& sheet) noexcept {
   double nearest = 1e300;
@@ -347,7 +347,7 @@ bool find_sheets(const TissuePatch& patch, const dvec3& x, const dvec3& n, doubl
     }
   }
   if (!agrees_around(patch, x, crease)) return false;
-  // A point below the crease's surfaces is inexact (sharp ridge) or on another surface; the sample below it decides.
+  // A point far below the fitted surfaces may be inexact (sharp ridge). If the sample below it disagrees: no crease.
   return std::ranges::none_of(around, [&](const Place& place) {
     if (!place.landed || crease.above(place.at.x) > -C::missed_below) return false;
     const dvec3 below = glm::floor(place.at.x - C::below * place.at.n + 0.5);

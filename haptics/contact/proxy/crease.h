@@ -80,7 +80,7 @@ class KnownCreases {
   unsigned none_count_ = 0;  // number of calls of add_none(), modulo 2³²; none_ keeps the last kMaxNone
 };
 
-/// Returns true if the field near x bends far more than beside it, as at a convex edge. Cheap test for find_crease().
+/// Returns true if the field bends far more at x than around x, as at a convex edge. Cheap test for find_crease().
 bool is_sharp_at(const TissuePatch& patch, const dvec3& x) noexcept;
 
 /// Fits the smooth surfaces that meet near `x`, a surface point within about two voxels of the crease. `n`: unit vector

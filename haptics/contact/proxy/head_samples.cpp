@@ -222,8 +222,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // `fraction` (weight of an area) decreases linearly from 1 at the surface to 0 at one voxel; `half`: to 0 at half a
-    // voxel. Normals have the weight 2 · half − fraction. Its mean up to one voxel is 0: areas without contact cancel.
+    // `fraction`: weight of a sample's area; decreases linearly from 1 at the surface to 0 at one voxel. `half`: 0 at
+    // half a voxel. Normals have the weight 2 · half − fraction, whose mean is 0, so areas without contact cancel.
     F8 fraction = 1.0f - value, half = fraction - value;
     fraction = fraction < 0.0f ? F8{} : fraction;
     fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;

@@ -34,8 +34,8 @@ int max_along(const ApproximatePlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the plane that is violated most (of equal ones, the first), or -1 if n·d + room ≥ -slip for all
-/// planes. `d`: displacement of the head; room: how far the head may move against n; `slip`: tolerance.
+/// Index of the most violated plane (of equal ones, the first); -1 if n·d + room ≥ -slip for all planes. n: a plane's
+/// normal; `d`: displacement of the head; room: how far the head may move against n; `slip`: tolerance.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int max_violated(const ApproximatePlanes* planes, int count, const float* d, float overlap, float allowed_depth,
                  bool only_no_deeper, float slip) {
@@ -63,7 +63,7 @@ int max_violated(const ApproximatePlanes* planes, int count, const float* d, flo
 }
 
 /// Presents the contacts of a head to the active-set solver as planes that limit the position p of the head's centre,
-/// in voxels. `only_no_deeper`: true if planes that the head already overlaps only prevent a deeper overlap.
+/// in voxels. `only_no_deeper`: the head need not leave planes that it overlaps already, but may not sink deeper.
 class HeadPlanes {
  public:
   using Plane = ContactPlane;

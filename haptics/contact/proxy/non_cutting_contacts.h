@@ -50,7 +50,7 @@ class NonCuttingContacts {
     bool shank;
     double let;  // allowed overlap of tissue and part, in voxels of the same tissue patch as `plane`
   };
-  static constexpr int kMost = 5, kCapacity = 8;  // largest numbers of contacts: one part, and all parts
+  static constexpr int kMost = 5, kCapacity = 8;  // largest numbers of contacts: of one part; of all parts
 
   void search(const Part& part, const TissuePatch& patch, const Pose& X, double near, bool shank) noexcept;
   double tolerated_overlap(double radius, const TissuePatch& patch, const dvec3& x) const noexcept;

@@ -6,8 +6,8 @@ namespace typodont::haptics {
 
 /// Conditions under which one cubic interpolation at a ball's centre finds its only contact (find_by_offset()).
 struct OffsetQueryParameters {
-  // Voxels; largest difference between the field and its expected value, which is 0 at the foot point (nearest surface
-  // point), and minus the depth below it. Equals the error of linear interpolation at a ball with a radius of 4 voxels.
+  // Voxels; largest difference between the field and its expected value: 0 at the foot point (nearest surface point),
+  // -d at the depth d below it. Equals the error of linear interpolation at a ball with a radius of 4 voxels.
   static constexpr double foot_tolerance = 0.05;
   // Largest allowed difference between 1 and the length of the field's gradient at the ball's centre. Near a single
   // smooth wall, this length is 1.
@@ -99,8 +99,8 @@ struct HeadSampleParameters {
   // contacts with larger gaps examines samples up to `beyond_near` beyond these gaps.
   static constexpr float examined = 1.5f, beyond_near = 0.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples near the head's free end, which cuts most
-  // Voxels. dense: spacing of samples up to which no tissue is missed. cover: spacing of the additional points for a
-  // head whose samples are farther apart.
+  // Voxels. Samples at most `dense` apart miss no tissue. A head whose samples are farther apart gets additional points
+  // with the spacing `cover`.
   static constexpr double dense = 3, cover = 8;
   static constexpr int max_cover = 8192;   // largest number of additional points (see `cover`)
   static constexpr int descents = 24;      // largest number of searches (descend()) that start at additional points
@@ -114,11 +114,11 @@ struct CreaseParameters {
   static constexpr int directions = 24;  // number of directions in which the surface beside the crease is searched
   // Voxels, distances from the crease at which the surface is searched, in this order; usually the first suffices.
   static constexpr double aside[] = {4, 6.5, 5};
-  static constexpr double down = 0.8;     // if a search fails, the next starts down × aside beside and below a crease
+  static constexpr double down = 0.8;     // second start of a search: down × aside beside the crease, and as far below
   static constexpr double min_aside = 2;  // surface points nearer to the crease than this are not used
   static constexpr int steps = 4;         // largest number of steps onto the surface
   static constexpr double landed = 0.1;   // a point nearer to the surface than this counts as on the surface
-  // Start points of a fit: distances from the surface point along the surface, and height above the surface.
+  // Start points of a fit: `farther` from the surface point, along the surface, and at `height` above the surface.
   static constexpr double farther[] = {0, 1.5, 3, 4.5}, height = 0.7;
   static constexpr int away_steps = 5;  // largest number of steps along a narrow surface, away from the other surfaces
   static constexpr double away_step = 3;
@@ -126,9 +126,9 @@ struct CreaseParameters {
   static constexpr double clear = 0.4;
   static constexpr double gradient_tolerance = 5e-3;  // largest difference between 1 and the gradient's length
   static constexpr double max_curvature = 0.4;        // 1/voxel, largest principal curvature of a smooth surface
-  // The third and fourth differences of a fit's samples are at most rough + curved_roughness × (largest curvature)².
+  // Limit of the third and fourth differences of a fit's samples: rough + curved_roughness × the fit's curvature².
   static constexpr double rough = 0.03, curved_roughness = 4;
-  // Above the curvature `curved` (1/voxel), a fit must agree with samples two voxels from its centre to `residual`.
+  // If the curvature (1/voxel) is above `curved`, samples two voxels from a fit's centre must fit within `residual`.
   static constexpr double curved = 0.05, residual = 0.1;
   static constexpr double same_normal =
       0.7;  // smallest cosine between the normals of a fitted surface and of the tissue at the fitted place
@@ -138,11 +138,11 @@ struct CreaseParameters {
   static constexpr double near_sheet = 3;
   // Each surface's fitted point must lie at least this deep below the other surfaces: then the crease is convex.
   static constexpr double convex = 0.2;
-  static constexpr double shallow = 0.966;  // largest cosine between the normals of two surfaces on their common line
-  // Samples near a crease (±`around`) at distances -deepest to shallowest match its fitted surfaces to around_agrees.
+  static constexpr double shallow = 0.966;  // an edge between normals with a larger cosine is flat, so no crease
+  // Samples within ±`around` of a crease, at -deepest to shallowest, must agree with its surfaces to around_agrees.
   static constexpr double around = 2, shallowest = -0.2, deepest = 1.5, around_agrees = 0.15;
   // A surface point belongs to a third smooth surface if it lies missed_below under the first two, or if the cosine
-  // between its normal and the line where these meet exceeds along_line.
+  // between its normal and the first two surfaces' common line exceeds along_line.
   static constexpr double missed_below = 0.6, along_line = 0.3;
   // If a sample below the surface differs by more than this from the fitted surfaces, there is another surface.
   static constexpr double missed_by = 0.3;
@@ -152,11 +152,11 @@ struct CreaseParameters {
   // A search that found no crease is not repeated within `none_within`, if the cosine between both directions of search
   // is above `none_along`.
   static constexpr double none_within = 0.25, none_along = 0.9;
-  // The line where two surfaces meet continues if a sample `ahead` along it and `below` it fits within line_agrees.
+  // `ahead` along the line where two surfaces meet, the sample at the depth `below` must fit them within line_agrees.
   static constexpr double ahead = 4, below = 1.5, line_agrees = 0.1;
-  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease for fits of its surfaces
+  static constexpr double aside_followed[] = {3.5, 4.5, 6};  // distances from a known crease for fits of the surfaces
   static constexpr double converged = 1e-9;
-  // The search for the line where two surfaces meet ends after a step from a point that is nearer than this to both
+  // The search for the line where two surfaces meet ends after a step that began at a distance below this from both
   // surfaces. As Newton's method converges quadratically, the error is then about 1e-3 voxels.
   static constexpr double last_step = 0.1;
   // smooth surfaces count as parallel if the determinant of their unit normals is smaller than this
@@ -175,8 +175,8 @@ struct DescentParameters {
 /// Contact of a head with a crease (ContactFinder::touch_crease). Voxels.
 struct CreaseContactParameters {
   static constexpr int steps = 8;
-  // voxels²; for a ball, the search along the line of a crease ends after a step with a smaller square. As Newton's
-  // method converges quadratically, the error is then about 1e-5 voxels.
+  // voxels²; for a ball, the search along the line of a crease ends when a step's squared length is below this. As
+  // Newton's method converges quadratically, the error is then about 1e-5 voxels.
   static constexpr double last_step = 1e-4;
   // voxels²; a smaller squared step ends a search along a surface, or along a crease's line if the head is no ball
   static constexpr double slid = 1e-14;
@@ -185,16 +185,16 @@ struct CreaseContactParameters {
   // The exact contact with a crease may be farther from the head than the interpolated contact by at most `farther`, or
   // nearer by at most `nearer`.
   static constexpr double farther = 0.1, nearer = 1.5;
-  // The sample at this `depth` below the contact differs by less than `agrees` from the crease's fitted surfaces.
+  // The sample at this `depth` below the contact must differ by less than `agrees` from the crease's fitted surfaces.
   static constexpr double depth = 1.5, agrees = 0.1;
 };
 
 /// Grooves and inner corners between flat walls (groove.h). Voxels.
 struct GrooveParameters {
   static constexpr int directions = 12;     // directions in which walls are searched
-  static constexpr double aside = 8;        // distance of the search from the bottom of the groove
-  static constexpr double min_aside = 5.2;  // smallest distance of a wall point from the groove's bottom: nearer to it,
-                                            // the interpolation would read samples of another wall
+  static constexpr double aside = 8;        // walls are searched at this distance from the bottom of the groove
+  static constexpr double min_aside = 5.2;  // smallest distance of a wall point from the bottom of the groove
+                                            // (nearer, the interpolation would read samples of another wall)
   static constexpr int steps = 3;           // largest number of steps onto a wall
   static constexpr double on_face = 1e-3;   // a point nearer to the wall than this counts as on the wall
   static constexpr double gradient_tolerance = 1e-3;  // largest difference between 1 and the gradient's length
@@ -203,8 +203,8 @@ struct GrooveParameters {
   static constexpr double same_face = 1e-5;  // largest 1 - cosine between normals of one wall
   static constexpr double concave = 0.02;    // largest depth of a point of one wall below the plane of another
   static constexpr double agrees = 0.05;     // largest difference between the field and the distance from the walls
-  static constexpr double farther = 1.5;     // distance of a second point that tests flatness
-  // A second point tests if a wall is flat. Largest 1 - cosine between the normals; largest distance from the plane.
+  static constexpr double farther = 1.5;     // distance of the second point, which tests whether a wall is flat
+  // Limits for a second point of a flat wall: 1 - cosine between both normals; distance from the first point's plane.
   static constexpr double flat = 1e-10, flat_distance = 2e-5;
   static constexpr int misses = 6;  // after so many directions without a wall, the search fails
   // Interpolation fills a groove up to this depth × |n1 - n2|, where n1 and n2 are the normals of its walls.

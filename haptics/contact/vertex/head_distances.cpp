@@ -128,7 +128,7 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // Removes entries that belong to unused elements after the end.
+  // Removes entries for elements after the end, which the last batch of eight also reads.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }

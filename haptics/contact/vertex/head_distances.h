@@ -38,8 +38,8 @@ class HeadDistances {
   void count_anew() noexcept { computed_ = 0; }
   /// Discards the stored distances. Must be called before find() is called with another list.
   void forget() noexcept { known_list_ = 0; }
-  /// From index `first` on, removes points farther than `far` (m) from the head at points.listed_at(), and stores the
-  /// distances of the others.
+  /// From index `first` on, removes points farther than `far` (m) from the head at the pose points.listed_at(). Stores
+  /// the distances of the remaining points.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
 
   // For points that are not in a list: call clear(), add() for each point, evaluate().

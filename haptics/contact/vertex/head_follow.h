@@ -101,7 +101,7 @@ class HeadFollower {
                 bool give, double most) noexcept;
 
   HeadDistances& distances_;
-  std::vector<double> gaps_;  // m, for each point: allowed motion of the head towards it
+  std::vector<double> gaps_;  // m, for each point: allowed motion of the head towards the point
   ActivePlanes active_;
   Hold holds_[3] = {};
   bool bounded_ = false, led_out_ = false;

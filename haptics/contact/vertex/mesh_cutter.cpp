@@ -25,15 +25,15 @@ namespace {
 
 // m, rounding error of the faces' bounding balls (floats)
 constexpr double kRounding = 1e-6;
-// Largest number of rounds per step that move vertices back out of folds or intersections. After more, all vertices
-// return to their positions before the step.
+// Largest number of rounds per step that move vertices back out of folds or intersections. If more are needed, all
+// vertices return to their positions before the step.
 constexpr int kMaxRounds = 8;
 // A face faces the core (part of the axis) if the cosine between its outer normal and the vector from the core to each
 // corner is below this.
 constexpr double kFacesCore = -0.05;
 
-// Rounding error of the product of a unit vector with a vector a, relative to |a.x| + |a.y| + |a.z|. If the computed
-// product is below minus this error, the exact product is negative.
+// Rounding error of the dot product of a unit vector with a vector a, relative to |a.x| + |a.y| + |a.z|. If the
+// computed product is below minus this error, the exact product is negative.
 constexpr double kClearlyInward = 1e-12;
 // A quick test compares squared lengths of normals. It decides only if one exceeds the other by the factor kLarger
 // (rounding), and if both are above kTiny2 (m⁴, because a normal is twice an area; excludes denormal numbers).
@@ -61,20 +61,20 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// If more bounding balls overlap the ball of a face, the table crowd_ first excludes some. Usual: at most about 60.
+// If the bounding ball of a face overlaps more balls than this, a quick test (crowd_) excludes some. Usual: up to 60.
 constexpr std::size_t kCrowd = 100;
-// Largest number of faces in crowd_.
+// Largest number of faces in crowd_, the table for a quick test of intersections.
 constexpr std::size_t kMaxInCrowd = 1 << 15;
 
-// Flag in the result of list_overlapping(): the listed ball does not reach the face's plane, so the faces do not cross.
+// Flag of a face in list_overlapping(): its ball does not reach the tested face's plane, so the faces do not cross.
 constexpr std::uint32_t kBeside = 0x80000000;
 
-/// Lists the bounding balls that overlap the ball (p, r) of a face, some with the flag kBeside. `n`: normal of the
-/// face; zero: the normal is uncertain.
+/// Lists the faces whose bounding balls (x, y, z, radius) overlap the ball (p, r) of the tested face, some with the
+/// flag kBeside. `n`: normal of the tested face; zero: the normal is uncertain.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, const float* n, std::uint32_t* at) {
-  constexpr float kClear = 1e-7f;  // m, tolerance for rounding errors of a ball's distance from the plane
+  constexpr float kClear = 1e-7f;  // m, tolerance for rounding errors of a ball's distance from the tested face's plane
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; k += kBatch) {
     F8 px, py, pz, far;
@@ -92,7 +92,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
-  // Removes results for the unused elements from index `count` on.
+  // Removes results for indices from `count` on, which the last batch of eight also tested.
   while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
@@ -330,7 +330,7 @@ void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, doub
   distances_.clear();
 }
 
-/// Finds the vertices inside the head, and their targets.
+/// Finds the vertices inside the head, and the positions to which they will be moved.
 bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   if (at_ == 0) {
     moved_.clear();
@@ -531,7 +531,7 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   const auto from_core = [&](const dvec3& off) {
     return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
   };
-  // Quick test with the rough normal. Vectors to a corner and to the ball's centre differ at most by the ball's radius.
+  // Quick test with an approximate normal, and with the ball around the face: no corner is outside this ball.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
@@ -560,7 +560,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
 }
 
 /// Distance from the head (m) within which a face can intersect another. Moved vertices lie on the head's surface, so
-/// unchanged faces can intersect only very near it.
+/// unchanged faces can intersect only very near the head.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
   return mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? edge : kRounding);
 }
@@ -610,8 +610,8 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
   mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
-/// Collapses an edge, unless a face turns too far, becomes too small, flat or long, or intersects, or the volume
-/// changes too much. Returns true if done.
+/// Collapses an edge, unless a face would turn too far, become too small, flat or long, or intersect another face, or
+/// the volume would change too much. Returns true if done.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double longest, double max_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -731,7 +731,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
                                       CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², squared distance of the neighbour
+    double far2;  // m², squared distance of the neighbour from v
     Index face;   // a face that has the edge from v to this neighbour
     int i;        // index of this edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
@@ -792,7 +792,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // The known faces are valid in the first step only, because each step changes the mesh.
+      // The list `known` is valid in the first step only, because each step changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       return go_to(Stage::kSearch);
     }

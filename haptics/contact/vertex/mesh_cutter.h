@@ -77,7 +77,7 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
 /// Measured costs of a cut's operations, in units of Effort.
 struct CutCosts {
-  Effort visit = 1, sort = 1;       // costs per face: search; sorting
+  Effort visit = 1, sort = 1;       // costs per face: to visit it in the search; to sort it
   Effort refine = 1, split = 40;    // cost per face near the head; cost per split edge
   Effort distance = 5;              // cost per distance between the head and a face
   Effort find = 2;                  // cost per face whose corners may be inside the head
@@ -87,7 +87,7 @@ struct CutCosts {
   Effort select = 1, ball = 1;      // costs per near face: selection for the intersection test; its bounding ball
   Effort select_changed = 1;        // cost per changed face: selection for the intersection test
   Effort test = 75, pair = 4;       // costs of the intersection test: per face; per pair of faces
-  Effort account = 2, repair = 3;   // costs per changed face: volume and tissue; short edges and slivers
+  Effort account = 2, repair = 3;   // costs per changed face: sum of volume and tissue; mending short edges and slivers
   Effort collapse = 60;             // cost per attempt to collapse or flip an edge
   // cost per attempt to collapse or flip an edge, if some faces are directed away from the head
   Effort thin_collapse = 500;
@@ -98,7 +98,7 @@ inline constexpr CutCosts kCutCosts;
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // faces near the head, see `within`
   Pose X_W;
-  double within = 0;         // m; `faces` contains all faces within this distance of the head; 0: not valid
+  double within = 0;         // m; `faces` contains all faces nearer to the head than this; 0: `faces` is not valid
   std::uint64_t number = 0;  // number of the list, different for every list
 };
 
@@ -137,10 +137,10 @@ class MeshCutter {
     double volume6;  // m³ × 6, volume of the tetrahedron with the head's centre
     dvec3 normal;    // normal whose length is twice the face's area
   };
-  /// A face that may intersect another face, with the distance from the head within which this is tested.
+  /// A face that may intersect another face. It is tested only if its distance from the head is at most `within`.
   struct Candidate {
     mesh::Index f;
-    double within;  // m, distance from the head
+    double within;  // m, the face is tested if its distance from the head is smaller
   };
   /// A head at a given pose.
   struct Placed {
@@ -251,25 +251,25 @@ class MeshCutter {
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex visited in this step: its index in moved_
   std::uint32_t edge_search_number_ = 0;
-  // for each vertex: last round (edge_search_number_) in which one of its faces was directed away from the head
+  // for each vertex: value of edge_search_number_ when add_suspect() last added one of the vertex's faces
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMaxTogether};           // buffer for distances that are computed together
-  std::array<Candidate, kMaxTogether> candidates_;  // faces of the points in distances_ during the selection
+  std::array<Candidate, kMaxTogether> candidates_;  // the faces whose distances are computed in distances_
   // Bounding balls (m) of the faces in near_, sorted by slices.
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
   std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
   int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
   float widest_ = 0;  // m, largest radius of the balls in the slices
-  // index of the first ball of each slice; then that of the first large ball, and the end
+  // index of each slice's first ball; then index of the first ball larger than widest_, and number of balls
   std::array<std::uint32_t, kSlices + 2> slice_start_{};
   // bounding balls that overlap the tested face's ball
   std::vector<std::uint32_t> overlapping_;
   // Corners of the faces in near_, in the order of the balls. Filled only if very many bounding balls overlap, as at
   // the rim of a hole, where a thin membrane collects tiny faces.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true: crowd_ was filled in this round
+  bool crowded_ = false;                // true: crowd_ contains the faces that are in near_ now
   std::vector<std::uint32_t> slot_of_;  // for each face in near_: its index in crowd_
   // for each face: last round in which it was tested without an intersection
   std::vector<std::uint32_t> tested_in_;
@@ -285,10 +285,10 @@ class MeshCutter {
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // computing effort that remains for this call of work()
-  std::size_t at_ = 0;            // index of the face or vertex where the stage continues
+  std::size_t at_ = 0;            // index of the face or vertex with which the current stage continues
   std::size_t looking_away_ = 0;  // number of faces directed away from the head; they come first in suspects_
   bool held_ = false;             // true: vertices were moved back in this round
-  int rounds_ = 0;                // number of rounds in this step
+  int rounds_ = 0;                // number of rounds of the intersection test in this step
   // true: this round of keep_unfolded() moved vertices back
   bool unfold_held_ = false;
   int unfold_rounds_ = 0;  // number of rounds of keep_unfolded() in this step

@@ -79,7 +79,7 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// For samples near a face (kNear): computes the side, and the value if a cut has moved the face.
+/// For samples near a face (kNear): computes whether they are inside, and their distance if a cut has moved the face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -143,7 +143,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Outside the blocks, no cut has changed the signs of the field.
+      // A neighbour outside all blocks has the original sign of the field, because no cut has changed it.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||

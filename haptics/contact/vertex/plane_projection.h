@@ -7,8 +7,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Bounds of a step of the head: n·step <= gap for each contact point. The arrays have eight more elements, with huge
-/// gaps and finite normals.
+/// Bounds of a step of the head: n·step <= gap for each contact point. For SIMD, the arrays have eight more elements,
+/// with huge gaps and finite normals.
 struct StepBounds {
   const double *n_x, *n_y, *n_z;  // unit vector from the head to each point
   const double* gap;              // m, distance of each point from the head; negative: overlap

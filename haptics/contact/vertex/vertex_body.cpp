@@ -66,7 +66,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // Box of blocks whose field the cut may have changed: both poses of the head, plus one edge length and four voxels.
+  // Box of blocks whose field the cut may have changed: head at both poses, enlarged by an edge length and four voxels.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -190,7 +190,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  // Ends an unfinished brush stroke, so that an undo of this stroke does not undo the changes below.
+  // Ends an unfinished brush stroke, so that the following changes do not belong to this stroke when it is undone.
   volume_.end_stroke();
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();

@@ -16,7 +16,7 @@ VertexHead::VertexHead(const Tool& tool)
   if (!ball_) find_flanks(), find_core();
 }
 
-/// Finds the tangents of the head's outline at its inclined pieces: along a line, or at the middle of an arc.
+/// Finds a tangent for each inclined piece of the head's outline: the line itself, or the tangent at an arc's middle.
 void VertexHead::find_flanks() noexcept {
   // A piece is inclined if the radial and the axial component of its normal are both at least this.
   constexpr double kInclined = 0.02;

@@ -37,11 +37,11 @@ class VertexHead {
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + margin;
     if (std::abs(along) > static_cast<float>(half_) + margin || square - along * along > wide * wide) return false;
     // A head's outline is convex, so all of it lies inside the tangents at its inclined pieces.
-    constexpr float kRoundingOfSquares = 1e-6f;  // rounding error of `outer` divided by `square`
+    constexpr float kRoundingOfSquares = 1e-6f;  // rounding error of `outer` (squared distance from axis) / `square`
     const float outer = square - along * along - kRoundingOfSquares * square;
     for (int i = 0; i < flank_count_; ++i) {
       const Flank& flank = flank_[i];
-      const float most = flank.far + flank.per_far * margin - flank.slope * along;  // m, largest distance from axis
+      const float most = flank.far + flank.per_far * margin - flank.slope * along;  // m, limit of distance from axis
       if (most < 0 || outer > most * most) return false;
     }
     return true;

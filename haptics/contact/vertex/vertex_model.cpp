@@ -21,12 +21,12 @@ namespace {
 constexpr std::size_t kMaxFaces = 1 << 17;  // upper limit of the number of faces near the head
 /// Measured computing costs of listing points, in units of Effort (10 ns).
 struct ListCosts {
-  Effort face = 2;      // per face found by a search that is completed in one call
-  Effort visit = 1;     // per visited cell or face of the search grid
-  Effort vertex = 2;    // per face whose vertices are listed
-  Effort distance = 3;  // per distance between the head and a point
-  Effort area = 3;      // per face whose area is distributed over its points
-  Effort part = 2;      // per additional point on a large face
+  Effort face = 2;      // cost per face found, if the search is completed in one call
+  Effort visit = 1;     // cost per visited cell or face of the grid, if the search is divided into parts
+  Effort vertex = 2;    // cost per face whose vertices are listed
+  Effort distance = 3;  // cost per computed distance between the head and a point
+  Effort area = 3;      // cost per face whose area is divided among its points
+  Effort part = 2;      // cost per additional point on a large face
 };
 constexpr ListCosts kListCosts;
 // Effort of computing the contact, per listed point; in units of 5 ns (half the unit of other efforts).
@@ -41,8 +41,8 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Number of parts of each edge of a face, so that no part is longer than CutParameters::longest, above which a cut
-/// would split an edge.
+/// Number of parts into which each edge of a face is divided, so that no part is longer than CutParameters::longest.
+/// (A cut splits longer edges.)
 int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
   // Quick test: a small bounding ball contains no long edge.
   const double longest = CutParameters::longest * edge;
@@ -94,7 +94,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   found_ = touching_ = ahead_ = false;
-  part_.open = false;  // discards an unfinished cut, made in the old mesh only
+  part_.open = false;  // discards an unfinished cut, which exists only in the old mesh
 }
 
 /// Lists all points within `margin` (m) of a head in one call: vertices, and additional points on large faces
@@ -352,7 +352,7 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 }
 
 /// Moves the head on trial from X by P::probe × radius along `pull`; sums the springs of the vertices that it pushes
-/// (paper S4, section 4.2). Unless the head is a ball, extrapolates depths from X: a thin head could pass a vertex.
+/// (paper S4, section 4.2). Except for balls, depths are extrapolated from X: a thin head could jump over a vertex.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -466,8 +466,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 direction = pull / depth;
   if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, direction);
-  // The springs give only the direction of the force and the stiffness. Their sum is not its magnitude: on the steep
-  // sides of a cone, springs push in opposite directions, so the sum is too small.
+  // Only the direction of the force and the stiffness come from the springs. The sum of their forces is too small: on
+  // the steep sides of a cone, springs push in opposite directions.
   const double along = -glm::dot(springs_.force, direction);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, fraction = along / springs_.sum;
@@ -558,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // m. The next cut waits for some ticks (FeelParameters::rest), fewer if its advance is nearer to `hurry`.
+    // m; the nearer the advance of the next cut is to this, the fewer ticks it must wait (FeelParameters::rest).
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;

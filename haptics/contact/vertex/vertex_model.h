@@ -20,7 +20,7 @@ struct FeelParameters {
   // vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double allowed_depth =
-      0.01;  // allowed overlap of a bur or of a head that is not a ball, as a ratio to its radius
+      0.01;  // allowed overlap of a head, divided by its radius; a ball that cannot cut may not overlap
   // Largest force perpendicular to the pull (direction from head to hand) divided by the force along the pull.
   static constexpr double max_aside = 0.25;
   // N/s, largest change of a bur's force while the hand rests
@@ -59,7 +59,7 @@ struct FeelParameters {
   // Largest computing effort of contact and cut together in one tick, in units of 10 ns. A cut that needs more
   // continues in the next tick.
   static constexpr Effort max_effort = 6500;
-  // Effort (in units of 10 ns) that a cut or a list may always use in a tick, even if the contact needs max_effort.
+  // Effort (units of 10 ns) that cuts and lists of points may use in every tick, even if contact needs max_effort.
   static constexpr Effort min_effort = 2000;
   // Largest computing effort for lists of points in one tick, in units of 10 ns. A fast head needs several lists; if
   // they need more effort, the head continues its motion in the next tick.

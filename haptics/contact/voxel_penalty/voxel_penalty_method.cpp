@@ -11,7 +11,7 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// The tissue of "offset", but a cut removes whole voxels.
+/// Tissue as in the contact model "offset", except that a cut removes whole voxels.
 class VoxelBody final : public offset::FieldBody {
  public:
   using FieldBody::FieldBody;

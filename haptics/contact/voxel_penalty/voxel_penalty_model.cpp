@@ -13,8 +13,8 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Returns a factor for the stiffness of all springs, so that a head in a flat wall has the scene's stiffness (mean
-/// over directions). Without it, the head is too soft. `reach`: head's farthest point, in the samples' unit.
+/// Returns a factor for the stiffness of all springs. With this factor, a head in a flat wall has the scene's stiffness
+/// (mean over directions); otherwise it is too soft. `reach`: head's farthest point, in the samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
   // assumed depth of the head in the flat wall, divided by the smallest distance of a sample from the head's centre
   constexpr double kPressed = 0.5;

@@ -44,7 +44,7 @@ struct Slice {
 struct Stack {
   DicomHeader head;  // header of the first file, with only the frame of the first slice
   std::vector<Slice> slices;
-  std::string note;  // note about how slices were placed, if the file does not state it
+  std::string note;  // how the slices were placed, if the files state no positions; for the user
 };
 
 bool begins_dicom(std::string_view start) {

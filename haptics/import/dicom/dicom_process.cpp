@@ -87,7 +87,7 @@ std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::pat
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {
-    if (deaths > kMaxDeaths) break;  // too many crashes: the remaining files count as kOther
+    if (deaths > kMaxDeaths) break;  // too many crashes: the remaining files keep DicomKind::kOther
     Scratch list, out;
     list.write(list_of(files, from));
     const int status = run_guarded(

@@ -113,7 +113,7 @@ std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, 
     throw Error(file, "size", fmt::format("{} x {} voxels in a slice", size.x, size.y),
                 fmt::format("at most {} along an axis of a DICOM file; a .nrrd file has no such limit", kMaxEdge));
 
-  // One slice of one tissue, if the slice contains it.
+  // A frame of the file: one slice of one tissue. There is no frame for slices without this tissue.
   struct Frame {
     std::size_t segment;
     int z;
