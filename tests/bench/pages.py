@@ -392,9 +392,9 @@ def models(rows, origin, docs):
     page += paragraph(
         f"""All models get the same tissue, simulated hand and servo rate (1 kHz). The exact contact is the tool's
         position outside the exact shape that is nearest to the hand (sequential quadratic programming,
-        `tests/support/reference_contact.h`). Five tissues have an exact shape: a ball of 8 mm, a torus, a box, a sheet
-        of 0.3 mm, and a groove of 60°. The molar is from a CT scan; its exact shape is the triangle mesh of its
-        distance field. Lower arch and hip socket ("pelvis") are meshes; models without a mesh get voxels of 0.2 or 0.3
+        `tests/support/reference_contact.h`). A ball of 8 mm, a torus, a box, a sheet of 0.3 mm and a groove of 60° have
+        an exact shape. The molar is from a CT scan; the molar's exact shape is the triangle mesh of its distance field.
+        Lower arch and hip socket ("pelvis") are meshes; models without a mesh get voxels of 0.2 or 0.3
         mm. So the columns "molar", "arch" and "pelvis" favour models that use a mesh. The tables of direction and
         magnitude use the model's force, before the servo's limits; other tables use the servo's output. `./run bench models`
         writes this page from [rows.csv](models/rows.csv), which has more settings and values. Measured on: {origin}.""") + "\n\n"
@@ -473,7 +473,8 @@ REASONS = {
                               "controller predicts; the force there is 0.06 N",
     ("voxel_penalty", "thin wall"): "without a proxy, no force pulls back a hand behind the sheet",
     ("voxel_penalty", "fast probe"): "voxels of 0.1 or 0.2 mm are too coarse for a tip that is 0.06 mm deep",
-    ("voxel_penalty", "carver stalls"): "the model has no tissue outside the servo's tissue patch, and no plane of the last contact",
+    ("voxel_penalty", "carver stalls"): "the model `voxel_penalty` has no tissue outside the servo's tissue patch, and "
+                                        "no plane of the last contact",
     ("packing", "fast probe"): "the gaps between the 10,000 spheres are as wide as the tip",
 }
 REASONS["implant", "fast probe"] = REASONS["offset", "fast probe"]
@@ -501,10 +502,10 @@ def stress(rows, origin, _):
     page = "# What each contact model survives\n\n" + table(["campaign", *(f"`{m}`" for m in MODELS)], lines) + "\n"
     page += paragraph(
         """- **Survives**: every measured value is within its limit.""") + "\n" + paragraph(
-        """- **Flawed**: the force is finite and stops the hand, but gives the hand more than 1 nJ, has a large error, or
-        has steps more than 0.25 N larger than without stalls.""").replace("\n", "\n  ") + "\n" + paragraph(
-        """- **Fails**: the force is not finite, exceeds its limit or is missing inside the tissue, or the hand passes through
-        the tissue.""").replace("\n", "\n  ") + "\n\n"
+        """- **Flawed**: the model's force is finite and stops the hand, but gives the hand more than 1 nJ, has a large
+        error, or has steps more than 0.25 N larger than without stalls.""").replace("\n", "\n  ") + "\n" + paragraph(
+        """- **Fails**: the model's force is not finite, exceeds its limit or is missing inside the tissue, or the hand
+        passes through the tissue.""").replace("\n", "\n  ") + "\n\n"
     page += paragraph(f"""`./run bench stress` writes this page from [rows.csv](stress/rows.csv), which contains every
         value with its limit. A test runs shortened campaigns with `offset` and `voxel_penalty`. Measured on:
         {origin}.""") + "\n\n## Campaigns\n\n"

@@ -26,7 +26,7 @@ REASONS = {
     "electric_holds": "the source states no load; at 10 N, a diamond needs a torque of 3.0 N mm, but the motor holds its speed only up to 2.8 N mm",
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
     "wear_super_coarse": "in the simulation, wear is proportional to 1 / grain size; measured wear falls faster with grain size",
-    "wear_20_cuts": "two studies of Macor disagree: the rate falls by 50 % over a cut of 39 mm in one, by 20 % over 220 mm in the other; the grinding ratio is fitted to the first",
+    "wear_20_cuts": "two studies of Macor disagree: a diamond's removal rate falls by 50 % over a cut of 39 mm in the first study, by 20 % over 220 mm in the second; the grinding ratio is fitted to the first",
     "polymer_jaw": "the source states no density; the simulation uses the constants of the artificial femur",
 }
 # Figures of the expert: bench_expert prints them, and tests bound them.
@@ -43,7 +43,7 @@ HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth with f
     """With the measured force on the occlusal surface, the expert prepares a crown in 15 minutes. The expert trembles only while drilling: if
     hand instruments tremble too, the points in `amalgam-filling` fall from 96 to 88. For implant beds and hip sockets,
     the expert uses the forces that the exercises cite. The careless hand of [cases](cases.md#a-valid-case) repeats the
-    expert's strokes at displaced positions, without forces.""") + "\n"
+    expert's planned strokes at displaced positions and cuts regardless of forces.""") + "\n"
 # Constants that are estimates: name, words in their source, and the experiment that would settle them.
 ESTIMATES = [
     ("friction", "friction|all values", "draw the steel or diamond tool over wet tissue with 0.1 to 3 N; measure both forces"),
@@ -169,8 +169,8 @@ def page(rows, origin, docs):
         simulated; `tests/bench/reality/experiments.csv` lists all results, and why some are not simulated. `./run bench reality`
         simulates most experiments with a machine that presses the tool on a slab with the published load, or moves it
         with the published feed. If a condition is unknown, the simulation tries both ends of its range. A row agrees if
-        the simulated values overlap the accepted range: the published value ± two standard deviations if the source
-        states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Constants of
+        the simulated values overlap the accepted range. The accepted range is the published value ± two standard
+        deviations if the source states them, otherwise ±35 % for rates and times, ±20 % for forces and ±2 K for temperatures. Constants of
         the program may be fitted to rows marked "fit", but not to rows marked "test". The letter after a source states
         its kind (A table or standard, B abstract, C secondary source, E estimate, F fitted to rows of this page).
         Simulated with: {origin}.""") + "\n"
