@@ -363,7 +363,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // Without a valid pose, the force is zero and the proxy restarts. The energy ledger ignores the motion: last force ×
-  // jump could make the ledger negative, which would suppress the force. An unchanged orientation is still valid.
+  // jump could make the ledger negative, which would suppress the force. A new orientation is checked, an old one not.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

@@ -355,7 +355,7 @@ class Matcher {
   mutable std::vector<dvec3> scratch_a_, scratch_b_;
   mutable std::vector<double> scratch_r_, residuals_;
   mutable std::vector<Row> rows_;
-  mutable std::vector<std::optional<dvec3>> slopes_;  // for one number m of samples: slope at each sample of query_
+  mutable std::vector<std::optional<dvec3>> slopes_;  // slope of the motion at each sample of query_; a cache
 };
 
 double variance_of(const Track& track) {

@@ -56,7 +56,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
     // Unknowns 0 to 2: left eye; 3 to 5: right eye. Each column of open_axes is a direction that is not determined. The
-    // largest component of the first column identifies the eye. At equal depths, both eyes are undetermined.
+    // largest component of the first column names one undetermined eye (the other may be undetermined, too).
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +

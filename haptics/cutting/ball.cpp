@@ -46,7 +46,7 @@ struct Work {
 };
 
 /// Raises samples to max(old, min(radius - distance, kInner)) where radius - distance is above -kMargin (kInner 3,
-/// kMargin 3.5 voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows are shorter than a group.
+/// kMargin 3.5 voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows have fewer than 8 samples.
 template <bool capsule, bool narrow>
 TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;

@@ -433,7 +433,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   struct Step {
     Constraint* constraint;
     dvec3 turned;   // rad/m, rotation of the proxy per metre of push (Lagrange multiplier)
-    double yields;  // m, increase of the gap per metre of push
+    double yields;  // increase of the gap in m per metre of push
   };
   std::array<Step, kMaxContacts> steps;
   std::size_t count = 0;

@@ -230,7 +230,7 @@ struct NonCuttingPartParameters {
   static constexpr double same_direction = 0.985;
   // Voxels (for the shank: coarse voxels). Contacts nearer to each other than this count as at the same position.
   static constexpr double same_place = 2;
-  // Voxels of the head's tissue patch, largest overlap that one search corrects. A deeper part is moved out slowly.
+  // Largest overlap that one search corrects, in voxels of the head's tissue patch. A deeper part is moved out slowly.
   static constexpr double led_out = 0.1;
 };
 

@@ -42,8 +42,8 @@ void VertexHead::find_flanks() noexcept {
   }
 }
 
-/// Finds core_low() and core_high(). A ball that touches an end of the head is inside the head if the depth of its
-/// centre equals its radius; bisection finds the largest such ball.
+/// Finds the centre of the largest ball that fits into each end of the head (core_low(), core_high()), by bisection. A
+/// ball that touches the end is inside the head if the depth of its centre equals its radius.
 void VertexHead::find_core() noexcept {
   constexpr double kTolerance = 1e-9;  // m, tolerance of the depth
   const auto end_of_core = [&](double end, double path) {

@@ -37,7 +37,7 @@ class VertexHead {
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + margin;
     if (std::abs(along) > static_cast<float>(half_) + margin || square - along * along > wide * wide) return false;
     // A head's outline is convex, so all of it lies inside the tangents at its inclined pieces.
-    constexpr float kRoundingOfSquares = 1e-6f;  // rounding error of `outer` (squared distance from axis) / `square`
+    constexpr float kRoundingOfSquares = 1e-6f;  // relative to squared distances: rounding error
     const float outer = square - along * along - kRoundingOfSquares * square;
     for (int i = 0; i < flank_count_; ++i) {
       const Flank& flank = flank_[i];
