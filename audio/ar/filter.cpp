@@ -159,8 +159,8 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
 }
 
 double LatticeFilter::next(double noise) noexcept {
-  // Lattice filter (Gray & Markel 1975, fig. 3): stage m rotates the vector (forward signal, delayed backward signal) by
-  // the angle asin k_m. All signals have unit variance.
+  // Lattice filter (Gray & Markel 1975, fig. 3): stage m rotates the vector (forward signal, delayed backward signal)
+  // by the angle asin k_m. All signals have unit variance.
   double forward = noise;
   for (std::size_t m = sine_.size(); m-- > 0;) {
     const double backward = state_[m];

@@ -122,8 +122,8 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Predicts the motion out of tissue in the next tick, m. Assumes that the velocity changes as much as recently, and that
-/// the speed is near the largest recent one at most. `along`: m/s outwards; `twitch`: m, motion that is always expected.
+/// Predicts the motion out of tissue in the next tick, m. Assumes that the velocity changes as much as recently, up to
+/// about the largest recent speed. `along`: m/s outwards; `twitch`: m, motion that is always expected.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // 2 % tolerance for a clock in ns

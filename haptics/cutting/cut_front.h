@@ -156,7 +156,7 @@ class CutFront {
     bool keeps(int part) const noexcept {
       return front_.path_length_ <= front_.parts_[static_cast<std::size_t>(part)].until && part != early_;
     }
-    /// Path of the head (voxels) for which a new list is valid; 0: no list. Call it once for each part that loses its list.
+    /// Path of the head in voxels for which a new list is valid; 0: no list. Call it once per part without a list.
     double lasts(int part) noexcept;
 
    private:
