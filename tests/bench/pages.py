@@ -386,8 +386,8 @@ def models(rows, origin, docs):
     page = "# Contact models compared\n\n" + paragraph(
         """Use the contact model `offset`, the default, unless this table names a better model for your task. The best
         model has the smallest error, time or memory. The table leaves out models with ticks (passes of the servo loop)
-        over 500 µs (99.9 % quantile). A value is the geometric mean over the tissues of the task, at each model's
-        finest setting. Outside an implant bed (drilled hole), `implant` slides and drills like `offset`.""") + "\n\n"
+        over 500 µs (99.9 % quantile). Each value in the table is the geometric mean over the task's tissues, at the
+        model's finest setting. Outside an implant bed (drilled hole), `implant` slides and drills like `offset`.""") + "\n\n"
     page += table(["task", "best", "value of the best", "second", "value of the second"], list(answer())) + "\n"
     page += paragraph(
         f"""All models get the same tissue, simulated hand and servo rate (1 kHz). The exact contact is the tool's
@@ -417,17 +417,17 @@ def models(rows, origin, docs):
     page += "## Walls\n\n" + paragraph(
         """A bur drills through the sheet of 0.3 mm; the first columns state the time until the breakthrough, and the
         largest force after it. Hands move through sheets of 0.2, 0.5 and 1 mm, by 1 or 20 mm per tick; the other
-        columns state the % of hands that escape (no force pulls them back). These sheets are 14 mm wide, so no hand
-        goes around the edge.""") + "\n\n"
+        columns state the % of hands that escape (no force pulls them back). The sheets for these hands are 14 mm wide,
+        so no hand goes around the edge.""") + "\n\n"
     page += table(["model", "time, s", "force behind, N", *(f"{s.split()[2]} mm, by {k} mm" for s in SHEETS for k in (1, 20))],
                   walls)
     surfaces = {case.split("/")[-1]: row for case, row in rows.items() if case.startswith("surface/ball/offset/")}
     if surfaces:
         page += "\n## Intermediate surface\n\n" + paragraph(
             """A hand drills the ball. The hand feels the tissue of each tick, or the [intermediate
-            surface](contact.md#intermediate-surface), blended or not. Cells state the largest change of the model's
-            force in a tick (N), the lag of the felt surface (median and largest, mm), the removal (mm³) and the time
-            of a tick.""") + "\n\n"
+            surface](contact.md#intermediate-surface), which moves gradually ("blended") or jumps 30 times per
+            second ("at once"). Cells state the largest change of the model's force in a tick (N), the lag of the felt surface (median
+            and largest, mm), the removal (mm³) and the time of a tick.""") + "\n\n"
         page += table(["felt", "step", "lag", "at most", "removal", "time"], [[name, *(
             number(row[k]) for k in ("model_step_N", "lag_median_mm", "lag_max_mm", "removed_mm3")), times(row)]
             for name, row in surfaces.items()])

@@ -19,7 +19,7 @@ LANDING = ("at 180 N, much more than a hand's force, the limits that soften the 
            "reduce the force on the cutting edges for part of the time")
 REASONS = {
     "macor_speed": "in the simulation, the rate is proportional to the speed at a constant load; the source does not say what limits the rate",
-    "enamel_carbide_energy": "the source states only that the energy rises, so nothing is fitted",
+    "enamel_carbide_energy": "the source states only that the energy per volume rises, so no constant is fitted",
     "leucite_ratio_heavy": "in the simulation, the ratio of the forces hardly depends on the load",
     "leucite_speed_drop": "the ceramic's ratio of the forces is an estimate",
     "artificial_energy_exponent": "the simulation uses the exponent of bone; the artificial femur is fitted at one speed",
@@ -27,7 +27,7 @@ REASONS = {
     "femur_feed_1250": LANDING, "femur_feed_1500": LANDING,
     "wear_super_coarse": "in the simulation, wear is proportional to 1 / grain size; measured wear falls faster with grain size",
     "wear_20_cuts": "two studies of Macor disagree: a diamond's removal rate falls by 50 % over a cut of 39 mm in the first study, by 20 % over 220 mm in the second; the grinding ratio is fitted to the first",
-    "polymer_jaw": "the source states no density; the simulation uses the constants of the artificial femur",
+    "polymer_jaw": "the source states no density; for the polymer, the simulation uses the constants of the artificial femur",
 }
 # Figures of the expert: bench_expert prints them, and tests bound them.
 HANDS = "\n## Hands\n\n" + paragraph("""The simulated expert drills teeth with forces, contacts and tremor as measured in hands. A
