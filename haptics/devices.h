@@ -63,7 +63,7 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
 /// Opens a hand that may be unplugged and plugged in again during a session. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
-/// Adds a foot pedal to a hand, as open_hand() does for hardware. The larger value of pedal and button counts. If
+/// Adds a foot pedal to a hand, as open_hand() does for hardware. The pedal is the larger of foot pedal and button. If
 /// `pedal` is empty, or "auto" finds none, returns the hand alone. Throws Error if a named pedal is missing.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 

@@ -183,8 +183,8 @@ class SoftTissue {
     dvec3 slope{0};  // gradient of the depth `exit` with respect to the tool's position
     // m, part of an initial overlap that causes no force; it decreases to zero
     double ignored = 0;
-    double force = 0;  // N, force of the tool into the tissue
-    double stop = 0;   // N, additional force of the tool if the point is at its `limit`
+    double force = 0;  // N, force of the tool on the point
+    double stop = 0;   // N, further force of the tool on a point at its largest depth (`limit`)
   };
   /// A tool as a distance function, with enclosing balls for fast tests.
   struct Shape {

@@ -13,7 +13,7 @@ namespace typodont::calibration {
 struct Split {
   Pose X_first, X_second;                  // X_first: the motion with more pairs
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
-  double sigma = 0;                        // m per axis, standard deviation of the residuals from the two motions
+  double sigma = 0;                        // m per axis, standard deviation of the residuals of all pairs
   double log_nfa = 0;                      // logarithm of the expected number of equally good splits of random pairs
 };
 

@@ -35,7 +35,7 @@ struct Vertex {
   float second = 0;             // 0..1, fraction of the second tissue, tissue[1]
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, visible fraction of the lower tissue's colour
-  float depth = 0;              // m, depth of the lower tissue
+  float depth = 0;              // m, depth of the tissue `under` below the surface
   float cut = 0;                // 0..1, fraction of cut surface around the vertex
   float thin = 0;               // 0..1, thinness; 0: thicker than kTranslucentThickness
   float lesion = 0;             // 0..1, nearness of caries; 0: farther than kLesionReach

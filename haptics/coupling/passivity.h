@@ -164,7 +164,7 @@ inline void observe(const PassivityLaw& law, const dvec3& moved, double distance
   }
 }
 
-/// Energy in J that the force `f` (N) and torque `tau` (N·m) may give to the hand in the next tick; 0 without them.
+/// Energy in J that the force `f` (N) and torque `tau` (N·m) may give to the hand in the next tick.
 /// `moved`, `turned`: m and rad in the last tick. Updates the state.
 inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                               const dvec3& turned, double dt, double tick, PassivityState& state) noexcept {

@@ -250,7 +250,7 @@ struct BallBlocks {
   float* due;
   int due_x, due_y;
   float path_length;  // length of the ball's path at the end of this sweep, voxels
-  float ahead;        // voxels; groups of samples that change within this length are listed; 0: no list
+  float ahead;        // voxels; groups of samples that change within this much more path are listed; 0: no list
   float slip;         // voxels, largest rounding error of a depth
   int lanes;          // number of samples in a group
   // Along x, layers of blocks are assigned to the parts 0, 1, …, parts - 1, 0, 1, … `part`: the part that is cut now.

@@ -31,8 +31,8 @@ struct RawScan {
   std::optional<std::map<int, std::string>> labels;
 };
 
-/// A scan whose axes follow those of its space, never mirrored. For an oblique scan, position p (m) lies at
-/// world_rotation · p.
+/// A scan with right-handed axes x, y, z. If the scan was taken obliquely, a position p (m) in the scan is at
+/// world_rotation · p in the scanner's coordinates.
 struct Scan {
   std::string format;
   Grid<float> grey;

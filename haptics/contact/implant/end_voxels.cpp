@@ -124,7 +124,7 @@ struct alignas(64) Block {
   float gap[kBlock];          // m, distance from the bone to the tool's surface
   Flag touches[kBlock];       // 1: the tool voxel is in contact with bone
   Flag stops[kBlock];         // 1: touches bone that it cannot cut
-  float ahead[kBlock];        // voxels, distance from bone ahead of the tool voxel (Task::beyond)
+  float ahead[kBlock];        // voxels, distance from bone at a point ahead of the tool voxel (Task::beyond)
   std::int32_t at[kBlock];    // index of the tissue patch's sample to read
   Flag label[kBlock];         // tissue label ahead of the tool voxel (Task::beyond)
   std::int32_t byte[kBlock];  // hardness byte (dense_tissue.h)
@@ -202,7 +202,7 @@ TYPODONT_INLINE std::uint64_t scan_beyond(const Task& task, std::size_t first, B
   using Flag = Block::Flag;
   const float* const in_bone = task.voxels.in_bone.data() + first;
   const std::int32_t n = task.n, lo_x = task.lo_x, lo_y = task.lo_y, lo_z = task.lo_z;
-  // Voxels without contact read their own position.
+  // For tool voxels without contact, the field is read at the voxel itself instead of ahead of it.
   for (std::size_t i = 0; i < kBlock; ++i) {
     const float on = static_cast<float>(b.touches[i]);
     b.x[i] += on * task.beyond.x, b.y[i] += on * task.beyond.y, b.z[i] += on * task.beyond.z;

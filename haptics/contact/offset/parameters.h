@@ -102,7 +102,7 @@ struct FallParameters {
   static constexpr double along = 0.3;
   // N/s; this value divided by the stiffness is a speed that a bur without support may always have
   static constexpr double landing_slew = 12;
-  // no unit; a bur that lost its support may always move at this multiple of the hand's mean speed
+  // no unit; after the tissue below the bur has gone, the bur may move at `growth` × the hand's mean speed
   static constexpr double growth = 1.2;
   // N/s; a bur that lost its support is slower than the hand by at most this value divided by the stiffness
   static constexpr double brake = 12;

@@ -34,7 +34,7 @@ class OverlapSum {
   const PerTissue& density_;
   SurfaceEstimate sum_;
   dvec3 normal_{0};
-  double weighted_ = 0;  // m³, sum of overlap × density
+  double weighted_ = 0;  // m³, sum of overlap (m³) × density (no unit)
 };
 
 /// Computes eq. 2 and 3 of paper S2, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue,

@@ -105,8 +105,8 @@ struct KnownDistances {
   std::size_t count;
 };
 
-/// Extrapolates distances after a motion that moves each point p by change·p + shift in frame T. Stores distance (m)
-/// and index of points within `far` (m) + max(0, component of `motion` along the gradient). Returns their number.
+/// Extrapolates distances after each point p has moved by change·p + shift in frame T. Stores distance (m) and index of
+/// the points nearer than far (m) + max(0, motion · gradient). Returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
