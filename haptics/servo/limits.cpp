@@ -161,7 +161,10 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
     const bool landing = lands(now);
     double passive = landing ? 1 : paid_fraction(now);
     if (at_stake > 0) {
-      if (landing) passive = landing_fraction(now, at_stake);
+      // Also where the contact model computes a bur's force: otherwise its force would step when energy is lacking.
+      if (landing || (now.in.cuts && now.contact.gives_force)) {
+        passive = std::min(passive, landing_fraction(now, at_stake));
+      }
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
     if (passive != 1) {
