@@ -1,5 +1,5 @@
 typodont_test(unit_mesh KIND unit SOURCES unit/mesh_test.cpp unit/mesh_pieces_test.cpp LIBS typodont_haptics)
-typodont_test(property_vertex KIND property SOURCES property/vertex_cut_test.cpp property/vertex_model_test.cpp LIBS typodont_haptics)
+typodont_test(property_vertex KIND property SOURCES property/vertex_cut_test.cpp property/vertex_model_test.cpp property/vertex_session_test.cpp LIBS typodont_haptics)
 typodont_test(acceptance_vertex KIND acceptance SOURCES acceptance/vertex_command_test.cpp LIBS typodont_app)
 target_compile_definitions(acceptance_vertex PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_vertex typodont)
