@@ -96,14 +96,13 @@ std::string block_at(const Pose& X_WB) {
 }
 
 /// Volume (m³) that a bur removes from the block in this pose: it goes in, 1.5 mm to the side, and out.
-double drilled_volume(const Pose& X_WB, HeadShape shape) {
+double drilled_volume(const Pose& X_WB, HeadShape shape, double tilted = 0.35, int rest = 400) {
   MaterialTable soft = test::plain_materials();
   for (Material& material : soft) material.specific_energy = 0.5e9;
   const haptics::ServoSettings settings = drill(shape, shape == HeadShape::kSphere ? 1.0_mm : 2.0_mm);
   HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(block_at(X_WB), "tissue"))), settings, soft);
   const double tip = settings.tool.half();
-  // An upright flat end lies on a flat bottom, so its cut depends on single vertices (README.md).
-  const dquat tilt = glm::angleAxis(0.35, glm::normalize(dvec3(1, 2, 0)));
+  const dquat tilt = glm::angleAxis(tilted, glm::normalize(dvec3(1, 2, 0)));
   dvec3 p_B(-0.8_mm, 0.1_mm, tip + 0.1_mm);
   const auto to = [&](const dvec3& end_B, int ticks) {
     const dvec3 from = p_B;
@@ -114,7 +113,7 @@ double drilled_volume(const Pose& X_WB, HeadShape shape) {
   };
   to({-0.8_mm, 0.1_mm, tip - 0.4_mm}, 400);
   to({0.7_mm, 0.3_mm, tip - 0.4_mm}, 1000);
-  to(p_B, 400);
+  to(p_B, rest);
   to({0.7_mm, 0.3_mm, tip + 1.0_mm}, 400);
   EXPECT_EQ(bench.last.f_T_W, dvec3(0)) << "it came out";
   return total(bench.last.removed);
@@ -134,6 +133,19 @@ TEST_P(VertexPoses, ATurnedOrShiftedSceneLosesTheSameVolumeToATiltedBur) {
     const double shifted = drilled_volume({shift}, GetParam()) / volume - 1;
     EXPECT_NEAR(turned, 0, 0.005) << i;
     EXPECT_NEAR(shifted, 0, 0.005) << i;
+  }
+}
+
+TEST(VertexPosesUpright, ACylinderOnAFlatBottomReachesTheHandInTurnedAndShiftedScenes) {
+  const auto volume = [](const Pose& X_WB) { return drilled_volume(X_WB, HeadShape::kCylinder, 0, 2000); };
+  const double straight = volume({});
+  std::mt19937 random(71);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 3; ++i) {
+    const dquat R = glm::normalize(dquat(unit(random), unit(random), unit(random), unit(random)));
+    const dvec3 shift = 0.1_mm * dvec3(unit(random), unit(random), unit(random));
+    EXPECT_NEAR(volume({dvec3(0), R}) / straight, 1, 0.015) << i;
+    EXPECT_NEAR(volume({shift}) / straight, 1, 0.015) << i;
   }
 }
 

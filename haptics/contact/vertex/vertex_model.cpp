@@ -530,6 +530,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   if (part_.scrapes) {
     met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::min_met, 1.0);
   }
+  // With a shorter advance, the vertex that could not move may be able to.
+  stride_ = done.held && !done.changed ? std::max(0.5 * stride_, 2 * P::sweep / P::stride) : 1;
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
   cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed), {}, in.spindle};
@@ -556,7 +558,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
-    const double stride = P::stride * edge(), direction = std::min({bought, depth, stride});
+    const double stride = stride_ * P::stride * edge(), direction = std::min({bought, depth, stride});
     if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     // m; the nearer the advance of the next cut is to this, the fewer ticks it must wait (FeelParameters::rest).
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();

@@ -187,6 +187,8 @@ class VertexModel final : public ContactModel {
   HeadFollower follower_{distances_};
   // running mean of removed volume / (contact area × advance), for a scraping tool edge; see met_weight
   double met_ = 1;
+  // 0..1, fraction of the longest advance of a cut; smaller after cuts in which a vertex could not move
+  double stride_ = 1;
   /// A cut that may take several ticks. Meanwhile, the contact uses the points that were listed before the cut.
   struct PartialCut {
     bool open = false;  // true: the cut has begun, and cut() has not returned its result yet
