@@ -120,8 +120,8 @@ TEST_F(Recordings, ThatStateAnotherForceLawOrNoneAreNotReplayedButTheirHandIsRun
   };
   const std::string sentence = "made with another force law";
   // "servo_laws" is the attribute of recordings from before version 1.0.
-  for (const auto& [name, law] : {std::pair{"force_law", kForceLaw + 1ull}, std::pair{"force_law", (1ull << 32) + 1},
-                                  std::pair{"servo_laws", 1ull}}) {
+  for (const auto& [name, law] : {std::pair{"force_law", kForceLaw + 1ull},
+                                  std::pair{"force_law", (1ull << 32) + kForceLaw}, std::pair{"servo_laws", 1ull}}) {
     state_law(name, law);
     const Ran checked = check();
     EXPECT_EQ(checked.status, 1) << name;
