@@ -36,9 +36,9 @@ constexpr double kMinStep = 1e-6;         // m; cuts with shorter steps are post
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
 constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the tissue estimate is reused
 
-/// Options of a proxy without spring, damper and friction, which the servo adds. set_friction() sets the friction.
+/// Options of a proxy without friction; set_friction() sets the friction.
 ProxyOptions frictionless(double tick) {
-  return {.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
+  return {.static_friction = 0, .dynamic_friction = 0, .longest_path = kFastest * tick};
 }
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double fraction) {

@@ -101,7 +101,6 @@ SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
 
 void SphereProxy::place(const Pose& X_W) noexcept {
   move_to(X_W);
-  X_WH_ = X_W;
   count_ = 0, pushed_ = 0, n_W_ = dvec3(0), sticks_ = false;
 }
 
@@ -501,8 +500,6 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 }
 
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
-  X_WH_ = X_WH;
-
   // Keeps the contacts whose spheres still touch.
   const std::size_t before = count_;
   count_ = 0;
@@ -584,11 +581,6 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   if (const double length = glm::length(n_W_); length > 0) n_W_ /= length;
   sticks_ = pushed_ > 0 && !slid;
   prepare_lists(tree);
-}
-
-dvec3 SphereProxy::force(const dvec3& v_WH) const noexcept {
-  if (!touches()) return dvec3(0);
-  return options_.stiffness * (X_W_.p - X_WH_.p) - options_.damping * v_WH;
 }
 
 dvec3 SphereProxy::contact_point() const noexcept {

@@ -16,8 +16,6 @@ namespace typodont::haptics::packing {
 class ComputePasses;
 
 struct ProxyOptions {
-  double stiffness = 1000;         // N/m, stiffness of the coupling (k of S2, eq. 7)
-  double damping = 0;              // N·s/m, damping of the coupling (ζ of S2, eq. 7)
   double static_friction = 0.2;    // coefficient μ_s of S2, eq. 13
   double dynamic_friction = 0.15;  // coefficient μ_d of S2, eq. 13, at most μ_s
   // m, largest path of the tool's farthest point per call of follow()
@@ -85,8 +83,6 @@ class SphereProxy {
   /// Unit vector: sum of the contact normals, weighted by their pushes; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Force on the hand in N (paper S2, eq. 7). `v_WH`: velocity of the hand, m/s.
-  dvec3 force(const dvec3& v_WH) const noexcept;
   /// Mean of the contact points, m, weighted by the pushes of the contacts.
   dvec3 contact_point() const noexcept;
 
@@ -175,7 +171,7 @@ class SphereProxy {
   ToolSpheres tool_;
   ProxyOptions options_;
   double lever_;  // m, converts rotations to lengths in project()
-  Pose X_W_, X_WH_;
+  Pose X_W_;
   std::array<ProxyContact, kMaxContacts> contacts_;
   std::array<Constraint, kMaxContacts> constraints_;
   std::size_t count_ = 0;
