@@ -29,7 +29,7 @@ enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 /// blends both positions according to the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // position (m) and unit normal on the tool
-  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position (m) and unit normal on the shape seen in fast rotation
+  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position (m) and unit normal on the hull
   float spins = 1;                       // 1: the vertex rotates with the spindle; 0: it doesn't
   float rough = 0.3f;
   float mark = 0;    // 1: the vertex is on a dark depth mark; 0: it isn't

@@ -28,7 +28,7 @@ class CutFront {
   /// parts, so that the list of one part is short enough to be made again in one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of a sorted list, `from` to `to` - 1, with equal kind, narrow and stage. `kind`: which pieces
+  /// The groups `from` to `to` - 1 of a sorted list have equal values of kind, narrow and stage. `kind`: which pieces
   /// of the meridian can be nearest to the samples. `narrow`: only the first kNarrowest samples of a group can change.
   /// `stage`: the list's lifetime has eight stages, 0 to 7; the samples cannot change before this stage.
   struct Run {

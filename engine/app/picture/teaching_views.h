@@ -13,7 +13,7 @@ namespace typodont {
 
 /// True if pictures of the scene can show the view: the difference needs an ideal shape, the temperature needs heat.
 bool can_show(const Scene& scene, render::View view);
-/// The next view that pictures of the scene can show; after the last one, View::kLook.
+/// Returns the next view that pictures of the scene can show; after the last view, returns View::kLook.
 render::View next_view(const Scene& scene, render::View view);
 
 /// Makes the face at which a plane cuts the tissue, coloured by tissue. The part with normal · p > offset is kept; the

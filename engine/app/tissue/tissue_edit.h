@@ -27,7 +27,8 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
 /// Copies all tissue, with distances in m. `file`: name for messages. Throws Error if the volume contains no tissue.
 haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file);
 
-/// Makes a volume. `band`: largest stored distance, m. Outside, stored distances may be smaller than the true ones.
+/// Makes a volume. `band`: largest stored distance, m. Outside the tissue, stored distances may be smaller than the
+/// true ones.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes a solid's inside. Labels do not change.

@@ -190,7 +190,8 @@ bool ContactFinder::seat_on_crease(const TissuePatch& patch, const dvec3& target
   const dvec3 on = target - plane.gap * plane.n;
   if (plane.gap > 0 || glm::length(on - c) > kMaxSeated || !patch.holds(on, radius_ + 1)) return false;
   // Checks whether the ball at `on` touches other tissue.
-  if (!set.known_.has_room(on, fitted || glm::dot(slid, slid) > S::fast * S::fast ? 1 : S::used)) {
+  const bool early = !fitted && glm::dot(slid, slid) <= S::fast * S::fast;
+  if (!set.known_.has_room(on, early ? S::used : 1)) {
     constexpr auto kNear = static_cast<float>(S::near + S::ahead);
     const Found found = samples_->search_around(patch, {on, {}}, kNear, set.approximate_);
     const double room = nearest_off(crease, &on, &set.approximate_, found.count, kNear) - S::near;

@@ -36,7 +36,7 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// The bounds of a step of the head (StepBounds) as planes for the active-set solver, in m.
+/// Gives the active-set solver the bounds of a step of the head (StepBounds) as planes, in m.
 class BoundPlanes {
  public:
   struct Plane {
