@@ -8,7 +8,7 @@ if(NOT TYPODONT_SANITIZE AND TARGET typodont)
   else()
     message(WARNING "no chromium-headless-shell: the pages of the school are not tested in a browser")
   endif()
-  foreach(module roles hand_in exam standards ${pages})
+  foreach(module roles hand_in bench films exam standards ${pages})
     add_test(NAME acceptance.School.${module}
              COMMAND ${TYPODONT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/school/run.py $<TARGET_FILE:typodont> test_${module})
     set_tests_properties(acceptance.School.${module} PROPERTIES LABELS acceptance TIMEOUT 1800 COST 20)

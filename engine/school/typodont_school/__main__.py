@@ -46,7 +46,7 @@ def serve():
 
     import waitress
     from django.conf import settings
-    from typodont_school import intake
+    from typodont_school import films, intake
     from typodont_school.wsgi import application
     if not os.access(settings.PROGRAM, os.X_OK):
         sys.exit(f"{settings.PROGRAM}: no such program; ./run build makes it, TYPODONT_SCHOOL_PROGRAM names another")
@@ -59,6 +59,7 @@ def serve():
     except (OSError, ValueError) as problem:
         sys.exit(f"cannot listen at {listen}: {problem}; TYPODONT_SCHOOL_LISTEN names another address")
     intake.worker.start()
+    films.maker.start()
     print(f"typodont-school: {settings.ADDRESS} (data in {settings.DATA})", flush=True)
     server.run()
 

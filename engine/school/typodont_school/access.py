@@ -1,16 +1,36 @@
 """Who may see what. Every page gets its objects from here and nowhere else."""
 import functools
+from datetime import timedelta
 
+from django.contrib import auth
 from django.contrib.auth.views import redirect_to_login
 from django.core.exceptions import PermissionDenied
 from django.http import HttpResponseNotAllowed
+from django.utils import timezone
 
 from . import words
-from .models import Assignment, Class, Exercise, Session, Student
+from .models import Assignment, Class, Exercise, Session, SignInFailure, Student
 
 STUDENT, TEACHER, ADMIN = "student", "teacher", "admin"
 STAFF = (TEACHER, ADMIN)
 ALL = (STUDENT, TEACHER, ADMIN)
+MAX_FAILURES, FAILURE_WINDOW = 8, timedelta(minutes=15)
+
+
+def known(request, name):
+    """Returns the user with this name and the request's password, or an error and its status."""
+    name = name[:150]
+    keys = ["name " + name.lower(), "from " + request.META.get("REMOTE_ADDR", "")]
+    recent = SignInFailure.objects.filter(at__gt=timezone.now() - FAILURE_WINDOW)
+    limits = (MAX_FAILURES, 10 * MAX_FAILURES)  # a room of benches shares one address
+    if any(recent.filter(key=key).count() >= limit for key, limit in zip(keys, limits)):
+        return None, "too_many", 429
+    user = auth.authenticate(request, username=name, password=request.POST.get("password", ""))
+    if user:
+        return user, None, 200
+    SignInFailure.objects.filter(at__lt=timezone.now() - FAILURE_WINDOW).delete()
+    SignInFailure.objects.bulk_create(SignInFailure(key=key) for key in keys)
+    return None, "wrong", 403
 
 
 def role(user):

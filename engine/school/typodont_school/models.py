@@ -87,6 +87,18 @@ class Session(models.Model):
                    models.Index(fields=["received"], condition=models.Q(state="waiting"), name="waiting_sessions")]
 
 
+class Film(models.Model):
+    """A film of a session that somebody asked for."""
+    WAITING, MAKING, READY, FAILED = "waiting", "making", "ready", "failed"
+    session = models.OneToOneField(Session, models.CASCADE, primary_key=True)
+    asked = models.DateTimeField(default=timezone.now)
+    asked_by = models.ForeignKey(User, models.SET_NULL, null=True)
+    language = models.CharField(max_length=2, default="en")
+    state = models.CharField(max_length=10, default=WAITING, db_index=True)
+    reason = models.CharField(max_length=300, blank=True)
+    size = models.PositiveBigIntegerField(default=0)
+
+
 class ScoreItem(models.Model):
     session = models.ForeignKey(Session, models.CASCADE, related_name="items")
     name = models.CharField(max_length=60)

@@ -9,6 +9,9 @@ import subprocess
 from django.conf import settings
 
 LIMITS = {resource.RLIMIT_AS: 8 << 30, resource.RLIMIT_CPU: 600, resource.RLIMIT_FSIZE: 512 << 20, resource.RLIMIT_CORE: 0}
+FILM_LIMITS = {resource.RLIMIT_CPU: 3600, resource.RLIMIT_FSIZE: 256 << 20}
+FILM_TIME, FILM_NICE = 2 * 3600, 10  # s, by the clock; low priority
+MAX_FRAMES, MAX_FPS = 2400, 15  # a frame takes half a second of a processor
 MAX_REASON = 300
 
 
@@ -16,20 +19,21 @@ class Refused(Exception):
     """The recording is not what it claims to be; the text says why."""
 
 
-def _limit():
-    for limit, value in LIMITS.items():
-        resource.setrlimit(limit, (value, value))
-
-
-def run(*command):
+def run(*command, limits={}, seconds=900, nice=0):
     """Returns exit status, output and the last line of messages."""
+    def limit():
+        os.nice(nice)
+        for resource_name, value in {**LIMITS, **limits}.items():
+            resource.setrlimit(resource_name, (value, value))
+
     keep = {name: value for name, value in os.environ.items() if name.startswith("TYPODONT_") and not name.startswith("TYPODONT_SCHOOL_")}
     environment = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": str(settings.DATA), **keep,
                    "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache"),
                    "TYPODONT_FILES": str(settings.DATA / "cases")}
     try:
-        done = subprocess.run([str(part) for part in command], capture_output=True, timeout=900, env=environment,
-                              stdin=subprocess.DEVNULL, preexec_fn=_limit, start_new_session=True)
+        # The child ends with the service, so that a restarted service runs it once.
+        done = subprocess.run(["setpriv", "--pdeathsig", "KILL", *(str(part) for part in command)], capture_output=True, timeout=seconds, env=environment,
+                              stdin=subprocess.DEVNULL, preexec_fn=limit, start_new_session=True)
     except subprocess.TimeoutExpired:
         raise Refused("reading took too long")
     messages = done.stderr.decode(errors="replace").strip().splitlines() or [""]
@@ -54,6 +58,15 @@ def check(recording, key=None):
 def score(recording, page):
     """Returns the score that the recording's own cuts give; writes the program's page."""
     return json.loads(typodont("report", recording, "--out", page, "--json", "--language", page.stem))
+
+
+def film(recording, out, seconds, rig, language):
+    """Writes a film of a recording of this duration, with low priority."""
+    fps, speed = min(MAX_FPS, max(1, MAX_FRAMES / max(seconds, 1))), max(1, seconds / MAX_FRAMES)
+    status, _, message = run(settings.PROGRAM, "replay", recording, "--film", out, "--fps", f"{fps:.3f}", "--speed", f"{speed:.3f}",
+                             "--rig", rig, "--language", language, limits=FILM_LIMITS, seconds=FILM_TIME, nice=FILM_NICE)
+    if status or not out.exists():
+        raise Refused(message or f"the film ended with status {status}")
 
 
 def header(recording):

@@ -19,6 +19,7 @@ PROGRAM = setting("PROGRAM", next((str(file) for file in (TREE / "build/release/
                                    if file.exists()), "typodont"))
 SCENES = pathlib.Path(os.environ.get("TYPODONT_ASSETS", TREE / "assets")) / "scenes"
 MAX_SESSION_BYTES = int(setting("MAX_SESSION_MIB", "256")) << 20
+MAX_FILMS_BYTES = int(setting("MAX_FILMS_GIB", "20")) << 30
 MIN_FREE_BYTES = 64 << 20
 ADDRESS = setting("ADDRESS", "http://localhost:8068")  # as people's browsers reach the service
 

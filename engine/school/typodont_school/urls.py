@@ -1,6 +1,6 @@
 from django.urls import path, register_converter
 
-from . import lti, views
+from . import interface, lti, views
 
 
 class Sha:
@@ -31,6 +31,8 @@ urlpatterns = [
     path("session/<sha:key>", views.session, name="session"),
     path("session/<sha:key>/surface.glb", views.surface, name="surface"),
     path("session/<sha:key>/report.html", views.report, name="report"),
+    path("session/<sha:key>/film", views.film, name="film"),
+    path("session/<sha:key>/film.mp4", views.film_file, name="film_file"),
     path("session/<sha:key>/recording.h5", views.recording, name="recording"),
     path("session/<sha:key>/remarks.json", views.remarks, name="remarks"),
     path("session/<sha:key>/remark", views.remark, name="remark"),
@@ -39,8 +41,11 @@ urlpatterns = [
     path("administration/class", views.add_class, name="add_class"),
     path("administration/roster", views.roster, name="roster"),
     path("administration/platform", views.add_platform, name="add_platform"),
-    path("api/hand-in/<sha:sha>", views.hand_in, name="hand_in"),
-    path("api/exam/<int:key>", views.exam, name="exam"),
+    path("api/hand-in/<sha:sha>", interface.hand_in, name="hand_in"),
+    path("api/exam/<int:key>", interface.exam, name="exam"),
+    path("api/sign-in", interface.bench_sign_in, name="bench_sign_in"),
+    path("api/me", interface.me, name="me"),
+    path("api/assignment/<int:key>/files.zip", interface.assignment_files, name="assignment_files"),
     path("xapi/profile.json", views.profile, name="profile"),
     path("lti/sign-in", lti.sign_in, name="lti_sign_in"),
     path("lti/launch", lti.launch, name="lti_launch"),

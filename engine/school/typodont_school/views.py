@@ -2,6 +2,8 @@
 import csv
 import hashlib
 import json
+import os
+import re
 import secrets
 import shutil
 import tempfile
@@ -16,20 +18,15 @@ from django.contrib.auth import password_validation, update_session_auth_hash
 from django.core.exceptions import ValidationError
 from django.db import transaction
 from django.db.models import Avg, Count, OuterRef, Subquery
-from django.http import FileResponse, HttpResponse, JsonResponse
+from django.http import FileResponse, HttpResponse, JsonResponse, StreamingHttpResponse
 from django.shortcuts import redirect, render
 from django.utils import timezone
 from django.utils.dateparse import parse_datetime
 from django.utils.http import url_has_allowed_host_and_scheme
-from django.views.decorators.csrf import csrf_exempt
 
-from . import charts, intake, oneroster, program, words, xapi
-from .access import ADMIN, ALL, STAFF, STUDENT, get, page, public, visible
-from .models import (Assignment, Bench, Class, ExamStart, Exercise, Platform, Remark, School, ScoreItem, Session, SignInFailure,
-                     Student)
-
-MAX_FAILURES, FAILURE_WINDOW = 8, timedelta(minutes=15)
-
+from . import charts, films, intake, oneroster, program, words, xapi
+from .access import ADMIN, ALL, STAFF, STUDENT, get, known, page, public, visible
+from .models import (Assignment, Bench, Class, Exercise, Film, Platform, Remark, School, ScoreItem, Session, Student)
 
 def refused(request, exception=None):
     return render(request, "message.html", {"title": "not_allowed", "text": "not_allowed_text"}, status=403)
@@ -44,20 +41,10 @@ def sign_in(request):
     if not url_has_allowed_host_and_scheme(onward, {request.get_host()}, request.is_secure()):
         onward = "/"
     if request.method == "POST":
-        name = request.POST.get("username", "")[:150]
-        keys = ["name " + name.lower(), "from " + request.META.get("REMOTE_ADDR", "")]
-        recent = SignInFailure.objects.filter(at__gt=timezone.now() - FAILURE_WINDOW)
-        limits = (MAX_FAILURES, 10 * MAX_FAILURES)  # a room of benches shares one address
-        if any(recent.filter(key=key).count() >= limit for key, limit in zip(keys, limits)):
-            error, status = "too_many", 429
-        else:
-            user = auth.authenticate(request, username=name, password=request.POST.get("password", ""))
-            if user:
-                auth.login(request, user)
-                return redirect(onward)
-            SignInFailure.objects.filter(at__lt=timezone.now() - FAILURE_WINDOW).delete()
-            SignInFailure.objects.bulk_create(SignInFailure(key=key) for key in keys)
-            error, status = "wrong", 403
+        user, error, status = known(request, request.POST.get("username", ""))
+        if user:
+            auth.login(request, user)
+            return redirect(onward)
     return render(request, "sign_in.html", {"error": error, "next": onward}, status=status)
 
 
@@ -227,14 +214,18 @@ def add_case(request, key):
 def case_files(request, key):
     """The scene of a case with its tissue, for a bench: one zip file."""
     task = get(request.user, Exercise, key)
-    if not task.is_case:
-        return HttpResponse(status=409)
+    return packed_case(task, task.name, task.scene) if task.is_case else HttpResponse(status=409)
+
+
+def packed_case(task, name, scene):
+    """A zip file with the scene and the case's tissue."""
     out = tempfile.TemporaryFile(dir=intake.folder("work"))
     with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as packed:
-        packed.writestr(task.name + ".json", json.dumps(task.scene, ensure_ascii=False, indent=1))
-        packed.write(intake.folder("cases") / (task.name + ".vdb"), task.name + ".vdb")
+        packed.writestr(name + ".json", json.dumps(scene, ensure_ascii=False, indent=1))
+        if task.is_case:
+            packed.write(intake.folder("cases") / (task.name + ".vdb"), task.name + ".vdb")
     out.seek(0)
-    return FileResponse(out, as_attachment=True, filename=task.name + ".zip")
+    return FileResponse(out, as_attachment=True, filename=name + ".zip")
 
 
 @page(*STAFF)
@@ -294,7 +285,7 @@ def session(request, key):
     for item in items:
         item.lost = item.full - item.points
         item.percent = 100 * item.points / item.full if item.full else None
-    return render(request, "session.html", {"session": one, "items": [i for i in items if i.full > 0], "others": [i for i in items if i.full <= 0],
+    return render(request, "session.html", {"session": one, "film": Film.objects.filter(pk=one.pk).first(), "items": [i for i in items if i.full > 0], "others": [i for i in items if i.full <= 0],
                                             "remarks": one.remarks.order_by("written").select_related("author")})
 
 
@@ -329,6 +320,54 @@ def report(request, key):
     answer = FileResponse(derived_file(one, language + ".html", "report", "--language", language), content_type="text/html; charset=utf-8")
     answer["Content-Security-Policy"] = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; media-src data:"
     return answer
+
+
+@page(*ALL, methods="GET POST")
+def film(request, key):
+    """Asks for the film, or says its state."""
+    one = accepted_session(request.user, key)
+    if not one:
+        return HttpResponse(status=409)
+    if request.method == "POST":
+        if not films.ask(one, request.user, words.language_of(request)):
+            return render(request, "message.html", {"title": "film", "text": "too_many_films"}, status=429)
+        return redirect("session", one.pk)
+    asked = Film.objects.filter(pk=one.pk).first()
+    return JsonResponse({"state": asked.state if asked else "none"})
+
+
+def span(file, left):
+    """The next bytes of a file."""
+    with file:
+        while left and (block := file.read(min(left, 1 << 16))):
+            left -= len(block)
+            yield block
+
+
+@page(*ALL)
+def film_file(request, key):
+    """Answers one range of bytes, so that a browser can seek."""
+    one = get(request.user, Session, key)
+    try:
+        file = films.file_of(one.pk).open("rb")
+    except FileNotFoundError:
+        return HttpResponse(status=409)
+    total = os.fstat(file.fileno()).st_size
+    first, last, headers = 0, total - 1, {"Accept-Ranges": "bytes"}
+    asked = re.fullmatch(r"bytes=(\d{0,15})-(\d{0,15})", request.headers.get("Range", ""), re.ASCII)
+    if asked and any(asked.groups()):
+        if asked[1]:
+            first, last = int(asked[1]), min(int(asked[2] or last), last)
+        else:
+            first = max(0, total - int(asked[2]))
+        if first > last:
+            file.close()
+            return HttpResponse(status=416, headers={"Content-Range": f"bytes */{total}"})
+        headers["Content-Range"] = f"bytes {first}-{last}/{total}"
+    file.seek(first)
+    headers["Content-Length"] = last - first + 1
+    return StreamingHttpResponse(span(file, last - first + 1), status=206 if "Content-Range" in headers else 200,
+                                 content_type="video/mp4", headers=headers)
 
 
 @page(*ALL)
@@ -494,70 +533,6 @@ def add_platform(request):
         return render(request, "message.html", {"title": "new_platform", "detail": str(problem)}, status=400)
     Platform.objects.update_or_create(issuer=texts.pop("issuer"), client_id=texts.pop("client_id"), defaults={**texts, "keys": keys})
     return redirect("administration")
-
-
-# The benches' interface.
-
-def bench_of(request):
-    scheme, _, token = request.headers.get("Authorization", "").partition(" ")
-    bench = Bench.objects.filter(token_hash=hashlib.sha256(token.encode()).hexdigest()).first() if scheme == "Bearer" else None
-    if bench is None:
-        raise intake.Problem(401, "no bench has this token")
-    if not bench.last_seen or timezone.now() - bench.last_seen > timedelta(minutes=1):
-        bench.last_seen = timezone.now()
-        bench.save(update_fields=["last_seen"])
-    return bench
-
-
-def interface(view):
-    @public
-    @csrf_exempt  # a token, no cookie
-    def answered(request, *args, **kwargs):
-        try:
-            return JsonResponse(view(request, bench_of(request), *args, **kwargs))
-        except intake.Problem as problem:
-            return JsonResponse(problem.answer, status=problem.status)
-    return answered
-
-
-@interface
-def hand_in(request, bench, sha):
-    signature = request.headers.get("X-Signature", "")
-    if request.method == "GET":
-        return intake.state(sha, signature)
-    if request.method != "PUT":
-        raise intake.Problem(405, "GET or PUT")
-    try:
-        kind, _, span = request.headers.get("Content-Range", "").partition(" ")
-        first, last, total = (int(n) for n in span.replace("/", "-").split("-"))
-        size = int(request.headers.get("Content-Length", ""))
-        if kind != "bytes" or size != last - first + 1 or size <= 0 or first < 0:
-            raise ValueError
-    except ValueError:
-        raise intake.Problem(400, "Content-Range: bytes FIRST-LAST/TOTAL")
-    if size > intake.MAX_CHUNK:
-        raise intake.Problem(413, "chunk too large")
-    chunk = request.read(size)
-    if len(chunk) != size:
-        raise intake.Problem(400, "the body is shorter than announced")
-    return intake.append(bench, sha, first, total, chunk, signature)
-
-
-@interface
-def exam(request, bench, key):
-    """Starts a sealed exam: the scene with its seed. A second start by the same bench gives the same seed."""
-    if request.method != "POST":
-        raise intake.Problem(405, "POST")
-    now = timezone.now()
-    pseudonym = request.POST.get("student", "")
-    assignment = Assignment.objects.filter(pk=key, sealed=True, opens__lte=now, due__gte=now, group__school=bench.school).first()
-    who = Student.objects.filter(pseudonym=pseudonym, classes=assignment.group).first() if assignment else None
-    if who is None:
-        raise intake.Problem(403, "no open exam for this student")
-    start, _ = ExamStart.objects.get_or_create(assignment=assignment, student=who, defaults={"bench": bench, "seed": secrets.token_hex(16)})
-    if start.bench_id != bench.pk or start.session_id:
-        raise intake.Problem(403, "no open exam for this student")
-    return {"seed": start.seed, "scene": {**assignment.exercise.scene, "description": "exam " + start.seed}}
 
 
 @public
