@@ -9,7 +9,6 @@
 #include "audio/tick_voice.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
-#include "engine/base/input_file.h"
 #include "engine/base/units.h"
 
 namespace typodont::audio {
@@ -37,23 +36,6 @@ double ignored(std::string_view) {
   return 0;
 }
 
-std::vector<std::string> header_of(const std::filesystem::path& file) {
-  LineReader in(file, InputKind::kTable);
-  std::string line;
-  while (in.next(line)) {
-    std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
-    if (line.empty() || line.front() == '#') continue;
-    std::vector<std::string> names;
-    std::size_t from = 0;
-    for (std::size_t comma; (comma = line.find(',', from)) != std::string::npos; from = comma + 1) {
-      names.push_back(line.substr(from, comma - from));
-    }
-    names.push_back(line.substr(from));
-    return names;
-  }
-  return {};
-}
-
 bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -62,7 +44,7 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
   // Any column named below marks a file of ticks, which may also have unknown columns; a file of contacts must not.
-  const auto header = header_of(file);
+  const auto header = csv_columns(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {
       {"tissue",
@@ -86,9 +68,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one");
 
   const auto value = [&](std::size_t row, const char* name, double fallback, double low, double high) {
-    const int column = table.column(name);
-    const double v = column < 0 ? fallback : table.rows[row][static_cast<std::size_t>(column)];
-    if (std::isnan(v)) return fallback;  // NaN means that the cell of the table is empty
+    const double v = table.value(row, name);
+    if (std::isnan(v)) return fallback;
     if (v < low || v > high) table.fail(row, name, fmt::format("{}", v), fmt::format("{} to {}", low, high));
     return v;
   };

@@ -26,10 +26,7 @@ struct Row {
   const CsvTable& table;
   std::size_t index;
 
-  double operator[](std::string_view column) const {
-    const int at = table.column(column);
-    return at < 0 ? std::nan("") : table.rows[index][static_cast<std::size_t>(at)];
-  }
+  double operator[](std::string_view column) const { return table.value(index, column); }
   dvec3 point(const char* x, const char* y, const char* z) const {
     return dvec3((*this)[x], (*this)[y], (*this)[z]) * kMillimetre;
   }

@@ -13,7 +13,6 @@
 #include "calibration/report/json_values.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
-#include "engine/base/input_file.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
@@ -24,25 +23,6 @@ namespace {
 constexpr double kMinReach = 3e-3;
 constexpr double kMaxReach = 10;           // m; points farther from the origin than this are refused
 constexpr double kUnitLengthError = 0.01;  // largest accepted deviation of a quaternion's length from 1
-
-/// Names of the columns; empty if there is no header.
-std::vector<std::string> header_of(const std::filesystem::path& file) {
-  LineReader in(file, InputKind::kTable);
-  std::string line;
-  while (in.next(line)) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line.front() == '#') continue;
-    std::vector<std::string> names(1);
-    for (const char c : line) {
-      if (c == ',') {
-        names.emplace_back();
-      } else if (std::string_view(" \t\r\xEF\xBB\xBF").find(c) == std::string_view::npos) {
-        names.back() += c;
-      }
-    }
-    return names;
-  }
-  return {};
-}
 
 /// Three columns such as "hx" to "hz". Their unit is mm, or metres if their names in the header end with _m.
 struct LengthColumns {
@@ -59,8 +39,7 @@ struct LengthColumns {
   }
   void add_to(std::vector<std::string>& columns) const { columns.insert(columns.end(), names.begin(), names.end()); }
   dvec3 of(const CsvTable& table, std::size_t row) const {
-    const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
-    return dvec3(at(0), at(1), at(2)) * unit;
+    return dvec3(table.value(row, names[0]), table.value(row, names[1]), table.value(row, names[2])) * unit;
   }
   /// Throws Error if a file in mm has only coordinates below 3 mm (probably metres), or if a coordinate exceeds 10 m.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
@@ -86,7 +65,7 @@ struct LengthColumns {
 }  // namespace
 
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_name, const std::string& D_name) {
-  const auto header = header_of(file);
+  const auto header = csv_columns(file);
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
@@ -103,7 +82,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
 }
 
 Stream read_stream(const std::filesystem::path& file) {
-  const LengthColumns lengths(header_of(file), "");
+  const LengthColumns lengths(csv_columns(file), "");
   std::vector<std::string> columns{"t_s"};
   lengths.add_to(columns);
   const CsvTable table = read_csv(file, columns);
@@ -111,9 +90,8 @@ Stream read_stream(const std::filesystem::path& file) {
     throw Error(file.string(), "", fmt::format("{} rows", table.rows.size()), "at least 16 samples");
   }
   Stream stream;
-  const auto time = static_cast<std::size_t>(table.column("t_s"));
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const double t = table.rows[i][time];
+    const double t = table.value(i, "t_s");
     if (!stream.t.empty() && !(t > stream.t.back())) {
       table.fail(i, "t_s", fmt::format("{}", t), fmt::format("more than {}: times must increase", stream.t.back()));
     }
@@ -125,7 +103,7 @@ Stream read_stream(const std::filesystem::path& file) {
 }
 
 PosePairs read_pose_pairs(const std::filesystem::path& file) {
-  const auto header = header_of(file);
+  const auto header = csv_columns(file);
   const LengthColumns a(header, "a"), b(header, "b");
   std::vector<std::string> columns;
   const auto turn_columns = [](const char* prefix) {
@@ -140,7 +118,7 @@ PosePairs read_pose_pairs(const std::filesystem::path& file) {
   const CsvTable table = read_csv(file, columns);
   const auto rotation = [&](const std::array<std::string, 4>& names, std::size_t row) {
     double q[4];
-    for (std::size_t i = 0; i < 4; ++i) q[i] = table.rows[row][static_cast<std::size_t>(table.column(names[i]))];
+    for (std::size_t i = 0; i < 4; ++i) q[i] = table.value(row, names[i]);
     const dquat R(q[0], q[1], q[2], q[3]);
     if (const double length = glm::length(R); !(std::abs(length - 1) <= kUnitLengthError)) {
       table.fail(row, fmt::format("{} to {}", names[0], names[3]), fmt::format("a quaternion of length {:.4g}", length),
@@ -160,7 +138,7 @@ PosePairs read_pose_pairs(const std::filesystem::path& file) {
 }
 
 std::vector<dvec3> read_points(const std::filesystem::path& file) {
-  const auto header = header_of(file);
+  const auto header = csv_columns(file);
   const bool prefixed = std::any_of(header.begin(), header.end(), [](const std::string& n) { return n[0] == 'h'; });
   const LengthColumns lengths(header, prefixed ? "h" : "");
   std::vector<std::string> columns;

@@ -15,6 +15,8 @@ namespace typodont {
 
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheet programs write it
+
 std::string_view trim(std::string_view s) {
   while (!s.empty() && std::strchr(" \t\r", s.front())) s.remove_prefix(1);
   while (!s.empty() && std::strchr(" \t\r", s.back())) s.remove_suffix(1);
@@ -59,8 +61,24 @@ int CsvTable::column(std::string_view name) const {
   return it == columns.end() ? -1 : static_cast<int>(it - columns.begin());
 }
 
+double CsvTable::value(std::size_t row, std::string_view name) const {
+  const int at = column(name);
+  return at < 0 ? std::numeric_limits<double>::quiet_NaN() : rows[row][static_cast<std::size_t>(at)];
+}
+
 void CsvTable::fail(std::size_t row, std::string_view name, std::string_view found, std::string_view expected) const {
   throw Error(file.string(), fmt::format("line {}, column {}", lines.at(row), name), found, expected);
+}
+
+std::vector<std::string> csv_columns(const std::filesystem::path& file) {
+  LineReader in(file, InputKind::kTable);
+  for (std::string line; in.next(line);) {
+    if (in.number() == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
+    if (trim(line).empty() || trim(line).front() == '#') continue;
+    const auto cells = cells_of(line, separator_of(line));
+    return {cells.begin(), cells.end()};
+  }
+  return {};
 }
 
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
@@ -73,8 +91,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   while (in.next(line)) {
     const std::size_t number = in.number();
     const std::string place = fmt::format("line {}", number);
-    // Removes the byte order mark that spreadsheet programs write.
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+    if (number == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
     if (number == 1 && (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF")))
       throw Error(file.string(), place, "text in UTF-16", "text in UTF-8");
     if (const auto end = line.find('\r'); end < line.find_last_not_of('\r') && end != std::string::npos)

@@ -19,6 +19,8 @@ struct CsvTable {
 
   /// Index of the column with this name; -1: none.
   int column(std::string_view name) const;
+  /// Value of a cell; NaN if the table has no such column.
+  double value(std::size_t row, std::string_view name) const;
   /// Throws an Error that names file, line and column.
   [[noreturn]] void fail(std::size_t row, std::string_view column, std::string_view found,
                          std::string_view expected) const;
@@ -29,6 +31,9 @@ struct CellReader {
   std::function<double(std::string_view cell)> read;
   std::string expected;  // text after "expected" in an error message, for example "a tissue's name"
 };
+
+/// Names of the columns in the header; empty: the file has no header. Throws Error if the file cannot be read.
+std::vector<std::string> csv_columns(const std::filesystem::path& file);
 
 /// Reads a table. Cells are separated by commas, semicolons or tabs, and may be quoted; lines with '#' are comments.
 /// Columns: all names in `required` must exist; names in `optional` may. Throws Error with file, line and column.

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <string_view>
 #include <utility>
 
+#include "engine/base/csv.h"
 #include "engine/base/error.h"
-#include "engine/base/input_file.h"
 #include "engine/session/format/columns.h"
 
 namespace typodont::session {
@@ -37,45 +36,26 @@ void append_cell(std::string& out, const Column<ServoTick>& column, const ServoT
   }
 }
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && (s.front() == ' ' || s.front() == '\t' || s.front() == '\r')) s.remove_prefix(1);
-  while (!s.empty() && (s.back() == ' ' || s.back() == '\t' || s.back() == '\r')) s.remove_suffix(1);
-  return s;
+/// Index of the tissue with this name; NaN: unknown.
+double read_tissue(std::string_view cell) {
+  const auto tissue = tissue_named(cell);
+  return tissue ? static_cast<double>(*tissue) : std::nan("");
 }
 
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (;;) {
-    const auto comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-/// Reads a cell into the tick. False: the text is invalid for this column.
-bool parse_cell(std::string_view text, const Column<ServoTick>& column, ServoTick& tick) {
-  std::byte cell[8]{};
+/// Stores a value of the table in the tick.
+void set_cell(double value, const Column<ServoTick>& column, ServoTick& tick) {
   if (column.name == "tissue") {
-    const auto tissue = tissue_named(text);
-    if (!tissue) return false;
-    tick.tissue = *tissue;
-    return true;
+    tick.tissue = static_cast<Tissue>(value);
+    return;
   }
-  const char* end = text.data() + text.size();
+  std::byte cell[8]{};
   if (column.type == Type::kU32) {
-    std::uint32_t value = 0;
-    const auto result = std::from_chars(text.data(), end, value);
-    if (result.ec != std::errc() || result.ptr != end) return false;
-    std::memcpy(cell, &value, sizeof value);
+    const auto whole = static_cast<std::uint32_t>(value);
+    std::memcpy(cell, &whole, sizeof whole);
   } else {
-    double value = 0;
-    const auto result = std::from_chars(text.data(), end, value);
-    if (result.ec != std::errc() || result.ptr != end) return false;
     std::memcpy(cell, &value, sizeof value);
   }
   if (column.set) column.set(tick, cell);
-  return true;
 }
 
 }  // namespace
@@ -131,58 +111,26 @@ void TicksCsvWriter::finish() {
 
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file,
                                       std::initializer_list<std::string_view> needed) {
-  LineReader in(file, InputKind::kTable);
-  std::vector<ServoTick> ticks;
-  std::vector<const Column<ServoTick>*> columns;
-  std::string line;
-  while (in.next(line)) {
-    const std::size_t number = in.number();
-    const std::string_view content = trimmed(line);
-    if (content.empty() || content.front() == '#') continue;
-    const auto cells = split(content);
-    if (columns.empty()) {
-      for (const auto& column : tick_columns()) {
-        if (!column.in_csv) continue;
-        const bool there = std::find(cells.begin(), cells.end(), column.name) != cells.end();
-        const bool must = needed.size() > 0 ? std::find(needed.begin(), needed.end(), column.name) != needed.end()
-                                            : column.name != "pedal" && !column.added;
-        if (!there && must) {
-          throw Error(file.string(), fmt::format("line {}", number), fmt::format("no column \"{}\"", column.name),
-                      needed.size() > 0 ? fmt::format("the columns {}", fmt::join(needed, ","))
-                                        : fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
-        }
-      }
-      for (const auto cell : cells) {
-        const Column<ServoTick>* known = nullptr;
-        for (const auto& column : tick_columns()) {
-          if (column.in_csv && column.name == cell) known = &column;
-        }
-        if (!known || std::find(columns.begin(), columns.end(), known) != columns.end()) {
-          throw Error(file.string(), fmt::format("line {}", number),
-                      fmt::format("column \"{}\"{}", cell.substr(0, 40), known ? " twice" : ""),
-                      fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
-        }
-        columns.push_back(known);
-      }
-      continue;
-    }
-    if (cells.size() != columns.size()) {
-      throw Error(file.string(), fmt::format("line {}", number), fmt::format("{} cells", cells.size()),
-                  std::to_string(columns.size()));
-    }
-    ServoTick tick;
-    tick.index = ticks.size();
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (parse_cell(cells[i], *columns[i], tick)) continue;
-      throw Error(file.string(), fmt::format("line {}, column {}", number, columns[i]->name),
-                  cells[i].empty() ? "nothing" : fmt::format("\"{}\"", cells[i].substr(0, 40)),
-                  columns[i]->name == "tissue" ? "the name of a tissue" : "a number");
-    }
-    ticks.push_back(tick);
+  std::vector<std::string> required, optional;
+  for (const auto& column : tick_columns()) {
+    if (!column.in_csv) continue;
+    const bool must = needed.size() > 0 ? std::find(needed.begin(), needed.end(), column.name) != needed.end()
+                                        : column.name != "pedal" && !column.added;
+    (must ? required : optional).push_back(column.name);
   }
-  if (columns.empty()) {
-    throw Error(file.string(), "", "an empty file", fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
+  const CsvTable table = read_csv(file, required, optional, {{"tissue", {read_tissue, "the name of a tissue"}}});
+  std::vector<ServoTick> ticks(table.rows.size());
+  for (const auto& column : tick_columns()) {
+    const int at = column.in_csv ? table.column(column.name) : -1;
+    for (std::size_t row = 0; at >= 0 && row < ticks.size(); ++row) {
+      const double value = table.rows[row][static_cast<std::size_t>(at)];
+      if (std::isnan(value)) continue;
+      if (column.type == Type::kU32 && !(value >= 0 && value <= 0xffffffff && value == std::floor(value)))
+        table.fail(row, column.name, fmt::format("{}", value), "a number");
+      set_cell(value, column, ticks[row]);
+    }
   }
+  for (std::size_t row = 0; row < ticks.size(); ++row) ticks[row].index = row;
   return ticks;
 }
 

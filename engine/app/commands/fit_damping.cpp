@@ -1,9 +1,6 @@
 // `typodont fit-damping`: fits the coupling's spring and damper to the recording of a push.
 #include <fmt/format.h>
 
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -11,8 +8,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/base/error.h"
-#include "engine/base/input_file.h"
+#include "engine/base/csv.h"
 #include "engine/base/units.h"
 #include "haptics/material_fit.h"
 
@@ -20,34 +16,19 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kHeader = "t_s,depth_mm,force_N";
-
 struct Options {
   std::string curve;
   bool json = false;
 };
 
 std::vector<haptics::PushSample> read_curve(const std::string& file) {
-  LineReader lines(file, InputKind::kTable);
-  std::string line;
-  if (!lines.next(line) || line != kHeader) throw Error(file, "line 1", line, kHeader);
+  const CsvTable table = read_csv(file, {"t_s", "depth_mm", "force_N"});
   std::vector<haptics::PushSample> samples;
-  while (lines.next(line)) {
-    if (line.empty()) continue;
-    const auto fail = [&](std::string_view expected) {
-      throw Error(file, fmt::format("line {}", lines.number()), line, expected);
-    };
-    std::array<double, 3> cells{};
-    const char *at = line.data(), *const end = at + line.size();
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const auto result = std::from_chars(at, end, cells[i]);
-      if (result.ec != std::errc() || !std::isfinite(cells[i])) fail("three numbers");
-      at = result.ptr;
-      if (i + 1 < cells.size() && (at == end || *at++ != ',')) fail("three numbers");
-    }
-    if (at != end) fail("three numbers");
-    const haptics::PushSample sample{cells[0], cells[1] * kMillimetre, cells[2]};
-    if (!samples.empty() && !(sample.t > samples.back().t)) fail("a later time");
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const haptics::PushSample sample{table.value(row, "t_s"), table.value(row, "depth_mm") * kMillimetre,
+                                     table.value(row, "force_N")};
+    if (!samples.empty() && !(sample.t > samples.back().t))
+      table.fail(row, "t_s", fmt::format("{}", sample.t), "a later time");
     samples.push_back(sample);
   }
   return samples;
