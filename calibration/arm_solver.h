@@ -31,6 +31,12 @@ struct ArmGeometry {
 inline constexpr std::size_t kArmParameters = 18;
 /// Names of the parameters in the order of to_vector.
 std::span<const char* const> arm_parameter_names();
+/// Unit of a parameter in files and reports: its value in SI, its name ("" for a factor), its suffix in keys.
+struct ArmUnit {
+  double si;
+  const char *name, *suffix;
+};
+ArmUnit arm_parameter_unit(std::string_view parameter);
 /// Plausible errors of the parameters before calibration: 1 mm, 1°, 0.5 %. The solver scales parameters by them.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);

@@ -32,8 +32,8 @@ struct UserOffset {
 
 struct EyesResult {
   EyePair eyes;
-  std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
-  double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
+  dvec3 center_sigma{0, 0, 0};  // m per axis, standard deviation of the eyes' centre
+  double ipd_sigma = 0;         // m, standard deviation of the interpupillary distance
   // Noise of an alignment across the line of sight, and rms of the residuals, m.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments of stylus tip and screen dot

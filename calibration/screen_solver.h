@@ -20,7 +20,7 @@ struct PanelResult {
   Panel panel;                   // the panel that fits best, as an exact rectangle
   double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
-  std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
+  dvec3 centre_sigma{0, 0, 0};  // m per axis, standard deviation of the panel's centre
   /// Standard deviation of the panel's rotation about its least certain axis, rad.
   double tilt_sigma = 0;
   // Noise of a touch per axis, and rms of the residuals without rejected touches, m.

@@ -183,14 +183,10 @@ std::string report_page(const BenchState& bench, const std::string& title) {
   if (const auto& r = bench.arm_result) {
     std::string table = "<table><tr><th>parameter</th><th>before</th><th>after</th><th>±</th><th>determined</th></tr>";
     for (const ArmParameter& p : r->parameters) {
-      const bool angle = p.name.starts_with("offset"), ratio = p.name.starts_with("scale");
-      const double unit = angle ? 1 / kDegree : ratio ? 1 : 1e3;
+      const ArmUnit unit = arm_parameter_unit(p.name);
       table += fmt::format("<tr><td>{}</td><td>{:.4f}</td><td>{:.4f}</td><td>{:.4f} {}</td><td>{:.0f} %</td></tr>",
-                           p.name, p.before * unit, p.after * unit, p.sigma * unit,
-                           angle   ? "°"
-                           : ratio ? ""
-                                   : "mm",
-                           100 * std::max(0.0, p.determined));
+                           p.name, p.before / unit.si, p.after / unit.si, p.sigma / unit.si,
+                           unit.si == kDegree ? "°" : unit.name, 100 * std::max(0.0, p.determined));
     }
     table += "</table><p>Not observable in these captures, and therefore unchanged: ";
     for (std::size_t i = 0; i < r->not_observable.size(); ++i) table += (i ? "; " : "") + escaped(r->not_observable[i]);

@@ -34,31 +34,26 @@ Value screen_corners(const Panel& panel) {
           {"upper_left", mm_value(panel.upper_left)}};
 }
 
+/// Key of a parameter of the arm in a rig file, for example "tip_x_mm".
+std::string key_of(std::string name) {
+  const char* const suffix = arm_parameter_unit(name).suffix;
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name + suffix;
+}
+
 Value arm_value(const ArmGeometry& arm) {
   Value value;
   const auto v = to_vector(arm);
   const auto names = arm_parameter_names();
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    const std::string key(names[i]);
-    const bool angle = key.starts_with("offset"), ratio = key.starts_with("scale");
-    std::string unit = angle ? "_deg" : ratio ? "" : "_mm";
-    std::string name = key;
-    std::replace(name.begin(), name.end(), ' ', '_');
-    value[name + unit] = angle ? v[i] / kDegree : ratio ? v[i] : v[i] * 1e3;
-  }
+  for (std::size_t i = 0; i < v.size(); ++i) value[key_of(names[i])] = v[i] / arm_parameter_unit(names[i]).si;
   return value;
 }
 
 ArmGeometry read_arm(const Json& json) {
   std::array<double, kArmParameters> v = to_vector(ArmGeometry{});
   const auto names = arm_parameter_names();
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    std::string name(names[i]);
-    const bool angle = name.starts_with("offset"), ratio = name.starts_with("scale");
-    std::replace(name.begin(), name.end(), ' ', '_');
-    const auto found = json.find(name + (angle ? "_deg" : ratio ? "" : "_mm"));
-    if (found) v[i] = found->number() * (angle ? kDegree : ratio ? 1 : kMillimetre);
-  }
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (const auto found = json.find(key_of(names[i]))) v[i] = found->number() * arm_parameter_unit(names[i]).si;
   return to_geometry(v);
 }
 
@@ -81,31 +76,27 @@ Value steps_value(const BenchState& bench) {
                   {"not_observable", r->not_observable}};
     if (!r->misfit.empty()) step["misfit"] = r->misfit;
     for (const ArmParameter& p : r->parameters) {
-      const bool angle = p.name.starts_with("offset"), ratio = p.name.starts_with("scale");
-      const double unit = angle ? 1 / kDegree : ratio ? 1 : 1e3;
+      const ArmUnit unit = arm_parameter_unit(p.name);
       step["parameters"].push_back({{"name", p.name},
-                                    {"unit", angle   ? "deg"
-                                             : ratio ? "1"
-                                                     : "mm"},
-                                    {"before", p.before * unit},
-                                    {"after", p.after * unit},
-                                    {"sigma", p.sigma * unit},
+                                    {"unit", unit.si == 1 ? "1" : unit.name},
+                                    {"before", p.before / unit.si},
+                                    {"after", p.after / unit.si},
+                                    {"sigma", p.sigma / unit.si},
                                     {"determined", p.determined}});
     }
     steps["arm"] = step;
   }
   if (const auto& r = bench.panel_result) {
-    steps["screen"] = {
-        {"width_mm", mm(r->width)},
-        {"width_sigma_mm", mm(r->width_sigma)},
-        {"height_mm", mm(r->height)},
-        {"height_sigma_mm", mm(r->height_sigma)},
-        {"centre_sigma_mm", {r->centre_sigma[0] * 1e3, r->centre_sigma[1] * 1e3, r->centre_sigma[2] * 1e3}},
-        {"tilt_sigma_deg", r->tilt_sigma / kDegree},
-        {"rms_mm", mm(r->rms)},
-        {"sigma_mm", mm(r->sigma)},
-        {"rejected", r->rejected},
-        {"not_determined", r->not_determined}};
+    steps["screen"] = {{"width_mm", mm(r->width)},
+                       {"width_sigma_mm", mm(r->width_sigma)},
+                       {"height_mm", mm(r->height)},
+                       {"height_sigma_mm", mm(r->height_sigma)},
+                       {"centre_sigma_mm", mm_value(r->centre_sigma)},
+                       {"tilt_sigma_deg", r->tilt_sigma / kDegree},
+                       {"rms_mm", mm(r->rms)},
+                       {"sigma_mm", mm(r->sigma)},
+                       {"rejected", r->rejected},
+                       {"not_determined", r->not_determined}};
   }
   if (const auto& r = bench.mirror_result) {
     steps["mirror"] = {{"tilt_sigma_deg", r->tilt_sigma / kDegree},
@@ -116,14 +107,13 @@ Value steps_value(const BenchState& bench) {
                        {"not_determined", r->not_determined}};
   }
   if (const auto& r = bench.eyes_result) {
-    steps["eyes"] = {
-        {"center_sigma_mm", {r->center_sigma[0] * 1e3, r->center_sigma[1] * 1e3, r->center_sigma[2] * 1e3}},
-        {"ipd_mm", mm(r->eyes.ipd)},
-        {"ipd_sigma_mm", mm(r->ipd_sigma)},
-        {"rms_mm", mm(r->rms)},
-        {"sigma_mm", mm(r->sigma)},
-        {"rejected", r->rejected},
-        {"not_determined", r->not_determined}};
+    steps["eyes"] = {{"center_sigma_mm", mm_value(r->center_sigma)},
+                     {"ipd_mm", mm(r->eyes.ipd)},
+                     {"ipd_sigma_mm", mm(r->ipd_sigma)},
+                     {"rms_mm", mm(r->rms)},
+                     {"sigma_mm", mm(r->sigma)},
+                     {"rejected", r->rejected},
+                     {"not_determined", r->not_determined}};
     if (const auto& offset = r->user_offset) {
       steps["eyes"]["user_offset_mm"] = mm_value(offset->W);
       steps["eyes"]["user_offset_sigma_mm"] = mm_value(offset->sigma);

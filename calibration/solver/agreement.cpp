@@ -333,7 +333,7 @@ class KnownNoise {
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
-    std::uint64_t state = 1;
+    SplitMix64 random{1};
     std::vector<bool> agrees(n_);
     const auto mark = [&] {
       agrees.assign(n_, false);
@@ -341,7 +341,7 @@ class KnownNoise {
     };
     mark();
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
-      const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
+      const std::size_t i = random_index(random, n_), j = random_index(random, n_), k = random_index(random, n_);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
       // If all three pairs already agree, the triple gives the same motion again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
@@ -365,14 +365,6 @@ class KnownNoise {
   }
 
  private:
-  // Random numbers by SplitMix64; seeding a standard generator would take longer than the whole search.
-  std::size_t random_index(std::uint64_t& state) const {
-    std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return static_cast<std::size_t>((z >> 32) * n_ >> 32);
-  }
-
   bool same_length(std::size_t i, std::size_t j) const {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }

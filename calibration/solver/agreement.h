@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calibration/registration_solver.h"
+#include "engine/base/split_mix.h"
 
 namespace typodont::calibration {
 
@@ -26,6 +27,11 @@ double sigma_of(const Fit& fit);
 
 /// Number of pairs with a residual of at most `limit` (m) under X_DH.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
+
+/// Random number below `count`. Seeding a generator of the standard library would take longer than a search.
+inline std::size_t random_index(SplitMix64& random, std::size_t count) {
+  return static_cast<std::size_t>((random.next() >> 32) * count >> 32);
+}
 
 /// Estimated rounding error of the coordinates, m.
 double rounding_of(Points p_H, Points p_D);

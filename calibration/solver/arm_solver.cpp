@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "calibration/registration_solver.h"
+#include "calibration/solver/eigen_math.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 
@@ -40,11 +40,17 @@ std::span<const char* const> arm_parameter_names() {
   return kNames;
 }
 
+ArmUnit arm_parameter_unit(std::string_view parameter) {
+  if (parameter.starts_with("offset")) return {kDegree, "deg", "_deg"};
+  if (parameter.starts_with("scale")) return {1, "", ""};
+  return {kMillimetre, "mm", "_mm"};
+}
+
 std::array<double, kArmParameters> arm_parameter_scales() {
   std::array<double, kArmParameters> scales{};
   for (std::size_t i = 0; i < kArmParameters; ++i) {
-    const std::string_view parameter = kNames[i];
-    scales[i] = parameter.starts_with("offset") ? kDegree : parameter.starts_with("scale") ? 0.005 : kMillimetre;
+    const double unit = arm_parameter_unit(kNames[i]).si;
+    scales[i] = unit == 1 ? 0.005 : unit;
   }
   return scales;
 }
@@ -226,11 +232,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       const auto first = static_cast<Eigen::Index>(group.first_parameter - kArmParameters);
       N.block(row, first, 3, 3) = -Eigen::Matrix3d::Identity();
       if (group.plate) {
-        const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
-        Eigen::Matrix3d lever;
-        lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
         // Rotations are in units of 0.1 rad, so that all columns have similar size.
-        N.block(row, first + 3, 3, 3) = -lever * 10;
+        N.block(row, first + 3, 3, 3) = 10 * cross_matrix(place[captures[i].group].rotate(*captures[i].known));
       }
       row += 3;
     }
@@ -268,11 +271,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
-      std::vector<double> sorted = sizes;
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-      const double limit =
-          // 1.538 σ is the median length of a normally distributed 3D error
-          std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);
+      const double limit = std::max(1e-9, 5 * sigma_of_lengths(sizes, 3));
       for (std::size_t i = 0; i < captures.size(); ++i) {
         const bool keep = sizes[i] <= limit;
         changed = changed || keep != used[i];

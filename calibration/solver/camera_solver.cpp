@@ -4,13 +4,13 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
 
 #include "calibration/registration_solver.h"
+#include "calibration/solver/eigen_math.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -31,12 +31,6 @@ using RowMajor = Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColM
 template <int Rows, int Columns>
 void put(double* block, const Eigen::Matrix<double, Rows, Columns>& values) {
   if (block) Eigen::Map<RowMajor<Rows, Columns>>{block} = values;
-}
-
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
 }
 
 struct Turn {
@@ -277,7 +271,7 @@ Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W
                           camera.distortion[3],
                           camera.distortion[4]};
   const auto block = camera_block(inverse(X_WK));
-  const Projection seen(lens, block.data(), Vector3d(p_W.x, p_W.y, p_W.z), false);
+  const Projection seen(lens, block.data(), eigen(p_W), false);
   return {seen.x, seen.y};
 }
 
@@ -309,10 +303,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   dvec3 middle(0);
   for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const dvec3& p : points) {
-    const Eigen::Vector3d d(p.x - middle.x, p.y - middle.y, p.z - middle.z);
-    scatter += d * d.transpose();
-  }
+  for (const dvec3& p : points) scatter += eigen(p - middle) * eigen(p - middle).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   if (axes.eigenvalues()[1] < 1e-4 * axes.eigenvalues()[2]) {
     result.not_determined = "the touched points lie on one line: the turn about it is not determined";
@@ -486,8 +477,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     Vector3d p = s.on == SeenOn::kTouchedPoint ? Vector3d(touched[s.touched_W].data())
                                                : PanelSpot(panel, s.corner.u, s.corner.v, false).p_W;
     if (s.on == SeenOn::kPanelInMirror) {
-      const dvec3 image = result.mirror->reflect(dvec3(p.x(), p.y(), p.z()));
-      p = {image.x, image.y, image.z};
+      p = eigen(result.mirror->reflect(vec(p)));
     }
     const Projection seen(lens, cameras[s.picture].data(), p, false);
     const double r2 = std::pow(seen.x - s.px, 2) + std::pow(seen.y - s.py, 2);
@@ -511,10 +501,7 @@ std::vector<Sighting> read_sightings(const std::filesystem::path& file) {
   const CsvTable table = read_csv(file, {"picture", "on", "px", "py"}, {"u", "v", "x_mm", "y_mm", "z_mm"});
   std::vector<Sighting> sightings;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const auto at = [&](const char* name) {
-      const int column = table.column(name);
-      return column < 0 ? std::nan("") : table.rows[i][static_cast<std::size_t>(column)];
-    };
+    const auto at = [&](const char* name) { return table.value(i, name); };
     const auto need = [&](const char* name) {
       const double value = at(name);
       if (!std::isfinite(value)) table.fail(i, name, "nothing", "a number");

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include <optional>
 
 #include "calibration/registration_solver.h"
+#include "calibration/solver/eigen_math.h"
 #include "engine/base/error.h"
 
 namespace typodont::calibration {
@@ -20,17 +20,6 @@ namespace typodont::calibration {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d eigen(const dvec3& v) {
-  return {v.x, v.y, v.z};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto mid = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), mid, values.end());
-  return *mid;
-}
 
 constexpr std::size_t kThrough = 6;  // number of samples through which an interpolating polynomial goes
 
@@ -283,10 +272,7 @@ class Matcher {
           if (skew) G.col(c) = g * row.dt, Z.col(c++) = z * row.dt;
           for (int i = 0; i < 3; ++i, ++c) G(i, c) = Z(i, c) = 1;
           if (rotate) {
-            const dvec3 arm = at - centre;
-            Eigen::Matrix3d lever;
-            lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-            G.block<3, 3>(0, c) = Z.block<3, 3>(0, c) = lever;
+            G.block<3, 3>(0, c) = Z.block<3, 3>(0, c) = -cross_matrix(at - centre);
           }
           ZG += Z.transpose() * G, ZZ += Z.transpose() * Z, Zr += Z.transpose() * eigen(r);
           squares += r2, gain += row.gain, ++used;

@@ -42,18 +42,9 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   Eigen::RowVectorXd to_ipd(6);
   const dvec3& d = result.eyes.right;
   to_ipd << -d.x, -d.y, -d.z, d.x, d.y, d.z;
-  for (Eigen::Index i = 0; i < 3; ++i) result.center_sigma[static_cast<std::size_t>(i)] = std::sqrt(center(i, i));
+  result.center_sigma = vec(center.diagonal().cwiseSqrt());
   result.ipd_sigma = std::sqrt((to_ipd * solved.covariance * to_ipd.transpose())(0, 0));
-  result.sigma = solved.sigma;
-  result.residuals = solved.residuals;
-  double sum = 0;
-  for (std::size_t i = 0; i < alignments.size(); ++i) {
-    if (solved.used[i])
-      sum += solved.residuals[i] * solved.residuals[i];
-    else
-      result.rejected.push_back(i);
-  }
-  result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
+  store_residuals(result, solved);
   if (solved.open_axes.cols() > 0) {
     // Unknowns 0 to 2: left eye; 3 to 5: right eye. Each column of open_axes is a direction that is not determined. The
     // largest component of the first column names one undetermined eye (the other may be undetermined, too).
@@ -67,19 +58,16 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
 
 UserOffset user_offset_of(std::span<const SeenTouch> touches) {
   std::vector<double> axis(touches.size());
-  dvec3 median;
+  dvec3 middle;
   for (int i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < touches.size(); ++k) axis[k] = touches[k].touched_W[i] - touches[k].shown_W[i];
-    std::nth_element(axis.begin(), axis.begin() + static_cast<std::ptrdiff_t>(axis.size() / 2), axis.end());
-    median[i] = axis[axis.size() / 2];
+    middle[i] = median(axis);
   }
   std::vector<double> far(touches.size());
   for (std::size_t k = 0; k < touches.size(); ++k)
-    far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
-  std::vector<double> sorted = far;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  // Limit of 5.5 standard deviations from the median offset; 1.5382 is the median of |x| for a normal vector in space.
-  const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
+    far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - middle);
+  // Limit of 5.5 standard deviations from the median offset.
+  const double limit = std::max(1e-9, 5.5 * sigma_of_lengths(far, 3));
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());
   dvec3 squares(0);

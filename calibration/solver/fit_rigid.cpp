@@ -1,49 +1,11 @@
 // Closed-form rigid fit of point pairs, the only part of the solvers that must be fast.
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "calibration/registration_solver.h"
 
 namespace typodont::calibration {
-
-namespace {
-
-// Eigenvectors by cyclic Jacobi, used for two nearly equal eigenvalues.
-dquat max_eigenvector(double K[4][4]) noexcept {
-  double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-  for (int sweep = 0; sweep < 30; ++sweep) {
-    double off = 0, total = 0;
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) (i == j ? total : off) += K[i][j] * K[i][j];
-    }
-    if (off <= 1e-34 * (total + off)) break;
-    for (int p = 0; p < 3; ++p) {
-      for (int q = p + 1; q < 4; ++q) {
-        if (K[p][q] == 0) continue;
-        const double theta = (K[q][q] - K[p][p]) / (2 * K[p][q]);
-        const double t = (theta >= 0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        for (int k = 0; k < 4; ++k) {
-          const double a = K[k][p], b = K[k][q];
-          K[k][p] = c * a - s * b, K[k][q] = s * a + c * b;
-        }
-        for (int k = 0; k < 4; ++k) {
-          const double a = K[p][k], b = K[q][k];
-          K[p][k] = c * a - s * b, K[q][k] = s * a + c * b;
-        }
-        for (int k = 0; k < 4; ++k) {
-          const double a = V[k][p], b = V[k][q];
-          V[k][p] = c * a - s * b, V[k][q] = s * a + c * b;
-        }
-      }
-    }
-  }
-  int best = 0;
-  for (int i = 1; i < 4; ++i) best = K[i][i] > K[best][best] ? i : best;
-  return {V[0][best], V[1][best], V[2][best], V[3][best]};
-}
-
-}  // namespace
 
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept {
   const std::size_t n = std::min(p_H.size(), p_D.size());
@@ -119,8 +81,11 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   if (longest > 1e-5 && length2 > 1e-10) {
     R *= 1 / std::sqrt(length2);
   } else {
+    // Two nearly equal eigenvalues: the slower solver finds the eigenvector of the largest.
     for (int i = 0; i < 4; ++i) K[i][i] += lambda;
-    R = glm::normalize(max_eigenvector(K));
+    const Eigen::Vector4d q =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(Eigen::Map<Eigen::Matrix4d>(K[0])).eigenvectors().col(3);
+    R = {q[0], q[1], q[2], q[3]};
   }
 
   // Two Newton steps δ refine the rotation R: they maximise tr(exp(-[δ]) B), B = m Rᵀ, by (tr B - sym B) δ = axial(B).

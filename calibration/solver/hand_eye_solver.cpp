@@ -5,7 +5,6 @@
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -13,6 +12,7 @@
 #include <numeric>
 #include <optional>
 
+#include "calibration/solver/eigen_math.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -42,15 +42,9 @@ constexpr double kMinMainTurn = 2 * kDegree, kMinSecondTurn = 1 * kDegree;
 // If the arm's rms rotation divided by the rotation noise is smaller than this, there is no result.
 constexpr double kTurnOverNoise = 4;
 
-Matrix3d eigen(const dquat& q) {
-  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
-}
-Vector3d eigen(const dvec3& v) {
-  return {v.x, v.y, v.z};
-}
 Pose pose_of(const Matrix3d& R, const Vector3d& p) {
   const Eigen::Quaterniond q(R);
-  return {{p.x(), p.y(), p.z()}, glm::normalize(dquat(q.w(), q.x(), q.y(), q.z()))};
+  return {vec(p), glm::normalize(dquat(q.w(), q.x(), q.y(), q.z()))};
 }
 Matrix3d nearest_rotation(const Matrix3d& M) {
   const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);

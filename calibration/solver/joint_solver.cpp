@@ -2,15 +2,14 @@
 
 #include <ceres/jet.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <numeric>
 
+#include "calibration/solver/eigen_math.h"
 #include "engine/base/error.h"
-
 namespace typodont::calibration {
 
 namespace {
@@ -26,14 +25,6 @@ constexpr int kSizes[kKinds] = {3, 3, 1, 2, 3};
 
 dquat rotation_vector(const dvec3& v) {
   return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
-}
-Vector3d eigen(const dvec3& v) {
-  return {v.x, v.y, v.z};
-}
-Matrix3d cross_matrix(const dvec3& v) {
-  Matrix3d m;
-  m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
-  return m;
 }
 /// Derivative d(R p)/dv of a rotated vector, R = rotation_vector(v), `turned` = R p. With the Gibbs vector g = v/2: ω =
 /// 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
@@ -373,9 +364,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
     bool changed = false;
     for (std::size_t k = 0; k < kKinds; ++k) {
       if (lengths[k].empty()) continue;
-      std::vector<double> sorted = lengths[k];
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-      const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
+      const double robust = sigma_of_lengths(lengths[k], kSizes[k]);
       // The noise is reduced gradually, because residuals of good touches are still large before convergence.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;

@@ -2,10 +2,11 @@
 // that are not determined. Used only by .cpp files of this module.
 #pragma once
 
-#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
+
+#include "calibration/solver/eigen_math.h"
 
 namespace typodont::calibration {
 
@@ -66,10 +67,7 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     if (result.degrees_of_freedom > 0) sigma = std::max(1e-13, std::sqrt(squares / result.degrees_of_freedom));
     if (round > 2 && step.norm() < 1e-8 && std::abs(sigma - previous) <= 1e-5 * sigma + 1e-13) {
       // After convergence, excludes outliers (detected by the median) and continues.
-      std::vector<double> sorted = result.residuals;
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-      const double per_axis = sorted[sorted.size() / 2] / (size == 1 ? 0.6745 : size == 2 ? 1.1774 : 1.5382);
-      const double limit = std::max(1e-9, 5.5 * per_axis);
+      const double limit = std::max(1e-9, 5.5 * sigma_of_lengths(result.residuals, size));
       bool changed = false;
       for (std::size_t b = 0; b < blocks; ++b) {
         const bool keep = result.residuals[b] <= limit;
@@ -83,6 +81,21 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
   result.sigma = sigma;
   result.covariance *= sigma * sigma;
   return result;
+}
+
+/// Copies noise, residuals, and the rms of the residuals that were used to the result of a calibration step.
+template <class Result>
+void store_residuals(Result& result, const LeastSquares& solved) {
+  result.sigma = solved.sigma;
+  result.residuals = solved.residuals;
+  double sum = 0;
+  for (std::size_t i = 0; i < solved.used.size(); ++i) {
+    if (solved.used[i])
+      sum += solved.residuals[i] * solved.residuals[i];
+    else
+      result.rejected.push_back(i);
+  }
+  result.rms = std::sqrt(sum / std::max<double>(1, static_cast<double>(solved.used.size() - result.rejected.size())));
 }
 
 }  // namespace typodont::calibration

@@ -1,13 +1,11 @@
 #include "calibration/solver/near_rival.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 #include "calibration/solver/agreement.h"
-
+#include "calibration/solver/eigen_math.h"
 namespace typodont::calibration {
 
 namespace {
@@ -86,8 +84,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
-    const dvec3 r = X * p_H[i] - p_D[i];
-    const Eigen::Vector3d e(r.x, r.y, r.z);
+    const Eigen::Vector3d e = eigen(X * p_H[i] - p_D[i]);
     scatter += e * e.transpose();
   }
   const double sse = scatter.trace();
@@ -112,11 +109,10 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   };
   // For two motions that differ by a displacement: splits by the residual's sign along the residuals' main direction.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  const Eigen::Vector3d longest = axes.eigenvectors().col(2);
+  const dvec3 longest = vec(axes.eigenvectors().col(2));
   Indices up;
   for (const std::size_t i : looked_at) {
-    const dvec3 r = X * p_H[i] - p_D[i];
-    if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
+    if (glm::dot(X * p_H[i] - p_D[i], longest) > 0) up.push_back(i);
   }
   if (up.size() >= kMin) start_from(splitter.fit(up));
   // If both motions have equally many pairs, one triple in four has a single motion. Tries all triples, or 48 random.
@@ -130,13 +126,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
       }
     }
   } else {
-    std::uint64_t state = 1;
-    const auto draw = [&] {
-      std::uint64_t z = (state += 0x9E3779B97F4A7C15u);  // SplitMix64 random numbers
-      z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-      z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-      return static_cast<std::size_t>((z >> 32) * n >> 32);
-    };
+    SplitMix64 random{1};
+    const auto draw = [&] { return random_index(random, n); };
     for (int k = 0; k < 48; ++k) {
       const std::size_t a = draw(), b = draw(), c = draw();
       if (a != b && b != c && a != c) triple(a, b, c);

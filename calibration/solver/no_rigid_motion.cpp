@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "calibration/solver/eigen_math.h"
 #include "calibration/statistics.h"
 
 namespace typodont::calibration {
@@ -53,8 +55,7 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
     }
   }
   if (ratios.empty()) return std::nullopt;
-  std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
-  const double scale = ratios[ratios.size() / 2];
+  const double scale = median(std::move(ratios));
   std::vector<dvec3> rescaled(p_H.begin(), p_H.end());
   for (dvec3& p : rescaled) p *= scale;
   Indices everyone(n);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "calibration/solver/agreement.h"
+#include "calibration/solver/eigen_math.h"
 #include "calibration/solver/near_rival.h"
 #include "calibration/solver/no_rigid_motion.h"
 #include "calibration/statistics.h"
@@ -30,21 +30,6 @@ constexpr double kSplitChance = 1e-3;
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
-
-Vector3d eigen(const dvec3& v) {
-  return {v.x, v.y, v.z};
-}
-dvec3 vec(const Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-Matrix3d eigen(const dquat& q) {
-  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
-}
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 struct Scatter {
   Vector3d values;  // m², sums of squares about the centroid, ascending

@@ -20,20 +20,6 @@ dquat rotation_vector(const dvec3& v) {
   return {std::cos(0.5 * angle), axis.x, axis.y, axis.z};
 }
 
-template <class Result>
-void finish(Result& result, const LeastSquares& solved) {
-  result.sigma = solved.sigma;
-  result.residuals = solved.residuals;
-  double sum = 0;
-  for (std::size_t i = 0; i < solved.used.size(); ++i) {
-    if (solved.used[i])
-      sum += solved.residuals[i] * solved.residuals[i];
-    else
-      result.rejected.push_back(i);
-  }
-  result.rms = std::sqrt(sum / std::max<double>(1, static_cast<double>(solved.used.size() - result.rejected.size())));
-}
-
 }  // namespace
 
 PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
@@ -87,7 +73,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   result.width_sigma = sd(6), result.height_sigma = sd(7);
   result.centre_sigma = {sd(0), sd(1), sd(2)};
   result.tilt_sigma = std::max({sd(3), sd(4), sd(5)});
-  finish(result, solved);
+  store_residuals(result, solved);
   if (solved.open_axes.cols() > 0) {
     result.not_determined = "the touches are too close together for their noise: spread them to the panel's corners";
   }
@@ -104,15 +90,10 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
   dvec3 centre(0);
   for (const dvec3& p : touches) centre += p / static_cast<double>(touches.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const dvec3& p : touches) {
-    const Eigen::Vector3d d(p.x - centre.x, p.y - centre.y, p.z - centre.z);
-    scatter += d * d.transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  const Eigen::Vector3d n = eigen.eigenvectors().col(0), a = eigen.eigenvectors().col(1),
-                        b = eigen.eigenvectors().col(2);
-  dvec3 normal(n[0], n[1], n[2]);
-  const dvec3 e1(a[0], a[1], a[2]), e2(b[0], b[1], b[2]);
+  for (const dvec3& p : touches) scatter += eigen(p - centre) * eigen(p - centre).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  dvec3 normal = vec(axes.eigenvectors().col(0));
+  const dvec3 e1 = vec(axes.eigenvectors().col(1)), e2 = vec(axes.eigenvectors().col(2));
   if (glm::dot(normal, seen_from - centre) < 0) normal = -normal;
   const auto unpack = [&](const Eigen::VectorXd& x) {
     const dvec3 tilted = glm::normalize(normal + x[0] * e1 + x[1] * e2);
@@ -128,8 +109,8 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
   result.mirror = unpack(solved.x);
   const auto sd = [&](Eigen::Index i) { return std::sqrt(std::max(0.0, solved.covariance(i, i))); };
   result.tilt_sigma = std::max(sd(0), sd(1)), result.offset_sigma = sd(2);
-  finish(result, solved);
-  if (solved.open_axes.cols() > 0 || eigen.eigenvalues()[1] < 25 * eigen.eigenvalues()[0]) {
+  store_residuals(result, solved);
+  if (solved.open_axes.cols() > 0 || axes.eigenvalues()[1] < 25 * axes.eigenvalues()[0]) {
     result.not_determined =
         "the touches lie on one line, or too close together for their noise: the mirror may tilt about it";
   }

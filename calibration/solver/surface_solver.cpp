@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "calibration/solver/eigen_math.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 
@@ -32,14 +32,6 @@ constexpr double kStill = 1e-7;  // m, step below which the pose has converged
 // Regularisation (ridge) of the offset, because some shapes, for example a corner, do not determine the offset.
 constexpr double kOffsetRidge = 1e-3;
 
-Eigen::Vector3d eigen(const dvec3& v) {
-  return {v.x, v.y, v.z};
-}
-Eigen::Matrix3d cross_matrix(const dvec3& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
-  return m;
-}
 dquat rotation(const dvec3& vector) {
   const double angle = glm::length(vector);
   return angle > 0 ? glm::angleAxis(angle, vector / angle) : dquat(1, 0, 0, 0);

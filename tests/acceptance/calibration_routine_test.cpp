@@ -64,8 +64,7 @@ TEST(Routine, TheEyePositionsCanBeComputedAgainAfterTheRegistration) {
   ASSERT_EQ(run.bench.eyes_result->not_determined, "");
   EXPECT_LT(run.bench.eyes_result->rms, 4e-4);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(run.bench.rig.eyes.center[axis], before[axis],
-                4.5 * run.bench.eyes_result->center_sigma[static_cast<std::size_t>(axis)] + 5e-4);
+    EXPECT_NEAR(run.bench.rig.eyes.center[axis], before[axis], 4.5 * run.bench.eyes_result->center_sigma[axis] + 5e-4);
     EXPECT_NEAR(run.bench.eyes_result->user_offset->W[axis], SimulationOptions{}.user_offset[axis], 1e-3);
   }
 }

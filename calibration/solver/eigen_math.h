@@ -1,0 +1,48 @@
+// Conversions between GLM and Eigen, and robust statistics of residuals. Used only by .cpp files of this module.
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "engine/base/pose.h"
+
+namespace typodont::calibration {
+
+inline Eigen::Vector3d eigen(const dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+inline Eigen::Matrix3d eigen(const dquat& q) {
+  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
+}
+inline dvec3 vec(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+/// The matrix [v] with [v] w = v × w.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+inline Eigen::Matrix3d cross_matrix(const dvec3& v) {
+  return cross_matrix(eigen(v));
+}
+
+/// The value in the middle of the sorted values; 0 if there are none.
+inline double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Standard deviation per component of normally distributed errors with 1, 2 or 3 components, from the median of their
+/// lengths.
+inline double sigma_of_lengths(const std::vector<double>& lengths, int components) {
+  return median(lengths) / (components == 1 ? 0.6745 : components == 2 ? 1.1774 : 1.5382);
+}
+
+}  // namespace typodont::calibration
