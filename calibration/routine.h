@@ -54,8 +54,8 @@ struct Captures {
 };
 
 /// Writes one CSV file for each step that has captures: arm, marks, mirror, eyes, register, verify, drift, delay_a,
-/// delay_b. Throws Error.
-void write_captures(const std::filesystem::path& folder, const Captures& captures);
+/// delay_b. `only`: the file to write, for example "arm.csv"; empty: all. Throws Error.
+void write_captures(const std::filesystem::path& folder, const Captures& captures, std::string_view only = {});
 Captures read_captures(const std::filesystem::path& folder);
 // Each function reads one step's file of captures.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);

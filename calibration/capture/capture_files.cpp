@@ -124,13 +124,13 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file) {
   return captures;
 }
 
-void write_captures(const std::filesystem::path& folder, const Captures& captures) {
+void write_captures(const std::filesystem::path& folder, const Captures& captures, std::string_view only) {
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder to write captures into");
   const std::string columns = fmt::format("{}", fmt::join(kJoints, ","));
   const auto write = [&](const char* name, bool any, std::string header, auto&& fill) {
-    if (!any) return;
+    if (!any || (!only.empty() && only != name)) return;
     fill(header);
     write_file_atomically(folder / name, header, FileKind::kTable, Over::kItsInput);
   };

@@ -43,6 +43,28 @@ double rms_of(const std::vector<double>& residuals, const std::vector<std::size_
   return std::sqrt(sum / std::max<double>(1, static_cast<double>(residuals.size() - rejected.size())));
 }
 
+/// Calls `visit` with the list of a step's captures.
+template <class List, class Visit>
+auto of_step(List& captures, Step step, Visit visit) {
+  switch (step) {
+    case Step::kArm:
+      return visit(captures.arm);
+    case Step::kScreen:
+      return visit(captures.marks);
+    case Step::kMirror:
+      return visit(captures.mirror);
+    case Step::kEyes:
+      return visit(captures.eyes);
+    case Step::kRegister:
+      return visit(captures.registration);
+    case Step::kVerify:
+      return visit(captures.verification);
+    case Step::kDrift:
+      break;
+  }
+  return visit(captures.drift_marks);
+}
+
 }  // namespace
 
 const char* name(Step step) {
@@ -68,23 +90,7 @@ void GuidedCapture::begin(Step step) {
 }
 
 std::size_t GuidedCapture::taken() const {
-  switch (step_) {
-    case Step::kArm:
-      return captures_.arm.size();
-    case Step::kScreen:
-      return captures_.marks.size();
-    case Step::kMirror:
-      return captures_.mirror.size();
-    case Step::kEyes:
-      return captures_.eyes.size();
-    case Step::kRegister:
-      return captures_.registration.size();
-    case Step::kVerify:
-      return captures_.verification.size();
-    case Step::kDrift:
-      return captures_.drift_marks.size();
-  }
-  return 0;
+  return of_step(captures_, step_, [](const auto& list) { return list.size(); });
 }
 
 std::size_t GuidedCapture::planned() const {
@@ -218,67 +224,20 @@ Live GuidedCapture::add(const Touch& touch) {
 bool GuidedCapture::undo() {
   if (taken() == 0) return false;
   astray_W_.reset();
-  switch (step_) {
-    case Step::kArm:
-      captures_.arm.pop_back();
-      break;
-    case Step::kScreen:
-      captures_.marks.pop_back();
-      break;
-    case Step::kMirror:
-      captures_.mirror.pop_back();
-      break;
-    case Step::kEyes:
-      captures_.eyes.pop_back();
-      break;
-    case Step::kRegister:
-      captures_.registration.pop_back();
-      break;
-    case Step::kVerify:
-      captures_.verification.pop_back();
-      break;
-    case Step::kDrift:
-      captures_.drift_marks.pop_back();
-      break;
-  }
+  of_step(captures_, step_, [](auto& list) { list.pop_back(); });
   save();
   return true;
 }
 
 void GuidedCapture::save() const {
   // Writes only the file of this step; the files of other steps are up to date.
-  Captures changed;
-  switch (step_) {
-    case Step::kArm:
-      changed.arm = captures_.arm;
-      break;
-    case Step::kScreen:
-      changed.marks = captures_.marks;
-      break;
-    case Step::kMirror:
-      changed.mirror = captures_.mirror;
-      break;
-    case Step::kEyes:
-      changed.eyes = captures_.eyes;
-      break;
-    case Step::kRegister:
-      changed.registration = captures_.registration;
-      break;
-    case Step::kVerify:
-      changed.verification = captures_.verification;
-      break;
-    case Step::kDrift:
-      changed.drift_marks = captures_.drift_marks;
-      break;
-  }
-  write_captures(folder_, changed);
+  constexpr const char* kFiles[] = {"arm.csv",      "marks.csv",  "mirror.csv", "eyes.csv",
+                                    "register.csv", "verify.csv", "drift.csv"};
+  const char* const file = kFiles[static_cast<int>(step_)];
+  write_captures(folder_, captures_, file);
   // Removes the file of a step without captures.
-  if (taken() == 0) {
-    constexpr const char* kFiles[] = {"arm.csv",      "marks.csv",  "mirror.csv", "eyes.csv",
-                                      "register.csv", "verify.csv", "drift.csv"};
-    std::error_code code;
-    std::filesystem::remove(folder_ / kFiles[static_cast<int>(step_)], code);
-  }
+  std::error_code code;
+  if (taken() == 0) std::filesystem::remove(folder_ / file, code);
 }
 
 void GuidedCapture::solve() {
