@@ -98,8 +98,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
 
 void Page::over_time() {
   if (course_.count == 0) return;
-  put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n",
-      say("course"));
+  begin_section("course", "course", Length::kLong);
   plot("force", "force", "N", course_.force, 2);
   touched();
   plot("speed", "speed", "mm/s", course_.speed, 1, "speed_note");
@@ -110,7 +109,7 @@ void Page::over_time() {
     temperature("pulp_temperature", options_.input->heat->pulp_curve);
     temperature("bone_temperature", options_.input->heat->bone_curve);
   }
-  put("</section>\n");
+  end_section();
 }
 
 void Page::temperature(const char* key, const std::vector<float>& curve) {
@@ -154,46 +153,41 @@ void Page::touched() {
 
 void Page::faults() {
   if (course_.count == 0) return;
-  put("<section id=\"faults\" aria-labelledby=\"h-faults\">\n<h2 id=\"h-faults\">{}</h2>\n", say("faults"));
+  begin_section("faults", "faults");
   if (course_.hand.faults == 0) {
-    put("<p>{}</p>\n</section>\n", say("no_faults"));
-    return;
+    put("<p>{}</p>\n", say("no_faults"));
+    return end_section();
   }
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-faults\"><table><thead><tr><th "
-      "scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("fault"), say("ticks"), say("first_at"));
+  begin_table("faults", {say("fault"), say("ticks"), say("first_at")});
   for (std::size_t i = 0; i < course_.faults.size(); ++i) {
     const auto& f = course_.faults[i];
     if (f.ticks == 0) continue;
     put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name), f.ticks,
         number(f.first, 3));
   }
-  put("</tbody></table></div>\n</section>\n");
+  end_table();
+  end_section();
 }
 
 void Page::timing() {
   if (course_.cpu_us.empty() && !session_.loop()) return;
-  put("<section id=\"timing\" aria-labelledby=\"h-timing\">\n<h2 id=\"h-timing\">{}</h2>\n", say("timing"));
+  begin_section("timing", "timing");
   cpu_times();
   if (session_.loop()) {
     loop_times(*session_.loop());
     real_time(*session_.loop());
   }
   sound_times();
-  put("</section>\n");
+  end_section();
 }
 
 void Page::loop_times(const LoopReport& loop) {
   const LoopTiming& t = loop.timing;
   const double fraction =
       100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
-      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
-      "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
-      say("loop_caption", t.ticks, t.misses, number(fraction, fraction > 0 && fraction < 0.01 ? 4 : 2),
-          number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
-      say("median"), three_nines(), say("worst"));
+  begin_table("timing", {"", say("median"), "99 %", three_nines(), say("worst")},
+              say("loop_caption", t.ticks, t.misses, number(fraction, fraction > 0 && fraction < 0.01 ? 4 : 2),
+                  number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
     // The quantile is the upper edge of a bin, so it may exceed the largest value; limit it.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
@@ -202,7 +196,7 @@ void Page::loop_times(const LoopReport& loop) {
   };
   row("loop_work", t.work, t.worst_tick);
   row("loop_jitter", t.jitter, t.worst_jitter);
-  put("</tbody></table></div>\n");
+  end_table();
   int first = DurationHistogram::kBins, last = -1;
   for (int i = 0; i < DurationHistogram::kBins; ++i) {
     if (t.jitter.counts[static_cast<std::size_t>(i)] == 0) continue;
@@ -265,14 +259,11 @@ void Page::cpu_times() {
         std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
     ++counts[static_cast<std::size_t>(bin)];
   }
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
-      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th "
-      "scope=\"col\">{}</th>"
-      "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} "
-      "µs</td></tr></tbody></table></div>\n",
-      say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(),
+  begin_table("timing", {say("ticks"), say("median"), "99 %", three_nines(), say("worst")},
+              say("timing_caption", number(period, 0)));
+  put("<tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>", us.size(),
       number(quantile(0.5)), number(quantile(0.99)), number(quantile(0.999)), number(us.back()));
+  end_table();
   put("<div class=\"scroll\">{}</div>\n",
       histogram(edges, counts, "µs",
                 say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
@@ -283,66 +274,55 @@ void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
   // Without sound, or if the sound was written to a file, there is no latency.
   if (!heard || heard->column("latency_s").empty()) return;
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
-      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("sound_caption"), say("median"), say("worst"));
+  begin_table("timing", {"", say("median"), "99 %", say("worst")}, say("sound_caption"));
   frame_row(*heard, "hand_to_sound", "latency_s", 1e3, "ms");
-  put("</tbody></table></div>\n");
+  end_table();
 }
 
 void Page::headset() {
   const auto shown = frames_of(session_, "headset");
   if (!shown) return;
-  put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
-      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
-      "aria-labelledby=\"h-headset\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
-      "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
-      "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("headset"),
-      say("headset_frames", shown->count(), number(shown->sum("drawn"), 0), number(shown->sum("missed"), 0)),
-      say("headset_caption"), say("median"), say("worst"));
+  begin_section("headset", "headset");
+  put("<p>{}</p>\n",
+      say("headset_frames", shown->count(), number(shown->sum("drawn"), 0), number(shown->sum("missed"), 0)));
+  begin_table("headset", {"", say("median"), "99 %", say("worst")}, say("headset_caption"));
   frame_row(*shown, "pose_to_submit", "pose_to_submit_s", 1e3, "ms");
   frame_row(*shown, "frame_margin", "margin_s", 1e3, "ms", true);
   frame_row(*shown, "head_error", "position_error_m", 1e3, "mm");
   frame_row(*shown, "head_angle_error", "angle_error_rad", 1 / kDegree, "°");
-  put("</tbody></table></div>\n</section>\n");
+  end_table();
+  end_section();
 }
 
 void Page::picture() {
   const auto shown = frames_of(session_, "picture");
   if (!shown) return;
   const std::vector<double> steps = shown->column("quality_step");
-  put("<section id=\"picture\" aria-labelledby=\"h-picture\">\n<h2 id=\"h-picture\">{}</h2>\n<p>{}</p>\n"
-      "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 "
-      "%</th>"
-      "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("picture"),
-      say("picture_frames", shown->count(), number(100 * shown->mean("redrawn"), 0),
-          steps.empty() ? 1 : static_cast<int>(steps.front()) + 1,
-          steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
-      say("picture_caption"), say("median"), say("worst"));
+  begin_section("picture", "picture");
+  put("<p>{}</p>\n", say("picture_frames", shown->count(), number(100 * shown->mean("redrawn"), 0),
+                         steps.empty() ? 1 : static_cast<int>(steps.front()) + 1,
+                         steps.empty() ? 1 : static_cast<int>(steps.back()) + 1));
+  begin_table("picture", {"", say("median"), "99 %", say("worst")}, say("picture_caption"));
   frame_row(*shown, "frame_period", "period_s", 1e3, "ms");
   frame_row(*shown, "frame_record", "record_s", 1e3, "ms");
   frame_row(*shown, "frame_gpu", "gpu_s", 1e3, "ms");
   frame_row(*shown, "motion_to_photon", "motion_to_photon_s", 1e3, "ms");
-  put("</tbody></table>\n</section>\n");
+  end_table();
+  end_section();
 }
 
 void Page::events() {
   const auto& all = session_.events();
   if (all.empty()) return;
-  put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<div "
-      "class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
-      say("events"), say("when"), say("what"));
+  begin_section("events", "events", Length::kLong);
+  begin_table("events", {say("when"), say("what")}, "", 1);
   for (std::size_t i = 0; i < std::min(all.size(), kMaxEvents); ++i) {
     put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
         say(fmt::format("event.{}", name_of(all[i].kind))), escaped(event_text(all[i])));
   }
-  put("</tbody></table></div>\n");
+  end_table();
   if (all.size() > kMaxEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMaxEvents));
-  put("</section>\n");
+  end_section();
 }
 
 }  // namespace typodont::session

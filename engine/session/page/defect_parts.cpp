@@ -10,11 +10,10 @@ std::string Page::place_words(const dvec3& p_W) const {
 
 void Page::defects() {
   if (course_.count == 0 || !options_.preparation) return;
-  put("<section id=\"strokes\" class=\"long\" aria-labelledby=\"h-strokes\">\n<h2 id=\"h-strokes\">{}</h2>\n",
-      say("strokes"));
+  begin_section("strokes", "strokes", Length::kLong);
   if (options_.defects.empty()) {
-    put("<p>{}</p>\n</section>\n", say("no_defects"));
-    return;
+    put("<p>{}</p>\n", say("no_defects"));
+    return end_section();
   }
   put("<p class=\"soft\">{}</p>\n<ol class=\"defects\">\n",
       say("strokes_note", fmt::format("<code>typodont replay {} --show --from 12.5</code>",
@@ -36,19 +35,20 @@ void Page::defects() {
     }
     put("</ul></li>\n");
   }
-  put("</ol>\n</section>\n");
+  put("</ol>\n");
+  end_section();
 }
 
 void Page::remarks() {
   if (options_.remarks.empty()) return;
-  put("<section id=\"remarks\" aria-labelledby=\"h-remarks\">\n<h2 id=\"h-remarks\">{}</h2>\n", say("remarks"));
+  begin_section("remarks", "remarks");
   for (const Remark& remark : options_.remarks) {
     put("<p>{}{}</p>\n<p class=\"soft\">{}{}{}</p>\n",
         remark.at ? fmt::format("<strong>{} s</strong> ", number(*remark.at, 1)) : "", escaped(remark.text),
         escaped(remark.author), remark.author.empty() || remark.written.empty() ? "" : ", ",
         remark.written.empty() ? "" : date(remark.written));
   }
-  put("</section>\n");
+  end_section();
 }
 
 std::string Page::stroke_data(const dvec3& middle_W, double step) const {

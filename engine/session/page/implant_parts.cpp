@@ -16,14 +16,10 @@ constexpr double kMinNoted = 0.05;  // s; warnings shown for a shorter time are 
 void Page::implant() {
   if (!input_.implant) return;
   const ImplantMeasures& m = *input_.implant;
-  put("<section id=\"implant\" aria-labelledby=\"h-implant\" class=\"long\">\n<h2 id=\"h-implant\">{}</h2>\n",
-      say("implant.title"));
+  begin_section("implant", "implant.title", Length::kLong);
   put("<p class=\"soft\">{}</p>\n", say("implant.models"));
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-implant\"><table><thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("implant.phase"), say("implant.state"), say("time"), say("score.force_max_N"), say("implant.depth"),
-      say("implant.temperature"), say("implant.notes"));
+  begin_table("implant", {say("implant.phase"), say("implant.state"), say("time"), say("score.force_max_N"),
+                          say("implant.depth"), say("implant.temperature"), say("implant.notes")});
   const auto language_index = static_cast<std::size_t>(language);
   const auto name_in = [&](const ImplantPhaseMeasures& phase) {
     return phase.name[language_index].empty() ? phase.name[0] : phase.name[language_index];
@@ -47,7 +43,7 @@ void Page::implant() {
         begun ? quantity(phase.force_max, "N") : "–", phase.depth > 0 ? quantity(phase.depth * 1e3, "mm") : "–",
         begun ? quantity(phase.hottest, "°C") : "–", notes.empty() ? "–" : escaped(notes));
   }
-  put("</tbody></table></div>\n");
+  end_table();
   for (std::size_t i = 0; i < m.phases.size(); ++i) {
     const ImplantPhaseMeasures& phase = m.phases[i];
     const std::size_t n = phase.force.along.size();
@@ -71,7 +67,7 @@ void Page::implant() {
     put("<h3>{}. {}</h3>\n<div class=\"scroll\">{}</div>\n", i + 1, escaped(name_in(phase)),
         time_plot(plot, series, number_text()));
   }
-  put("</section>\n");
+  end_section();
 }
 
 }  // namespace typodont::session

@@ -62,6 +62,21 @@ std::string Page::html() {
   return std::move(out_);
 }
 
+void Page::begin_section(std::string_view id, std::string_view key, Length length) {
+  put("<section id=\"{0}\"{1} aria-labelledby=\"h-{0}\">\n<h2 id=\"h-{0}\">{2}</h2>\n", id,
+      length == Length::kLong ? " class=\"long\"" : "", say(key));
+}
+
+void Page::begin_table(std::string_view id, const std::vector<std::string>& heads, const std::string& caption,
+                       std::size_t left_aligned) {
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-{}\"><table>", id);
+  if (!caption.empty()) put("<caption>{}</caption>", caption);
+  put("<thead><tr>");
+  for (std::size_t i = 0; i < heads.size(); ++i)
+    put("<th scope=\"col\"{}>{}</th>", i < left_aligned ? "" : " class=\"text\"", heads[i]);
+  put("</tr></thead>\n<tbody>\n");
+}
+
 std::string Page::tissue_text(std::size_t i) const {
   return say(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i))));
 }
@@ -148,8 +163,8 @@ void Page::warnings() {
 }
 
 void Page::summary() {
-  put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
-      say("result"));
+  begin_section("result", "result");
+  put("<div class=\"top\">\n<div>");
   if (score_.counts()) {
     // Rounds the points down, because rounding up could show a missed pass mark as reached.
     const bool missed = !score_.passed();
@@ -175,26 +190,26 @@ void Page::summary() {
     fact(say("score.force_mean_N"), quantity(course_.hand.force_mean, "N"));
     fact(say("faults"), fmt::format("{}", course_.hand.faults));
   }
-  put("</dl>\n</div>\n</section>\n");
+  put("</dl>\n</div>\n");
+  end_section();
 }
 
 void Page::task() {
   if (!task_) return;
-  put("<section id=\"task\" aria-labelledby=\"h-task\">\n<h2 id=\"h-task\">{}</h2>\n<p>{}</p>\n", say("task"),
-      escaped(task_->goal.in(language)));
+  begin_section("task", "task");
+  put("<p>{}</p>\n", escaped(task_->goal.in(language)));
   if (!task_->steps.empty()) {
     put("<ol class=\"steps\">");
     for (const TaskText& step : task_->steps) put("<li>{}</li>", escaped(step.in(language)));
     put("</ol>\n");
   }
-  put("</section>\n");
+  end_section();
 }
 
 void Page::details() {
   const SessionHeader& h = session_.header();
-  put("<section id=\"details\" class=\"long\" aria-labelledby=\"h-details\">\n<h2 id=\"h-details\">{}</h2>\n<dl "
-      "class=\"list\">",
-      say("details"));
+  begin_section("details", "details", Length::kLong);
+  put("<dl class=\"list\">");
   const auto entry = [&](const char* key, const std::string& value) {
     if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
   };
@@ -222,7 +237,8 @@ void Page::details() {
   if (options_.verification.state == State::kIdentical) entry("verification", say("verification.identical"));
   if (options_.verification.state == State::kNotChecked) entry("verification", say("verification.none"));
   entry("session_file", escaped(session_.file().filename().string()));
-  put("</dl>\n</section>\n");
+  put("</dl>\n");
+  end_section();
 }
 
 }  // namespace typodont::session

@@ -36,6 +36,15 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
+  /// Begins a section with the heading say(key), whose HTML id is "h-" and `id`. A printed section stays on one sheet,
+  /// unless it is long.
+  enum class Length { kShort, kLong };
+  void begin_section(std::string_view id, std::string_view key, Length length = Length::kShort);
+  void end_section() { put("</section>\n"); }
+  /// Begins a table in the section `id`, with the texts of its header. Columns are right-aligned up to `left_aligned`.
+  void begin_table(std::string_view id, const std::vector<std::string>& heads, const std::string& caption = "",
+                   std::size_t left_aligned = 99);
+  void end_table() { put("</tbody></table></div>\n"); }
   /// Writes a bar that is full up to `fraction`. `mark`: pass mark as a fraction; negative: none.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;

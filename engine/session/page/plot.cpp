@@ -13,6 +13,36 @@ namespace {
 constexpr double kWidth = 960, kLeft = 56, kRight = 22;
 constexpr double kPlot = kWidth - kLeft - kRight;
 
+/// A line across the plot with its value at the left.
+std::string grid_line(double left, double right, double y, const std::string& value) {
+  return fmt::format(
+      "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
+      "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
+      left, y, right, y, left - 6, y + 4, value);
+}
+
+/// A vertical axis from a round value below `low` to one above `top`.
+class ValueAxis {
+ public:
+  ValueAxis(double low, double top, double bottom, double height)
+      : step_(nice_step(top - low > 1e-9 ? top - low : 1.0, 4)),
+        from_(std::floor(low / step_ + 1e-9) * step_),
+        to_(std::max(step_, std::ceil(top / step_ - 1e-9) * step_)),
+        bottom_(bottom),
+        height_(height) {}
+  /// Height of a value in the drawing.
+  double operator()(double value) const { return bottom_ - height_ * (value - from_) / (to_ - from_); }
+  std::string svg(double left, double right, const NumberText& number) const {
+    std::string out;
+    for (double v = from_; v <= to_ + 1e-9 * step_; v += step_)
+      out += grid_line(left, right, (*this)(v), number(std::abs(v) < 1e-9 * step_ ? 0.0 : v, decimals_for(step_)));
+    return out;
+  }
+
+ private:
+  double step_, from_, to_, bottom_, height_;
+};
+
 std::string axis_of_time(double t0, double t1, double y, double top, const std::string& label,
                          const NumberText& number) {
   std::string out;
@@ -54,23 +84,12 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
     top = std::max(top, series.greatest[i]);
     low = std::min(low, series.least[i]);
   }
-  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
-  const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step);
-  const double y0 = std::floor(low / step + 1e-9) * step;
+  const ValueAxis y_of(low, top, kBottom, kHeight);
   const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
-  const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
-
   std::string out = fmt::format("<svg class=\"plot {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 plot.css, kWidth, kBottom + 38, escaped(plot.label));
   const auto put = std::back_inserter(out);
-  const int decimals = decimals_for(step);
-  for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
-    const double shown = std::abs(v) < 1e-9 * step ? 0.0 : v;
-    fmt::format_to(put,
-                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
-                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
-                   kLeft, y_of(v), kWidth - kRight, y_of(v), kLeft - 6, y_of(v) + 4, number(shown, decimals));
-  }
+  out += y_of.svg(kLeft, kWidth - kRight, number);
   out += axis_of_time(plot.t0, plot.t1, kBottom, kTop, plot.time_label, number);
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
                  escaped(plot.unit));
@@ -140,10 +159,7 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const auto put = std::back_inserter(out);
   for (double d = 0; d <= decades; ++d) {
     const double c = std::pow(10.0, d);
-    fmt::format_to(put,
-                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
-                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
-                   kLeft, y_of(c), kWidth - kRight, y_of(c), kLeft - 6, y_of(c) + 4, number(c, 0));
+    out += grid_line(kLeft, kWidth - kRight, y_of(c), number(c, 0));
   }
   for (double d = std::floor(lg0); d <= lg1; ++d) {
     for (const double factor : {1.0, 2.0, 5.0}) {
@@ -175,9 +191,7 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
     top = std::max(top, v);
     low = std::min(low, v);
   }
-  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
-  const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step), y0 = std::floor(low / step + 1e-9) * step;
-  const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
+  const ValueAxis y_of(low, top, kBottom, kHeight);
   const auto x_of = [&](std::size_t i) {
     const double n = static_cast<double>(values.size());
     return kL + (kW - kL - kR) * (static_cast<double>(i) + 0.5) / n;
@@ -185,13 +199,7 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
   std::string out = fmt::format("<svg class=\"plot sessions\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kW, kBottom + 22, escaped(label));
   const auto put = std::back_inserter(out);
-  for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
-    fmt::format_to(put,
-                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
-                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
-                   kL, y_of(v), kW - kR, y_of(v), kL - 6, y_of(v) + 4,
-                   number(std::abs(v) < 1e-9 * step ? 0.0 : v, decimals_for(step)));
-  }
+  out += y_of.svg(kL, kW - kR, number);
   if (target) {
     fmt::format_to(put, "<line class=\"mark\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>", kL,
                    y_of(*target), kW - kR, y_of(*target));

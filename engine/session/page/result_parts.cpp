@@ -58,7 +58,7 @@ void Page::result_views() {
   if (!options_.result) return;
   const ResultModel& model = *options_.result;
   const Views at = views();
-  put("<section id=\"form\" class=\"long\" aria-labelledby=\"h-form\">\n<h2 id=\"h-form\">{}</h2>\n", say("form"));
+  begin_section("form", "form", Length::kLong);
   if (has_ideal()) {
     put("<p class=\"soft\">{}</p>\n", say("form_note"));
     worst_places();
@@ -84,7 +84,7 @@ void Page::result_views() {
   if (has_ideal()) color_bar();
   viewer(at);
   sections(at);
-  put("</section>\n");
+  end_section();
 }
 
 void Page::worst_places() {
@@ -241,27 +241,24 @@ std::vector<SessionPicture> Page::all_pictures() const {
 void Page::pictures() {
   const auto all = all_pictures();
   if (all.empty()) return;
-  put("<section id=\"pictures\" class=\"long\" aria-labelledby=\"h-pictures\">\n<h2 id=\"h-pictures\">{}</h2>\n"
-      "<div class=\"pictures\">\n",
-      say("pictures"));
+  begin_section("pictures", "pictures", Length::kLong);
+  put("<div class=\"pictures\">\n");
   for (const SessionPicture& p : all) {
     const std::string key = "picture." + p.name.substr(0, p.name.find('_'));
     const std::string caption = !p.title.empty() ? p.title : has_text(key) ? say(key) : p.name;
     put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
         escaped(say("picture.alt", caption)), base64(p.png), escaped(caption));
   }
-  put("</div>\n</section>\n");
+  put("</div>\n");
+  end_section();
 }
 
 void Page::items() {
-  put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div "
-      "class=\"scroll\" "
-      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{}</caption>\n<thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th "
-      "scope=\"col\">{}</th>"
-      "<th scope=\"col\" class=\"text\">{}<br>{}</th></tr></thead>\n<tbody>\n",
-      say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
-      say("source"), say("guarantee"));
+  begin_section("items", "items", Length::kLong);
+  begin_table("items",
+              {say("item"), say("value"), say("target"), say("tolerance"), say("points"),
+               fmt::format("{}<br>{}", say("source"), say("guarantee"))},
+              say("items_note"), 5);
   const auto guarantee = [&](const ScoreItem& item) {
     put("{}</td></tr>\n", say(item.basis == Basis::kHand                                       ? "guarantee.hand"
                               : options_.verification.state != Verification::State::kIdentical ? "guarantee.none"
@@ -301,7 +298,8 @@ void Page::items() {
              marked(fmt::format("{} / {}", number(score_.points, 1), number(score_.full, 0)), !score_.passed()));
     put("</tfoot>\n");
   }
-  put("</table></div>\n</section>\n");
+  put("</table></div>\n");
+  end_section();
 }
 
 void Page::comparison() {
@@ -319,14 +317,10 @@ void Page::comparison() {
     columns.push_back({say("best_session"), &best->score});
   }
   if (options_.expert) columns.push_back({say("expert"), &options_.expert->score});
-  put("<section id=\"comparison\" class=\"long\" aria-labelledby=\"h-comparison\">\n<h2 "
-      "id=\"h-comparison\">{}</h2>\n<div class=\"scroll\" "
-      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-comparison\"><table>",
-      say("comparison"));
-  if (!options_.earlier.empty()) put("<caption>{}</caption>", say("earlier_count", options_.earlier.size()));
-  put("<thead><tr><th scope=\"col\">{}</th>", say("item"));
-  for (const Column& c : columns) put("<th scope=\"col\">{}</th>", c.title);
-  put("</tr></thead>\n<tbody>\n");
+  begin_section("comparison", "comparison", Length::kLong);
+  std::vector<std::string> heads{say("item")};
+  for (const Column& c : columns) heads.push_back(c.title);
+  begin_table("comparison", heads, options_.earlier.empty() ? "" : say("earlier_count", options_.earlier.size()));
   for (const ScoreItem& item : score_.items) {
     if (item.weight <= 0) continue;
     put("<tr><th scope=\"row\">{}</th>", name_of_item(item.name));
@@ -349,19 +343,16 @@ void Page::comparison() {
                      number_text()),
         say("score"));
   }
-  put("</section>\n");
+  end_section();
 }
 
 void Page::volumes() {
-  put("<section id=\"volumes\" aria-labelledby=\"h-volumes\">\n<h2 id=\"h-volumes\">{}</h2>\n<div class=\"scroll\" "
-      "tabindex=\"0\" "
-      "role=\"region\" aria-labelledby=\"h-volumes\">\n<table><caption>{}</caption>\n<thead><tr><th "
-      "scope=\"col\">{}</th>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
-      say("volumes"), say("volumes_caption"), say("tissue"), say("before"), say("removed"), say("after"));
-  if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
-  if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
-  put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
+  begin_section("volumes", "volumes");
+  std::vector<std::string> heads{say("tissue"), say("before"), say("removed"), say("after")};
+  if (input_.ideal) heads.push_back(say("ideal"));
+  if (input_.removed_hardness) heads.push_back(say("removed_hardness"));
+  heads.push_back(say("share_removed"));
+  begin_table("volumes", heads, say("volumes_caption"));
   // An open surface encloses no volume: the page shows a dash.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
@@ -393,7 +384,7 @@ void Page::volumes() {
   if (input_.removed_hardness) put("<td></td>");
   put("<td></td></tr></tfoot>\n</table></div>\n");
   if (options_.encloses_nothing) put("<p>{}</p>\n", say("encloses_nothing"));
-  put("</section>\n");
+  end_section();
 }
 
 }  // namespace typodont::session
