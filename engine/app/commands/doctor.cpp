@@ -1,12 +1,10 @@
 // `typodont doctor`: lists missing items of this machine, what does not work without them, and commands to add them.
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
-#include <vulkan/vulkan.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -34,6 +32,7 @@
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/gpu/device.h"
 #include "engine/session/film.h"
 
 #ifdef TYPODONT_WITH_PORTAUDIO
@@ -100,49 +99,18 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The library is loaded at run time, so that the program can start without it and report that it is missing.
-  void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-  if (!library) {
-    c.state = State::kMissing;
-    c.found = "no Vulkan loader (libvulkan.so.1)";
-    return c;
-  }
-  const auto get = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
-  const auto create = get ? reinterpret_cast<PFN_vkCreateInstance>(get(nullptr, "vkCreateInstance")) : nullptr;
-  VkApplicationInfo application{};
-  application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-  application.apiVersion = VK_API_VERSION_1_3;
-  VkInstanceCreateInfo info{};
-  info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-  info.pApplicationInfo = &application;
-  VkInstance instance = VK_NULL_HANDLE;
-  if (!create || create(&info, nullptr, &instance) != VK_SUCCESS) {
-    c.state = State::kMissing;
-    c.found = "a Vulkan loader, but no driver";
-    return c;
-  }
-  const auto enumerate = reinterpret_cast<PFN_vkEnumeratePhysicalDevices>(get(instance, "vkEnumeratePhysicalDevices"));
-  const auto properties_of =
-      reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(get(instance, "vkGetPhysicalDeviceProperties"));
-  std::uint32_t count = 0;
-  enumerate(instance, &count, nullptr);
-  std::vector<VkPhysicalDevice> devices(count);
-  enumerate(instance, &count, devices.data());
   bool usable = false, real = false;
-  for (const VkPhysicalDevice device : devices) {
-    VkPhysicalDeviceProperties p{};
-    properties_of(device, &p);
-    c.found += fmt::format("{}{}, Vulkan {}.{}.{}", c.found.empty() ? "" : "; ", p.deviceName,
-                           VK_API_VERSION_MAJOR(p.apiVersion), VK_API_VERSION_MINOR(p.apiVersion),
-                           VK_API_VERSION_PATCH(p.apiVersion));
-    const bool recent = p.apiVersion >= VK_API_VERSION_1_3;
+  for (const gpu::DeviceInfo& device : gpu::list_devices()) {
+    c.found += fmt::format("{}{}, Vulkan {}.{}.{}", c.found.empty() ? "" : "; ", device.name,
+                           VK_API_VERSION_MAJOR(device.api_version), VK_API_VERSION_MINOR(device.api_version),
+                           VK_API_VERSION_PATCH(device.api_version));
+    const bool recent = device.api_version >= VK_API_VERSION_1_3;
     usable = usable || recent;
-    real = real || (recent && p.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU);
+    real = real || (recent && !device.processor);
   }
-  reinterpret_cast<PFN_vkDestroyInstance>(get(instance, "vkDestroyInstance"))(instance, nullptr);
   if (!usable) {
     c.state = State::kMissing;
-    c.found = c.found.empty() ? "a Vulkan loader, but no device" : c.found + " (Vulkan 1.3 is needed)";
+    c.found = c.found.empty() ? "no Vulkan driver" : c.found + " (Vulkan 1.3 is needed)";
   } else if (!real) {
     c.state = State::kDegraded;
     c.found += " (drawn by the processor)";
