@@ -1,13 +1,8 @@
 // `typodont rescore`: scores all sessions of a school again, for example after a rule has changed.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -20,17 +15,15 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/operator/child.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
-#include "engine/base/own_file.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
 #include "engine/session/session_file.h"
-
-extern char** environ;
 
 namespace typodont {
 
@@ -85,54 +78,21 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// Scores a session in a separate process, so that a crash does not affect the other sessions. Returns the process's
-/// exit status. `said` receives the process's messages, then its output.
-int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
-  std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
-  if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw RunFailure("no more files can be opened");
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], 2);
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
-  said.clear();
-  char buffer[4096];
-  for (ssize_t n = 0; !failed && (n = ::read(ends[0], buffer, sizeof buffer)) != 0;) {
-    if (n > 0) said.append(buffer, static_cast<std::size_t>(n));
-    if (n < 0 && errno != EINTR) break;
-  }
-  ::close(ends[0]);
-  if (failed) throw RunFailure("the program cannot be started again");
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return status;
-}
-
-/// The last line of the output: the result, or the reason of the failure.
-std::string last_line(std::string said) {
-  said.erase(said.find_last_not_of("\n") + 1);
-  said.erase(0, said.rfind('\n') + 1);
-  constexpr std::string_view kError = "error: ";
-  return said.starts_with(kError) ? said.substr(kError.size()) : said;
-}
-
-/// Scores a session and always returns a row; it has the key "error" if the session cannot be scored. `rules`: a file.
+/// Scores a session in a separate process, so that a crash does not affect the other sessions. Always returns a row; it
+/// has the key "error" if the session cannot be scored. `rules`: a file.
 Row score_safely(const std::string& file, const std::string& rules) {
-  std::string said;
+  std::vector<std::string> words{"rescore", file, "--json"};
+  if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
   for (int i = 0; i < kTries; ++i) {
-    const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // the process crashed or was killed: try again
-    if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
-    return {{"session", file}, {"error", last_line(said)}};
+    try {
+      Progress quiet;
+      return Row::parse(run_self(words, quiet));
+    } catch (const RunFailure& failure) {
+      constexpr std::string_view kError = "error: ";
+      const std::string_view said = failure.what();
+      if (said.starts_with(kError)) return {{"session", file}, {"error", said.substr(kError.size())}};
+      // A process that crashed or was killed has no such message: try again.
+    }
   }
   return {{"session", file}, {"error", fmt::format("{}: its process died {} times", file, kTries)}};
 }
