@@ -2,7 +2,7 @@
 #include <nifti2_io.h>
 
 #include <cmath>
-#include <cstring>
+#include <map>
 #include <memory>
 
 #include "engine/base/error.h"
@@ -21,32 +21,11 @@ struct CloseStream {
 };
 }  // namespace
 
-static std::optional<Element> element_of(int datatype) {
-  switch (datatype) {
-    case DT_INT8:
-      return Element::kInt8;
-    case DT_UINT8:
-      return Element::kUint8;
-    case DT_INT16:
-      return Element::kInt16;
-    case DT_UINT16:
-      return Element::kUint16;
-    case DT_INT32:
-      return Element::kInt32;
-    case DT_UINT32:
-      return Element::kUint32;
-    case DT_INT64:
-      return Element::kInt64;
-    case DT_UINT64:
-      return Element::kUint64;
-    case DT_FLOAT32:
-      return Element::kFloat;
-    case DT_FLOAT64:
-      return Element::kDouble;
-    default:
-      return std::nullopt;
-  }
-}
+static const std::map<int, Element> kElements = {{DT_INT8, Element::kInt8},     {DT_UINT8, Element::kUint8},
+                                                 {DT_INT16, Element::kInt16},   {DT_UINT16, Element::kUint16},
+                                                 {DT_INT32, Element::kInt32},   {DT_UINT32, Element::kUint32},
+                                                 {DT_INT64, Element::kInt64},   {DT_UINT64, Element::kUint64},
+                                                 {DT_FLOAT32, Element::kFloat}, {DT_FLOAT64, Element::kDouble}};
 
 static RawScan read_nifti(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
@@ -59,15 +38,16 @@ static RawScan read_nifti(const ScanRequest& request) {
     sizes.push_back(image->dim[a]);
   }
   check_sizes(file, "header field \"dim\"", sizes, request.memory);
-  const std::optional<Element> element = element_of(image->datatype);
-  if (!element) {
+  const auto known = kElements.find(image->datatype);
+  if (known == kElements.end()) {
     throw Error(file.string(), "header field \"datatype\"",
                 fmt::format("{} ({})", image->datatype, nifti_datatype_string(image->datatype)),
                 "a scalar number: 8 to 64 bit integers, float or double");
   }
+  const Element element = known->second;
   const auto count =
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
-  const std::size_t bytes = count * bytes_of(*element);
+  const std::size_t bytes = count * bytes_of(element);
 
   if (!image->iname) throw Error(file.string(), "data", "no data file", "a .img beside the .hdr");
   const std::filesystem::path data = image->iname;
@@ -96,7 +76,7 @@ static RawScan read_nifti(const ScanRequest& request) {
   scan.format = "NIfTI";
   if (image->sform_code > 0 || image->qform_code > 0) scan.space = "RAS";
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
-  scan.grey = decode(raw, count, *element, bytes_of(*element) > 1 && image->byteorder != nifti_short_order());
+  scan.grey = decode(raw, count, element, bytes_of(element) > 1 && image->byteorder != nifti_short_order());
   if (image->scl_slope != 0 && std::isfinite(image->scl_slope) && std::isfinite(image->scl_inter)) {
     for (float& g : scan.grey) g = static_cast<float>(image->scl_slope * static_cast<double>(g) + image->scl_inter);
   }

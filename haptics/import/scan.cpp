@@ -41,38 +41,12 @@ static void decode_as(const std::vector<char>& bytes, bool swap, std::vector<flo
 
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap) {
   std::vector<float> out(count);
-  switch (type) {
-    case Element::kInt8:
-      decode_as<std::int8_t>(bytes, swap, out);
-      break;
-    case Element::kUint8:
-      decode_as<std::uint8_t>(bytes, swap, out);
-      break;
-    case Element::kInt16:
-      decode_as<std::int16_t>(bytes, swap, out);
-      break;
-    case Element::kUint16:
-      decode_as<std::uint16_t>(bytes, swap, out);
-      break;
-    case Element::kInt32:
-      decode_as<std::int32_t>(bytes, swap, out);
-      break;
-    case Element::kUint32:
-      decode_as<std::uint32_t>(bytes, swap, out);
-      break;
-    case Element::kInt64:
-      decode_as<std::int64_t>(bytes, swap, out);
-      break;
-    case Element::kUint64:
-      decode_as<std::uint64_t>(bytes, swap, out);
-      break;
-    case Element::kFloat:
-      decode_as<float>(bytes, swap, out);
-      break;
-    case Element::kDouble:
-      decode_as<double>(bytes, swap, out);
-      break;
-  }
+  using Decode = void (*)(const std::vector<char>&, bool, std::vector<float>&);
+  constexpr Decode kDecode[] = {decode_as<std::int8_t>,   decode_as<std::uint8_t>,  decode_as<std::int16_t>,
+                                decode_as<std::uint16_t>, decode_as<std::int32_t>,  decode_as<std::uint32_t>,
+                                decode_as<std::int64_t>,  decode_as<std::uint64_t>, decode_as<float>,
+                                decode_as<double>};  // in the order of Element
+  kDecode[static_cast<int>(type)](bytes, swap, out);
   return out;
 }
 

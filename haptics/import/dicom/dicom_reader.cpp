@@ -18,6 +18,7 @@
 #include <exception>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -293,36 +294,15 @@ void pixels(const std::string& name, std::uint32_t number) {
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   const gdcm::PixelFormat& format = image.GetPixelFormat();
   if (format.GetSamplesPerPixel() != 1) return say_text(DicomRecord::kRefused, "pixels of several colours");
-  Element element{};
-  switch (format.GetScalarType()) {
-    case gdcm::PixelFormat::UINT8:
-      element = Element::kUint8;
-      break;
-    case gdcm::PixelFormat::INT8:
-      element = Element::kInt8;
-      break;
-    case gdcm::PixelFormat::UINT16:
-      element = Element::kUint16;
-      break;
-    case gdcm::PixelFormat::INT16:
-      element = Element::kInt16;
-      break;
-    case gdcm::PixelFormat::UINT32:
-      element = Element::kUint32;
-      break;
-    case gdcm::PixelFormat::INT32:
-      element = Element::kInt32;
-      break;
-    case gdcm::PixelFormat::FLOAT32:
-      element = Element::kFloat;
-      break;
-    case gdcm::PixelFormat::FLOAT64:
-      element = Element::kDouble;
-      break;
-    default:
-      return say_text(DicomRecord::kRefused, std::string("pixels of the type ") + format.GetScalarTypeAsString());
-  }
-  head.element = static_cast<std::uint32_t>(element);
+  using Pixels = gdcm::PixelFormat;
+  static const std::map<Pixels::ScalarType, Element> kElements = {
+      {Pixels::UINT8, Element::kUint8},   {Pixels::INT8, Element::kInt8},     {Pixels::UINT16, Element::kUint16},
+      {Pixels::INT16, Element::kInt16},   {Pixels::UINT32, Element::kUint32}, {Pixels::INT32, Element::kInt32},
+      {Pixels::FLOAT32, Element::kFloat}, {Pixels::FLOAT64, Element::kDouble}};
+  const auto element = kElements.find(format.GetScalarType());
+  if (element == kElements.end())
+    return say_text(DicomRecord::kRefused, std::string("pixels of the type ") + format.GetScalarTypeAsString());
+  head.element = static_cast<std::uint32_t>(element->second);
   head.inverted = image.GetPhotometricInterpretation() == gdcm::PhotometricInterpretation::MONOCHROME1;
   std::vector<char> bytes(image.GetBufferLength());
   if (bytes.empty() || !image.GetBuffer(bytes.data()))
