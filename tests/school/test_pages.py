@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from datetime import timedelta
+from unittest import mock
 
 from django.contrib.auth.models import User
 from django.db import connection
@@ -19,7 +20,7 @@ from django.utils import timezone
 
 from crowd import crowd
 from room import PASSWORD, Room, record
-from typodont_school import charts, intake
+from typodont_school import charts, films, intake, program
 from typodont_school.models import Assignment, Class, Remark, Session, Student
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "acceptance"))
@@ -127,6 +128,26 @@ class Pages(LiveServerTestCase):
         height = min(size["height"], 1800)
         shot = self.browser.ask("Page.captureScreenshot", captureBeyondViewport=True, clip={"x": 0, "y": 0, "width": width, "height": height, "scale": 1})
         file.write_bytes(base64.b64decode(shot["data"]))
+
+    def test_the_film_is_asked_for_and_appears_when_it_is_ready(self):
+        self.open("teacherA", reverse("session", args=[self.session.pk]))
+        self.browser.run("document.querySelector('form[action$=film] button').click()")
+        self.wait("!!document.querySelector('[data-state=waiting]')")
+        self.picture_of("film-waiting")
+        with mock.patch.multiple(program, FILM_NICE=0, MAX_FPS=5):  # soon, also on a busy machine
+            films.make_waiting()
+        self.wait("document.querySelector('video')?.readyState>=1")  # without a key press
+        self.assertAlmostEqual(self.browser.run("document.querySelector('video').duration"), self.session.seconds, delta=0.3)
+        self.browser.run("document.querySelector('video').currentTime=0.4")
+        self.wait("!document.querySelector('video').seeking && document.querySelector('video').readyState>=2")
+        self.picture_of("film")
+        if AXE:
+            self.browser.run(pathlib.Path(AXE).read_text() + ";0")
+            self.assertEqual(self.browser.run(AXE_RUN), [])
+
+    def picture_of(self, name, width=1280):
+        if PICTURES:
+            self.picture(pathlib.Path(PICTURES) / f"{name}.png", width)
 
     def test_the_keyboard_turns_the_result_and_reaches_every_control(self):
         self.open("teacherA", reverse("session", args=[self.session.pk]))

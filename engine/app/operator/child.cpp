@@ -50,11 +50,26 @@ std::string last_line(std::string messages) {
   return messages.substr(messages.rfind('\n') + 1);
 }
 
+/// A file in memory, at its beginning. −1: there is none.
+int file_in_memory(const std::string& bytes) {
+  const int file = memfd_create("input", MFD_CLOEXEC);
+  if (file < 0) return -1;
+  const bool whole = write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+  if (whole && lseek(file, 0, SEEK_SET) == 0) return file;
+  close(file);
+  return -1;
+}
+
 }  // namespace
 
-std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
-  std::vector<std::string> words = self_with(arguments);
+std::string run_program(std::vector<std::string> words, Progress& progress, const ChildOptions& options) {
   const std::vector<char*> line = pointers(words);
+  const int input = file_in_memory(options.input);
+  if (input < 0) throw RunFailure("cannot start " + words[0]);
+  struct Closed {
+    int file;
+    ~Closed() { close(file); }
+  } closed{input};
   std::array<std::array<int, 2>, 2> ends{};  // pipes for the process's output and messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
@@ -63,10 +78,11 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   }
   const pid_t child = fork();
   if (child == 0) {
+    dup2(input, STDIN_FILENO);
     dup2(ends[0][1], STDOUT_FILENO);
     dup2(ends[1][1], STDERR_FILENO);
-    setpriority(PRIO_PROCESS, 0, nice);
-    execv(line[0], line.data());
+    setpriority(PRIO_PROCESS, 0, options.nice);
+    execvp(line[0], line.data());
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
@@ -89,6 +105,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   std::array<std::string, 2> said;
   std::array<pollfd, 2> waiting{pollfd{ended.from[0], POLLIN, 0}, pollfd{ended.from[1], POLLIN, 0}};
   double fraction = 0;
+  std::size_t told = 0;  // bytes of output whose lines on_line has got
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
     progress.at(fraction);
     if (poll(waiting.data(), waiting.size(), kPollInterval) <= 0) continue;
@@ -102,12 +119,19 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
         said[i].append(piece.data(), static_cast<std::size_t>(n));
     }
     fraction = std::max(fraction, fraction_in(said[1]));
+    for (std::size_t end; options.on_line && (end = said[0].find('\n', told)) != std::string::npos; told = end + 1)
+      options.on_line(std::string_view(said[0]).substr(told, end - told));
   }
   int status = 0;
   waitpid(child, &status, 0);  // returns soon, because the process has closed its output
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && said[1].empty()) throw NotStarted("cannot start " + words[0]);
   throw RunFailure(last_line(said[1]));
+}
+
+std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
+  return run_program(self_with(arguments), progress, {.nice = nice});
 }
 
 void Started::start(std::vector<std::string> words, const std::string& file) {

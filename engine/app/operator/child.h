@@ -1,8 +1,10 @@
-// Runs this program in a separate process, for work whose failure must not affect the window.
+// Runs programs in separate processes, for work whose failure must not affect the window.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/progress.h"
@@ -11,6 +13,20 @@ namespace typodont {
 
 /// Scheduling priority (nice) of work that gets the processor only while no other work needs it.
 inline constexpr int kLowestPriority = 19;
+
+/// Thrown if there is no such program.
+class NotStarted : public RunFailure {
+ public:
+  using RunFailure::RunFailure;
+};
+
+struct ChildOptions {
+  int nice = 0;                                             // 0 to 19
+  std::string input;                                        // standard input, which no other process sees
+  std::function<void(std::string_view line)> on_line = {};  // called for each line of output, in the caller's thread
+};
+/// Runs the program words[0] to its end, like run_self().
+std::string run_program(std::vector<std::string> words, Progress& progress, const ChildOptions& options);
 
 /// Runs `typodont ARGUMENTS` to its end and returns its output. To cancel, asks the process to end, then kills it.
 /// `nice`: 0 to 19. Throws Cancelled, or RunFailure with the last message of a process that fails without output.

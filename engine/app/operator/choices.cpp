@@ -22,6 +22,7 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   set_language(session::language_named(r.language).value_or(session::system_language()));
   r.trainee.copy(s_.trainee.data(), s_.trainee.size() - 1);
   s_.record = r.record;
+  s_.school.hand_in = r.hand_in;
   s_.monitor = r.monitor;
   rescan();
   for (std::size_t i = 0; i < s_.scenes.size(); ++i)
@@ -93,8 +94,9 @@ bool Choices::look_at_devices() {
 void Choices::remember() const {
   Remembered r;
   r.language = session::tag_of(s_.language);
-  r.trainee = s_.trainee.data();
+  if (s_.school.student.empty()) r.trainee = s_.trainee.data();  // the next person signs in anew
   r.record = s_.record;
+  r.hand_in = s_.school.hand_in;
   r.monitor = s_.monitor;
   if (!s_.scenes.empty()) r.scene = s_.scenes[static_cast<std::size_t>(s_.scene)].file.string();
   if (!s_.hands.empty()) r.hand = s_.hands[static_cast<std::size_t>(s_.hand)].address;

@@ -212,6 +212,7 @@ Remembered remembered() {
     r.record = json.boolean_or("record", true);
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
+    r.hand_in = json.boolean_or("hand_in", true);
     r.any = true;
     // If the file is damaged or of another version, the state is that of a first run.
   } catch (const Error&) {
@@ -222,7 +223,7 @@ Remembered remembered() {
 void remember(const Remembered& r) {
   const nlohmann::ordered_json json = {{"language", r.language}, {"trainee", r.trainee}, {"scene", r.scene},
                                        {"hand", r.hand},         {"rig", r.rig},         {"record", r.record},
-                                       {"monitor", r.monitor},   {"model", r.model}};
+                                       {"monitor", r.monitor},   {"model", r.model},     {"hand_in", r.hand_in}};
   try {
     std::error_code code;
     fs::create_directories(user_folder(), code);

@@ -39,8 +39,9 @@ struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
-  int monitor = -1;   // number of the monitor for full screen; −1: none
-  std::string model;  // selected contact model; empty: the model of the exercise
+  int monitor = -1;     // number of the monitor for full screen; −1: none
+  std::string model;    // selected contact model; empty: the model of the exercise
+  bool hand_in = true;  // a signed-in student's sessions are handed in
 };
 Remembered remembered();
 /// Language: from --language, otherwise from the last run, otherwise from the desktop. Throws Error if it is unknown.

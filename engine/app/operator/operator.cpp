@@ -21,6 +21,7 @@
 #include "engine/app/operator/result_picture.h"
 #include "engine/app/operator/scan_desk.h"
 #include "engine/app/operator/scene_works.h"
+#include "engine/app/operator/school_desk.h"
 #include "engine/app/operator/session_desk.h"
 #include "engine/app/operator/session_scores.h"
 #include "engine/app/operator/session_works.h"
@@ -98,7 +99,7 @@ class Operator {
       s_.ask(Ask::kDropped);
     }
     const bool drew = desk_.running() && step_session();
-    const bool finished = work_.look() || scan_desk_.look() || look_around() || look_at_started();
+    const bool finished = work_.look() || scan_desk_.look() || school_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
       draw();
       carry_out();
@@ -177,6 +178,9 @@ class Operator {
       case Page::kExperiment:
         title += fmt::format(": {}", s_.text("op.experiment"));
         break;
+      case Page::kSchool:
+        title += fmt::format(": {}", s_.text("op.school"));
+        break;
     }
     return title;
   }
@@ -219,6 +223,9 @@ class Operator {
       case Page::kExperiment:
         draw_experiment_page(s_, window_);
         break;
+      case Page::kSchool:
+        draw_school_page(s_, window_);
+        break;
     }
     draw_help(s_, window_);
     draw_leaving(s_, window_);
@@ -247,9 +254,9 @@ class Operator {
 
   /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
-    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
-                                  Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
-                                  Ask::kPlan,    Ask::kExperiment, Ask::kLookAtScan, Ask::kQuit};
+    constexpr std::array kAway = {Ask::kStart,      Ask::kAgain,  Ask::kToStart,  Ask::kTutorial, Ask::kArchive,
+                                  Ask::kDropped,    Ask::kDoctor, Ask::kGoOnFrom, Ask::kPlan,     Ask::kExperiment,
+                                  Ask::kLookAtScan, Ask::kSchool, Ask::kQuit};
     return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
   }
   bool unsaved() {
@@ -346,6 +353,20 @@ class Operator {
       case Ask::kExperiment:
         s_.page = Page::kExperiment;
         s_.say("");
+        break;
+      case Ask::kSchool:
+        s_.page = Page::kSchool;
+        s_.say("");
+        school_.refresh();
+        break;
+      case Ask::kSchoolSignIn:
+        school_.sign_in();
+        break;
+      case Ask::kSchoolSignOut:
+        school_.sign_out();
+        break;
+      case Ask::kSchoolTake:
+        school_.take();
         break;
       case Ask::kDropped:
         if (s_.page == Page::kScan && take_dropped_mesh(s_)) {
@@ -479,6 +500,7 @@ class Operator {
 
   void end_session(const std::string& why) {
     const auto unscored = desk_.end(why);
+    school_.hand_in(s_.outcome.recording);
     if (!s_.outcome.recording.empty())
       make_report(s_, work_, s_.outcome.recording);
     else if (unscored)
@@ -521,6 +543,7 @@ class Operator {
   ResultPicture result_picture_{s_, window_};
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
+  SchoolDesk school_{s_, window_, choices_};
   Started started_;
   // Declared last: this task ends before everything that it uses is destroyed.
   BackgroundTask work_{s_};

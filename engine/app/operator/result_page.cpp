@@ -201,6 +201,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::TextWrapped("%s", s.outcome.failure.c_str());
     ImGui::PopStyleColor();
   }
+  draw_school_message(s);
   if (!s.outcome.recording.empty()) {
     ImGui::PushFont(w.style().small);
     dim_wrapped(s.outcome.recording.string());
@@ -316,7 +317,8 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
     // Lists all keyboard shortcuts of pages, lists and sessions, in two columns.
     std::vector<std::pair<std::string, const char*>> left, right;
-    for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
+    for (const Shortcut& one : kShortcuts)
+      if (one.does[0] != Ask::kSchool || s.school.set_up) left.emplace_back(one.name, one.help.data());
     for (const auto& [name, help] : kWorking) right.emplace_back(name, help);
     for (const auto& [name, help] : kChoosing) (left.size() <= right.size() ? left : right).emplace_back(name, help);
     for (std::size_t i = 0; i < std::max(left.size(), right.size()); ++i) {

@@ -35,6 +35,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'B', true, "Ctrl+B", "op.key_import", {Ask::kImport, Ask::kImport}},
     Shortcut{'J', true, "Ctrl+J", "op.key_plan", {Ask::kPlan, Ask::kPlan}},
     Shortcut{'N', true, "Ctrl+N", "op.key_experiment", {Ask::kExperiment, Ask::kExperiment}},
+    Shortcut{'I', true, "Ctrl+I", "op.key_school", {Ask::kSchool, Ask::kSchoolTake}},
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 

@@ -176,7 +176,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_column("set_up", size);
   const float spacing = ImGui::GetStyle().ItemSpacing.y;
-  const float trainee_height = 9.2f * u;
+  const float trainee_height = 9.2f * u + (s.school.set_up ? ImGui::GetFrameHeightWithSpacing() : 0);
   const float rest = ImGui::GetContentRegionAvail().y - trainee_height - 2 * spacing;
 
   begin_panel("hand", s.text("op.hand"), {0, 0.56f * rest}, w);
@@ -232,7 +232,12 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("trainee", s.text("op.trainee"), {0, trainee_height}, w);
   ImGui::SetNextItemWidth(-1);
   if (key('T', true)) ImGui::SetKeyboardFocusHere();
+  ImGui::BeginDisabled(!s.school.student.empty());
   ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
+  ImGui::EndDisabled();
+  if (s.school.set_up)
+    ask_button(s, Ask::kSchool, shortcut(Ask::kSchool),
+               s.text(s.school.student.empty() ? "op.school_sign_in" : "op.school"), {-1, 0});
   ImGui::BeginDisabled(s.author);
   ImGui::Checkbox(s.text("op.record_this"), &s.record);
   ImGui::EndDisabled();

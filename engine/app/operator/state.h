@@ -27,7 +27,7 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kFuse, kPlan, kExperiment };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kScan, kFuse, kPlan, kExperiment, kSchool };
 
 enum class Ask {
   kStart,            // start a session with the selection, or the experiment
@@ -57,6 +57,10 @@ enum class Ask {
   kStepBack,         // mark the last completed step as not done
   kArchive,          // show recorded sessions and imports
   kExperiment,       // show the page of experiments
+  kSchool,           // show the page of the school
+  kSchoolSignIn,     // sign in by SchoolForm
+  kSchoolSignOut,    // be a guest again
+  kSchoolTake,       // get the exercise of the selected assignment, or start the exam
   kSessionReport,    // show the report of the selected session in the browser
   kLearningCurve,    // show the learning curve of the selected session's trainee
   kFilm,             // make a film of the selected session
@@ -222,6 +226,30 @@ struct ExperimentFinding {
   /// For the question "model": p-value of the subject's preference.
   double chance = 1;
 };
+/// The school's service as the window shows it. SchoolDesk asks the service between frames.
+struct SchoolForm {
+  struct Curve {
+    std::string title;
+    std::vector<float> points;  // by attempt, 0 to 100
+  };
+  struct Assignment {
+    int number = 0;
+    std::string title, due, scene;
+    int left = 0;         // attempts
+    bool sealed = false;  // true: an exam
+    bool files = false;   // true: the exercise must be downloaded
+  };
+  bool set_up = false;  // true: this computer has a bench's token
+  std::array<char, 128> name{}, password{};
+  std::string student;  // pseudonym; empty: a guest
+  bool hand_in = true;  // true: a student's sessions are handed in at their end
+  std::vector<Curve> curves;
+  std::vector<Assignment> assignments;
+  int assignment = 0;
+  bool busy = false;
+  std::string message;  // state of the last request
+  bool message_is_error = false;
+};
 struct DoctorFinding {
   std::string name, state, found, without, mend;
 };
@@ -331,6 +359,8 @@ struct OperatorState {
   ExperimentForm experiment;
   std::optional<ExperimentFinding> experiment_found;
 
+  SchoolForm school;
+
   // Data of the page about this computer.
   std::vector<DoctorFinding> findings;
 
@@ -377,6 +407,9 @@ void draw_fuse_page(OperatorState& s, InterfaceWindow& w);
 void draw_scan_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
+void draw_school_page(OperatorState& s, InterfaceWindow& w);
+/// Draws the state of the last request to the school.
+void draw_school_message(const OperatorState& s);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 /// Asks about unsaved work while OperatorState::leaving contains a request.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);

@@ -193,6 +193,7 @@ void page_shortcuts(OperatorState& s) {
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);
+  if (s.school.set_up && s.page != Page::kSchool && pressed(shortcut(Ask::kSchool))) s.ask(Ask::kSchool);
   if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
   if (key(display::keys::kF1)) s.help = true;
 }

@@ -1,0 +1,59 @@
+// Asks the school's service, one request at a time, by the program hand_in.py (engine/school). Main thread only.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "engine/app/operator/choices.h"
+#include "engine/app/operator/interface_window.h"
+#include "engine/app/operator/job.h"
+#include "engine/app/operator/state.h"
+#include "engine/base/json.h"
+
+namespace typodont {
+
+class SchoolDesk {
+ public:
+  /// Without a bench's token on this computer, nothing is ever asked. Otherwise, sends recordings that an earlier
+  /// window could not send.
+  SchoolDesk(OperatorState& s, InterfaceWindow& w, Choices& choices);
+
+  void sign_in();  // by the form, whose password is erased
+  void sign_out();
+  void refresh();  // scores and assignments of the signed-in student
+  void take();     // the selected assignment
+  /// Hands in a signed-in student's recording, if the student wishes it. Empty: there is none.
+  void hand_in(const std::filesystem::path& recording);
+
+  /// Begins and ends requests. True: a frame must be drawn.
+  bool look();
+
+ private:
+  enum class Kind { kSignIn, kRefresh, kTake, kHandIn, kSendWanted };
+  struct Question {
+    Kind kind;
+    std::string json;
+  };
+  void ask(Kind kind, std::string json);
+  /// True: the user made the request, so its stages are shown.
+  static bool is_shown(Kind kind) { return kind != Kind::kRefresh && kind != Kind::kSendWanted; }
+  void begin();
+  void take_answer(const Json& answer);
+  void select(const std::filesystem::path& file);
+  void say(const std::string& text, bool error = false);
+  void fail(std::string_view code, const std::string& detail = "");
+
+  OperatorState& s_;
+  InterfaceWindow& window_;
+  Choices& choices_;
+  std::string token_;  // of the signed-in student
+  std::deque<Question> questions_;
+  Kind kind_{};
+  const char* stage_ = "";               // stage that the page shows
+  std::shared_ptr<std::string> output_;  // of the program; written by the job
+  std::unique_ptr<Job> job_;
+};
+
+}  // namespace typodont
