@@ -26,8 +26,7 @@ struct CaseRequest {
 struct Case {
   CaseTooth tooth;
   std::map<std::string, double> parameters;  // measures of the tooth and the lesion by name: mm, degrees or years
-  haptics::DenseTissue tissue;
-  std::string scene;                // JSON text of the scene; its volume is `volume`
+  std::string scene;                         // JSON text of the scene; its volume is `volume`
   double expert = 0, careless = 0;  // score of the planned strokes if they are cut exactly; if the hand is careless
 };
 

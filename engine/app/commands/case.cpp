@@ -23,8 +23,8 @@ struct Options {
 
 void list() {
   for (const CaseFamily& family : case_families())
-    fmt::print("{}: {}; teeth {}; {}\n", family.name, family.title, fmt::join(family.teeth, " "),
-               fmt::join(family.parameters, ", "));
+    fmt::print("{}: {}; {}{}; {}\n", family.name, family.title, family.teeth.empty() ? "no tooth" : "teeth ",
+               fmt::join(family.teeth, " "), fmt::join(family.parameters, ", "));
 }
 
 void run(const Options& options) {
@@ -48,7 +48,7 @@ void run(const Options& options) {
     fmt::print("{}\n", json.dump(2));
     return;
   }
-  fmt::print("{} ({}), {:.0f} years\n", made.tooth.name, made.tooth.type, made.tooth.age);
+  if (!made.tooth.type.empty()) fmt::print("{} ({}), {:.0f} years\n", made.tooth.name, made.tooth.type, made.tooth.age);
   for (const auto& [name, value] : made.parameters) fmt::print("  {} {:.2f}\n", name, value);
   fmt::print("exact plan {:.1f} points, careless hand {:.1f} points\nwrote {}\n", made.expert, made.careless,
              options.out);
@@ -68,7 +68,7 @@ void add_case_command(cli::Command& app) {
       ->check(cli::range(0.0, 1.0))
       ->show_default();
   command->add_option("--tooth", options->request.tooth,
-                      "tooth of the family instead of the seed's: U upper or L lower, and 4 to 7 from the midline");
+                      "tooth of the family instead of the seed's: U upper or L lower, and 1 to 7 from the midline");
   command->add_option("--out", options->out, "scene to write; its volume is beside it, with the ending .vdb")
       ->check(cli::writes({FileKind::kJson}));
   command->add_flag("--list", options->list, "list the families, their teeth and parameters");

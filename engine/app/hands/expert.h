@@ -62,6 +62,7 @@ class Expert {
   /// Error, and later calls return an empty plan.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
+  const TaskEvaluator& judge() const { return judge_; }
   /// The tissue that results if the last plan is followed exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 

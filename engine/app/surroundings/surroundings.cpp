@@ -234,9 +234,18 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // At the cut end of the root, pictures show dentin in place of the pulp.
-    const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
-    return found == Tissue::kPulp ? Tissue::kDentin : found;
+    switch (const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p))) {
+      // At the cut end of the root, pictures show dentin in place of the pulp.
+      case Tissue::kPulp:
+        return Tissue::kDentin;
+      // A neighbour is sound, although the tooth that it copies is not.
+      case Tissue::kCaries:
+      case Tissue::kAmalgam:
+      case Tissue::kComposite:
+        return Tissue::kEnamel;
+      default:
+        return found;
+    }
   }
   std::array<double, kTissueCount> fractions(const Neighbour& n, const dvec3& p) const {
     if (n.copy) return tooth.fractions(n.copy->to_tooth(p));

@@ -1,0 +1,132 @@
+#include "engine/app/cases/checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "engine/app/hands/expert.h"
+#include "engine/app/hands/stroke_planner.h"
+#include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/error.h"
+#include "haptics/solid.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kExpertPoints = 95, kCarelessPoints = 60;
+// m, displacement of the strokes of a simulated careless hand from the planned strokes, on a tooth
+constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
+constexpr int kMaxRounds = 200;  // limit of the layers of a filling
+
+/// Cuts the strokes of a plan directly, without a servo. Each stroke is displaced by `slip` (m).
+void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<ExpertLeg>& legs, const dvec3& slip) {
+  const auto tools = haptics::tool_set(scene.servo);
+  std::size_t tool = 0;
+  std::optional<Pose> last;
+  for (const ExpertLeg& leg : legs) {
+    if (leg.kind == ExpertLeg::Kind::kTake) tool = leg.tool;
+    if (leg.kind == ExpertLeg::Kind::kWait || leg.kind == ExpertLeg::Kind::kTake) continue;
+    if ((leg.kind == ExpertLeg::Kind::kCut || leg.kind == ExpertLeg::Kind::kScrape) && last)
+      carve_strokes(volume, tools[tool], {{{last->p + slip, last->R}, {leg.to.p + slip, leg.to.R}}});
+    last = leg.to;
+  }
+}
+
+struct Results {
+  haptics::TissueVolume exact, careless;
+};
+
+/// What the planned strokes give, and the same strokes displaced. A filling is placed as planned; only its carving is
+/// displaced.
+Results follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& R, const haptics::TissueVolume& start,
+                     bool fills) {
+  Results results{start.clone(), start.clone()};
+  const dvec3 slip = R * kSlip * expert.grip().size;
+  bool carved = false;
+  for (int round = 0; round < (fills ? kMaxRounds : 1); ++round) {
+    const std::vector<ExpertLeg> legs = expert.plan(results.exact);
+    if (legs.empty()) break;
+    const bool adds = std::ranges::any_of(legs, [](const ExpertLeg& leg) { return leg.volume > 0; });
+    if (adds) {
+      results.exact = expert.planned().clone();
+      if (!carved) results.careless = results.exact.clone();
+      continue;
+    }
+    carve(results.exact, scene, legs, dvec3(0));
+    carve(results.careless, scene, legs, slip);
+    carved = true;
+  }
+  return results;
+}
+
+/// Feels the whole region, or its mesial half, and marks each lesion that it meets.
+session::ExploreMeasures feel(const TaskEvaluator& judge, const Scene& scene, const haptics::TissueVolume& start,
+                              bool half) {
+  session::ExploreMeter meter = *judge.explore_meter();
+  const DenseCopy copy = dense_copy(start);
+  std::vector<std::unique_ptr<haptics::Solid>> region;
+  for (const Json& solid : scene.task->region) region.push_back(haptics::read_solid(solid));
+  dvec3 low, high;
+  region.front()->bounds(low, high);
+  const double border = half ? 0.5 * (low.x + high.x) : low.x;
+  ServoTick tick{};
+  for (int x = 0; x < copy.field.size.x; ++x)
+    for (int y = 0; y < copy.field.size.y; ++y)
+      for (int z = 0; z < copy.field.size.z; ++z) {
+        const std::size_t i = copy.field.at(x, y, z);
+        const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+        if (std::abs(copy.field.distance[i]) > 0.5f || p.x < border || region.front()->distance(p) > 0) continue;
+        tick.X_WG.p = p;
+        tick.depth = 1e-6;
+        tick.pedal = copy.tissue[i] == Tissue::kCaries ? 1 : 0;
+        meter.add({&tick, 1});
+      }
+  return meter.result();
+}
+
+}  // namespace
+
+void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3& R,
+           const haptics::TissueVolume& start) {
+  session::Score reached;
+  if (scene.task->explore) {
+    const TaskEvaluator judge(scene, start);
+    session::ScoreInput input;
+    input.explore = feel(judge, scene, start, /*half=*/false);
+    reached = session::score_of_scene(text, input);
+    input.explore = feel(judge, scene, start, /*half=*/true);
+    result.careless = session::score_of_scene(text, input).points;
+  } else {
+    Expert expert(scene, start);
+    const auto score = [&](const haptics::TissueVolume& after) {
+      session::ScoreInput input;
+      input.before = start.volumes();
+      input.after = after.volumes();
+      (void)expert.judge().judge(after, input);
+      return session::score_of_scene(text, input);
+    };
+    const auto tools = haptics::tool_set(scene.servo);
+    const bool fills = std::ranges::any_of(tools, [](const auto& tool) { return tool.fill != Tissue::kAir; });
+    const Results results = follow_plans(expert, scene, R, start, fills);
+    reached = score(results.exact);
+    result.careless = score(results.careless).points;
+  }
+  result.expert = reached.points;
+  const auto refuse = [&](const std::string& who, double total, const char* expected, double limit) {
+    throw RunFailure(fmt::format("{} reaches {:.1f} points, expected {} {:g}", who, total, expected, limit));
+  };
+  if (result.expert < kExpertPoints) {
+    std::ranges::sort(reached.items, std::greater{}, [](const auto& i) { return i.full - i.points; });
+    std::string losses;
+    for (std::size_t i = 0; i < std::min<std::size_t>(reached.items.size(), 3); ++i)
+      losses += fmt::format("{} {:.1f} by {}", i ? "," : "", reached.items[i].full - reached.items[i].points,
+                            reached.items[i].name);
+    refuse(fmt::format("the exact plan (which loses{})", losses), result.expert, "at least", kExpertPoints);
+  }
+  if (result.careless > kCarelessPoints) refuse("a careless hand", result.careless, "at most", kCarelessPoints);
+}
+
+}  // namespace typodont

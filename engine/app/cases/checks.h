@@ -1,0 +1,14 @@
+// Checks whether a case can be solved, and whether a careless hand fails.
+#pragma once
+
+#include "engine/app/cases/draft.h"
+#include "engine/app/scene.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// Scores the exact plan and the careless hand; stores the points in `result`. `R`: the cavity's axes in frame W.
+/// Throws RunFailure if the exact plan gets too few points, or the careless hand too many.
+void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3& R, const haptics::TissueVolume& start);
+
+}  // namespace typodont

@@ -1,0 +1,317 @@
+// The recipes of case families: each composes a cavity, a lesion or a preparation from slots, boxes and planes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "engine/app/cases/draft.h"
+#include "engine/base/error.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kBelowRoof = 1e-3;    // m, depth of a narrow access below the chamber's roof
+constexpr double kNarrowest = 1.3e-3;  // m; an access is never narrower than this, so that a bur of 1.2 mm can cut it
+constexpr double kInside = 0.15e-3;    // m, a lesion ends this far inside the cavity that removes it
+constexpr double kAround = 0.08e-3;    // m, the bowl for recurrent caries is larger than the lesion
+constexpr double kBelowContact = 0.7e-3;  // m, centre of an approximal lesion below the middle of the contact
+constexpr double kApart = 2e-3;           // m, smallest distance of two lesions that the trainee must find
+
+/// Half the length of the cavity's outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2
+/// mm).
+double half_outline(const CaseTooth& tooth) {
+  return std::min(0.5 * tooth.md - 1.8e-3, 0.24 * tooth.md + 0.2e-3);
+}
+
+/// An old filling of the cavity's shape, and recurrent caries below its floor, from the slot's end `a` towards `b`.
+void old_filling(Draft& draft, const glm::dvec2& a, const glm::dvec2& b, double floor, double width) {
+  draft.filling = draft.ideal["remove"];
+  if (!draft.has("recurrent_mm")) return;
+  Lesion lesion{draft.R, a, glm::mix(a, b, 0.4), floor};
+  lesion.border = 0.05e-3;
+  lesion.depth = draft.mm("recurrent_mm");
+  lesion.opening = lesion.width = 0.4 * width;
+  for (const glm::dvec2& at : {lesion.a, lesion.b})
+    if (const double left = draft.out.tooth.pulp_distance({at, floor - lesion.depth}); left < draft.mm("pulp_left_mm"))
+      throw RunFailure(fmt::format("the recurrent caries would end {:.2f} mm from the pulp", left / kMillimetre));
+  draft.lesions.push_back(lesion);
+  // A trough around the lesion for a round bur: its cross-section is a circle through the lesion's rim and end.
+  const double rim = lesion.width + kAround, deep = lesion.depth + kAround;
+  const double radius = 0.5 * (rim * rim + deep * deep) / deep, middle = floor - deep + radius;
+  draft.ideal["remove"].push_back({{"capsule",
+                                    {{"a_mm", draft.point({lesion.a, middle})},
+                                     {"b_mm", draft.point({lesion.b, middle})},
+                                     {"radius_mm", in_mm(radius)}}}});
+}
+
+void fissure(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const double width = draft.mm("isthmus_mm"), reach = half_outline(tooth) - 0.5 * width;
+  const glm::dvec2 a(-reach, tooth.fissure(-reach)), b(reach, tooth.fissure(reach));
+  double surface = 0;
+  constexpr int kAlong = 20, kAcross = 4;
+  for (int i = 0; i <= kAlong; ++i)
+    for (int j = -kAcross; j <= kAcross; ++j) {
+      const glm::dvec2 p = glm::mix(a, b, i / double(kAlong));
+      surface += tooth.surface(p.x, p.y + 0.5 * width * j / kAcross) / ((kAlong + 1) * (2 * kAcross + 1));
+    }
+  const double floor = surface - draft.mm("depth_mm");
+  draft.slot(a, b, floor, width);
+  draft.out.parameters["length_mm"] = (2 * reach + width) / kMillimetre;
+  if (draft.family.has("filled")) {
+    const bool mesial = uniform(draft.random) < 0.5;
+    old_filling(draft, mesial ? b : a, mesial ? a : b, floor, width);
+  }
+  if (!draft.has("lesion_depth_mm")) return;
+  const glm::dvec2 middle = 0.5 * (a + b);
+  Lesion lesion{draft.R, glm::mix(middle, a, 0.6), glm::mix(middle, b, 0.6),
+                tooth.surface(middle.x, tooth.fissure(middle.x))};
+  lesion.depth = std::min(draft.mm("lesion_depth_mm"), lesion.top - floor - kInside);
+  lesion.border = 0.7 * lesion.depth;
+  lesion.opening = 0.12e-3;
+  lesion.width = 0.3 * width;
+  draft.lesions.push_back(lesion);
+}
+
+void lesion(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const glm::dvec2 at(0, tooth.fissure(0));
+  Lesion lesion{draft.R, at, at, tooth.surface(at.x, at.y)};
+  lesion.border = enamel_depth(tooth, {at, lesion.top}, {0, 0, -1}) + 0.1e-3;
+  double deepest = lesion.border;  // m below the top, limit of the lesion's depth; grows until the pulp is too near
+  while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, lesion.top - deepest}) > draft.mm("pulp_left_mm"))
+    deepest += 0.02e-3;
+  lesion.depth = std::min(draft.mm("lesion_depth_mm"), deepest);
+  if (lesion.depth < lesion.border + 0.5e-3)
+    throw RunFailure(fmt::format("only {:.2f} mm of dentin for a lesion that ends {:.2f} mm from the pulp",
+                                 (deepest - lesion.border) / kMillimetre, draft.mm("pulp_left_mm") / kMillimetre));
+  draft.out.parameters["lesion_depth_mm"] = lesion.depth / kMillimetre;
+  draft.out.parameters["pulp_left_mm"] = tooth.pulp_distance({at.x, at.y, lesion.top - lesion.depth}) / kMillimetre;
+  lesion.opening = 0.3e-3;
+  lesion.width = 0.5 * draft.mm("lesion_width_mm");
+  draft.lesions.push_back(lesion);
+  draft.ideal = {{"remove_tissue", {"caries"}}, {"grow_mm", 0.12}};
+  draft.ideal["remove"].push_back(draft.shaft(at, lesion.top - lesion.border, lesion.width));
+  if (draft.has("caries_left_mm"))
+    draft.ideal["keep"].push_back(
+        draft.halfspace({0, 0, 1}, {at, lesion.top - lesion.depth + draft.mm("caries_left_mm")}));
+}
+
+void access(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  // The slot is as wide as the pulp at half the chamber's height; in a premolar, at 1 mm below the chamber's roof.
+  const bool molar = tooth.type[1] >= '6';
+  const double z = molar ? 0.5 * (tooth.chamber_roof + tooth.chamber_floor) : tooth.chamber_roof - kBelowRoof;
+  const auto half = [&](const dvec3& along) {
+    double reach = 0;
+    while (reach < 4e-3 && tooth.pulp_distance(dvec3(0, 0, z) + reach * along) < 0) reach += 0.02e-3;
+    return reach;
+  };
+  const double x = half({1, 0, 0}), y = half({0, 1, 0});
+  const double width = std::max(2 * std::min(x, y), kNarrowest);
+  const double reach = std::max(std::max(x, y) - 0.5 * width, 0.3e-3);
+  const glm::dvec2 end = x > y ? glm::dvec2(reach, 0) : glm::dvec2(0, reach);
+  draft.slot(-end, end, z, width);
+}
+
+/// Adds a slot through the lingual surface at 45° to the tooth's axis. It ends 1 mm below the roof of the pulp chamber.
+void lingual_access(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, -std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2});
+  const dvec3 end = glm::transpose(draft.R) * dvec3(0, 0, tooth.chamber_roof - kBelowRoof);
+  draft.slot({-0.4e-3, end.y}, {0.4e-3, end.y}, end.z, kNarrowest);
+}
+
+/// Caries of the surface that faces a neighbour, below the contact: a cone in enamel, round in dentin. It ends before
+/// the box's axial wall at u = `axial`.
+void approximal_caries(Draft& draft, double side, double axial, double middle) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const dvec3 out(side, 0, 0);
+  Lesion lesion{{{0, 1, 0}, {0, 0, side}, out}};
+  const double z = tooth.form.proximal - kBelowContact;
+  lesion.a = lesion.b = {middle, side * z};
+  lesion.top = 0.5 * tooth.md + 0.5e-3;
+  while (tooth.distance({side * lesion.top, middle, z}) > 0) lesion.top -= 0.02e-3;
+  lesion.depth = std::min(draft.mm("lesion_depth_mm"), lesion.top - std::abs(axial) - kInside);
+  lesion.border = std::min(enamel_depth(tooth, {side * lesion.top, middle, z}, -out), 0.8 * lesion.depth);
+  lesion.opening = 0.75e-3;
+  lesion.width = 0.6e-3;
+  draft.lesions.push_back(lesion);
+}
+
+/// Adds the cavity: a slot along the fissure (unless the family says "occlusal": false), and a box towards each
+/// neighbouring tooth.
+void boxes(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const bool occlusal = draft.family.boolean_or("occlusal", true);
+  if (draft.has("wall_deg")) draft.lean = glm::radians(draft.out.parameters.at("wall_deg"));
+  const double width = occlusal ? draft.mm("isthmus_mm") : 0, reach = half_outline(tooth) - 0.5 * width;
+  const double gingival = tooth.form.proximal - draft.mm("clearance_mm");
+  const double floor = occlusal ? tooth.surface(0, tooth.fissure(0)) - draft.mm("depth_mm") : gingival + 1e-3;
+  if (gingival > floor - 0.4e-3 || gingival < std::max(tooth.cej_mesial, tooth.cej_distal) + 0.5e-3)
+    throw RunFailure(
+        fmt::format("the gingival floor would be {:.2f} mm below the pulpal floor and {:.2f} mm above the "
+                    "neck",
+                    (floor - gingival) / kMillimetre, gingival / kMillimetre));
+  glm::dvec2 ends[2] = {{-reach, tooth.fissure(-reach)}, {reach, tooth.fissure(reach)}};
+  for (const Json& which : draft.family["boxes"].items()) {
+    const double side = which.number(-1, 1), axial = side * (0.5 * tooth.md - draft.mm("axial_mm"));
+    glm::dvec2& end = ends[side > 0];
+    draft.box(side, axial, end.y, draft.mm("box_width_mm"), gingival);
+    if (draft.has("lesion_depth_mm")) approximal_caries(draft, side, axial, end.y);
+    end.x = axial + side * kCorner;  // the slot ends inside the box
+    draft.add_neighbour(side);
+  }
+  if (occlusal) draft.slot(ends[0], ends[1], floor, width);
+  if (draft.family.has("filled")) old_filling(draft, ends[0], ends[1], floor, width);
+}
+
+/// An inlay whose functional cusps (lower: buccal, upper: lingual) are lowered to a flat table.
+void onlay(Draft& draft) {
+  boxes(draft);
+  const CaseTooth& tooth = draft.out.tooth;
+  const double side = tooth.type[0] == 'L' ? 1 : -1;
+  double lowest = tooth.crown;
+  for (const ToothHill& hill : tooth.form.hills)
+    if (hill.at.y * side > 0 && hill.height > 0.83 * tooth.crown) lowest = std::min(lowest, hill.height);
+  const dvec3 on(0, tooth.fissure(0), lowest - draft.mm("cusp_mm"));
+  draft.ideal["remove"].push_back(
+      {{"intersection", {draft.halfspace({0, -side, 0}, on), draft.halfspace({0, 0, -1}, on)}}});
+}
+
+/// Box-shaped cavity between front teeth, cut from the lingual side; the labial wall remains.
+void lingual_box(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, -1, 0});  // axis v points out of the crown
+  const double middle = tooth.form.proximal - draft.mm("below_contact_mm"), height = draft.mm("height_mm");
+  const double axial = 0.5 * tooth.md - draft.mm("axial_mm");
+  double labial = 0;
+  while (tooth.distance({axial, labial, middle}) < 0) labial += 0.02e-3;
+  draft.box(1, axial, middle, height, draft.mm("labial_wall_mm") - labial);
+  draft.add_neighbour(1);
+}
+
+/// Adds a slot in the buccal surface. In its middle, the slot has the depth "depth_mm"; "above_neck_mm" is the height
+/// of its lower edge, negative on the root.
+void cervical(Draft& draft) {
+  draft.approach_along({0, 1, 0});  // axis v points towards the root
+  const double width = draft.mm("height_mm"), reach = 0.5 * (draft.mm("length_mm") - width);
+  const double v = -draft.mm("above_neck_mm") - 0.5 * width;
+  const double top = draft.surface({0, v}), floor = top - draft.mm("depth_mm");
+  draft.lay_down({0, v, top});
+  draft.slot({-reach, v}, {reach, v}, floor, width);
+  Lesion lesion{draft.R, {-0.5 * reach, v}, {0.5 * reach, v}, top};
+  lesion.depth = draft.mm("depth_mm") - kInside;
+  lesion.border = 0.6 * lesion.depth;
+  lesion.opening = 0.25 * width;
+  lesion.width = 0.4 * width;
+  draft.lesions.push_back(lesion);
+}
+
+void crown(Draft& draft) {
+  const auto& have = draft.out.parameters;
+  draft.ideal["crown"] = {{"margin_mm", in_mm(draft.mm("above_neck_mm") + draft.offset.z)},
+                          {"chamfer_mm", have.at("chamfer_mm")},
+                          {"chamfer_radius_mm", 1.15},
+                          {"taper_deg", have.at("taper_deg")},
+                          {"occlusal_mm", have.at("occlusal_mm")},
+                          {"edge_radius_mm", 0.6}};
+}
+
+/// A broken mesial corner of an incisor; the ideal bevels the labial enamel along the fracture.
+void fracture(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, 1, 0});
+  draft.show_buccal_side();
+  const glm::dmat3 to_local = glm::transpose(draft.R);
+  const double angle = glm::radians(draft.out.parameters.at("fracture_deg")), bevel = draft.mm("bevel_mm");
+  const dvec3 n(std::sin(angle), 0, std::cos(angle)), along(std::cos(angle), 0, -std::sin(angle));
+  const dvec3 edge(0.5 * tooth.md - draft.mm("loss_mm"), 0, tooth.crown);
+  draft.prepare.push_back(draft.halfspace(to_local * -n, to_local * edge));
+  draft.add_neighbour(1);
+  constexpr double kStep = 0.4e-3, kTilt = 35;  // m, width of a facet of the bevel; degrees, bevel to the enamel
+  for (double e = 0; e < tooth.crown; e += kStep) {
+    dvec3 p = edge + (e + 0.5 * kStep) * along - bevel * n;
+    p.y = 0.5 * tooth.bl;
+    while (p.y > 0 && tooth.distance(p) > 0) p.y -= 0.02e-3;
+    if (p.y <= 0) continue;
+    dvec3 slope(0);
+    for (int a = 0; a < 3; ++a) {
+      dvec3 step(0);
+      step[a] = 0.1e-3;
+      slope[a] = tooth.distance(p + step) - tooth.distance(p - step);
+    }
+    slope = glm::normalize(slope - glm::dot(slope, n) * n);
+    const dvec3 out = std::cos(glm::radians(kTilt)) * slope + std::sin(glm::radians(kTilt)) * n;
+    const dvec3 from = edge + e * along, to = from + kStep * along;
+    draft.ideal["remove"].push_back(
+        {{"intersection",
+          {draft.halfspace(to_local * -out, to_local * p), draft.halfspace(to_local * along, to_local * to),
+           draft.halfspace(to_local * -along, to_local * from)}}});
+  }
+}
+
+/// Caries of the occlusal surface that looks like sound enamel; the trainee finds it. Distal and mesial in turn.
+void hidden_caries(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  const glm::dvec2 half(0.3 * tooth.md, 0.24 * tooth.bl);
+  const auto count = static_cast<std::size_t>(std::lround(draft.out.parameters.at("lesions")));
+  draft.out.parameters["lesions"] = static_cast<double>(count);
+  constexpr int kTries = 1000;
+  for (int tries = 0; draft.lesions.size() < count && tries < kTries; ++tries) {
+    const double side = draft.lesions.size() % 2 == 0 ? -1 : 1;
+    glm::dvec2 at(side * half.x * uniform(draft.random), half.y * (2 * uniform(draft.random) - 1));
+    if (uniform(draft.random) < 0.5) at.y = tooth.fissure(at.x);
+    if (std::abs(at.x) < 0.5 * kApart) continue;
+    if (std::ranges::any_of(draft.lesions, [&](const Lesion& l) { return glm::length(l.a - at) < kApart; })) continue;
+    Lesion lesion{draft.R, at, at, tooth.surface(at.x, at.y)};
+    lesion.depth = 1.2e-3;
+    lesion.border = 0.9 * lesion.depth;
+    lesion.opening = lesion.width = 0.5 * draft.mm("lesion_width_mm");
+    draft.lesions.push_back(lesion);
+  }
+  if (draft.lesions.size() < count) throw RunFailure(fmt::format("no room for {} lesions", count));
+  const dvec3 middle(0, 0, tooth.crown - 1.5e-3);
+  draft.explore["region"].push_back(
+      {{"box", {{"center_mm", draft.point(middle)}, {"size_mm", {in_mm(2.4 * half.x), in_mm(2.4 * half.y), 4.5}}}}});
+}
+
+/// The socket of a hip: a cup of 56 mm, its axis tilted from the socket's own.
+void socket(Draft& draft) {
+  const double tilt = glm::radians(draft.out.parameters.at("tilt_deg"));
+  const double around = 2 * std::numbers::pi * uniform(draft.random);
+  draft.approach_along({std::sin(tilt) * std::cos(around), std::sin(tilt) * std::sin(around), std::cos(tilt)});
+  const dvec3 deep = glm::transpose(draft.R) * dvec3(0, 0, -draft.mm("deepen_mm"));
+  draft.ideal["remove"].push_back(
+      {{"capsule",
+        {{"a_mm", draft.point(deep)}, {"b_mm", draft.point(deep + dvec3(0, 0, 40e-3))}, {"radius_mm", 28}}}});
+}
+
+using Recipe = void (*)(Draft&);
+const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure},
+                                                {"lesion", lesion},
+                                                {"access", access},
+                                                {"lingual_access", lingual_access},
+                                                {"boxes", boxes},
+                                                {"onlay", onlay},
+                                                {"crown", crown},
+                                                {"lingual_box", lingual_box},
+                                                {"cervical", cervical},
+                                                {"fracture", fracture},
+                                                {"hidden_caries", hidden_caries},
+                                                {"socket", socket}};
+
+}  // namespace
+
+void apply_recipe(Draft& draft) {
+  kRecipes.at(draft.family["recipe"].string())(draft);
+  if (draft.family.boolean_or("prepared", false)) {
+    draft.prepare = draft.ideal["remove"];
+    draft.ideal = {{"unprepared", true}};
+  }
+}
+
+}  // namespace typodont
