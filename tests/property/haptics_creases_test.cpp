@@ -99,26 +99,6 @@ TEST(Creases, ARimThatABurHasDrilledOrAFillingHasIsFeltAsAGivenOne) {
   }
 }
 
-TEST(Creases, TheSideOfACylinderRestsOnEdgesAndRims) {
-  Random random(5);
-  for (PressCase& c : test::press_cases(random)) {
-    if (c.name != "edge of a box" && c.name != "end of a cylinder") continue;
-    for (Press& press : c.presses) {  // the cylinder lies across the crease
-      const dvec3 radial(press.p.x, press.p.y, 0);
-      const dvec3 along =
-          c.name == "edge of a box" ? dvec3(0, 1, 0) : glm::normalize(glm::cross(dvec3(0, 0, 1), radial));
-      press.R = glm::quat_cast(glm::dmat3(press.n, along, glm::cross(press.n, along)));
-    }
-    ServoSettings s = test::press_probe(1.0_mm);
-    s.tool.shape = HeadShape::kRoundEndCylinder;
-    s.tool.length = 4.0_mm;
-    HapticBench bench(test::press_tissue(c.solid, 0.1_mm), s);
-    const PressErrors errors = press_all(bench, 0.1_mm, 0.5_mm, c.presses, 0);
-    errors.print("side of a cylinder on " + c.name);
-    expect_exact(errors, c.name);
-  }
-}
-
 /// A surface with an outward normal and its solid as JSON: ball, cylinder, half-space, or the outside of the first two.
 struct Sheet {
   enum Kind { kBall, kCylinder, kHalfSpace } kind = kBall;

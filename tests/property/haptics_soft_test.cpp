@@ -82,25 +82,6 @@ TEST(SoftTissue, HoldsOnlyEnergyThatTheToolPutIn) {
   }
 }
 
-TEST(SoftServo, EqualHandsGetEqualBits) {
-  std::vector<ServoTick> first;
-  for (int run = 0; run < 2; ++run) {
-    haptics::Tool tool = test::ball_probe();
-    tool.cuts = true;
-    HapticBench bench(test::kBlockFarBelow, test::soft_settings(tool));
-    const auto path = random_path(5, 1.0_mm);
-    for (int i = 0; i < 2000; ++i) {
-      const ServoTick& tick = bench.tick({path(i * 1e-3)}, i > 1000 ? 1 : 0);
-      if (run == 0) {
-        first.push_back(tick);
-      } else {
-        const ServoTick& before = first[static_cast<std::size_t>(i)];
-        ASSERT_TRUE(tick.f_T_W == before.f_T_W && same(tick.X_WG, before.X_WG) && tick.energy == before.energy) << i;
-      }
-    }
-  }
-}
-
 TEST(SoftServo, TheForceHasNoStepsAtAConstantPushOrASlowSlide) {
   for (std::uint32_t seed = 1; seed <= 6; ++seed) {
     std::mt19937 random(seed);

@@ -191,34 +191,6 @@ TEST(Sweeps, AFrontThatPassesThroughManyPatchesChangesNoBitOfACutEvenIfAPatchEnd
   }
 }
 
-TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFront) {
-  for (const HeadShape shape : kNoBalls) {
-    for (unsigned seed = 1; seed <= 2; ++seed) {
-      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
-      Tool tool = random.head(shape);
-      if (shape != HeadShape::kInvertedCone) tool.length *= 2;
-      const dquat R = rotation_between({0, 0, 1}, random.direction());
-      const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
-      const double rate = random.uniform(0.1, 0.4);  // rad, change of the oscillation's phase in a tick
-      TissuePatch plain = block(tool, 1000), known = plain;
-      CutFront front(std::span(&tool, 1), kVoxel);
-      const auto at = [&](int i) {
-        const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // alternately fast and slow
-        return Pose{swing * way, glm::normalize(glm::angleAxis(0.02 / rate * swing, axis) * R)};
-      };
-      carve(plain, Sweep(tool, at(0), at(0), kFrame));
-      carve(known, Sweep(tool, at(0), at(0), kFrame), nullptr, &front);
-      for (int i = 0; i < 120; ++i) {
-        const Sweep sweep(tool, at(i), at(i + 1), kFrame, i % 41 != 0);
-        ASSERT_EQ(carve(known, sweep, nullptr, &front), carve(plain, sweep))
-            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
-        ASSERT_TRUE(known.distance == plain.distance)
-            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
-      }
-    }
-  }
-}
-
 /// A drill that moves in and out of a block of bone, mostly along its axis; sometimes it is moved aside, turned about
 /// its axis, or withdrawn, or a sweep does not continue the one before.
 struct DrillInBone {
@@ -314,35 +286,6 @@ TEST(Sweeps, TheSameHeadIsRecognisedWhateverTheMemoryOfASweepHeldBefore) {
   EXPECT_TRUE(a->same_head(*b));
   tool.length = 2.0_mm;
   EXPECT_FALSE(a->same_head(Sweep(tool, {}, {}, {{}, 0.1_mm})));
-}
-
-TEST(Sweeps, TheRemovedVolumeDoesNotDependOnTheOrderOfTicks) {
-  for (const HeadShape shape : kNoBalls) {
-    for (unsigned seed = 1; seed <= 4; ++seed) {
-      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
-      const Tool tool = random.head(shape);
-      std::vector<Sweep> sweeps;
-      for (int i = 0; i < 8; ++i) {
-        const Pose X{3 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
-        const dvec3 way = random.scale(0.02, 1) * kVoxel * random.direction();
-        const dquat turn = glm::angleAxis(i % 2 * 0.01, random.direction());
-        sweeps.emplace_back(tool, X, Pose{X.p + way, glm::normalize(turn * X.R)}, kFrame);
-      }
-      TissuePatch patch = block(tool, -2), backwards = patch;
-      double taken = 0, taken_backwards = 0;
-      for (const Sweep& sweep : sweeps) taken += total(carve(patch, sweep));
-      for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep)
-        taken_backwards += total(carve(backwards, *sweep));
-      EXPECT_GT(taken, 10);
-      EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape) << ", seed " << seed;
-      EXPECT_TRUE(patch.distance == backwards.distance) << static_cast<int>(shape) << ", seed " << seed;
-      for (const Sweep& sweep : sweeps) {
-        bool changed;
-        EXPECT_EQ(total(carve(patch, sweep, &changed)), 0) << static_cast<int>(shape) << ", seed " << seed;
-        EXPECT_FALSE(changed) << static_cast<int>(shape) << ", seed " << seed;
-      }
-    }
-  }
 }
 
 }  // namespace

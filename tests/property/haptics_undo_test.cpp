@@ -205,19 +205,6 @@ TEST(Undo, WorkInThePausesChangesNeitherStrokesNorUndo) {
   EXPECT_EQ(rested.volume().strokes().bytes, other.volume().strokes().bytes);
 }
 
-TEST(Undo, PaintIsUndoneWithItsStroke) {
-  TissueVolume volume = block();
-  const std::uint64_t before = volume.hash();
-  volume.begin_stroke();
-  volume.paint(Tissue::kCaries,
-               *read_solid(Json::parse(R"({"sphere": {"center_mm": [0, 0, 2.5], "radius_mm": 1.5}})", "lesion")));
-  EXPECT_NE(volume.hash(), before);
-  EXPECT_TRUE(volume.undo());
-  EXPECT_EQ(volume.hash(), before);
-  EXPECT_TRUE(volume.redo());
-  EXPECT_GT(volume.volumes()[static_cast<std::size_t>(Tissue::kCaries)], 1e-9);
-}
-
 TEST(Undo, MemoryGrowsWithTheChangesOfAStrokeNotWithTheTissue) {
   const auto bytes_after = [](double block_mm, double length_mm) {
     const std::string json = fmt::format(
@@ -241,67 +228,6 @@ TEST(Undo, MemoryGrowsWithTheChangesOfAStrokeNotWithTheTissue) {
   EXPECT_LT(longer, 6.5 * small);
   // A 1.2 mm bur and its margin touch at most 5 × 4 leaves across its path. A leaf is 1.2 mm wide and has 2 KB.
   EXPECT_LT(small, 60 * 2600.0);
-}
-
-// The servo drills, undoes, and drills again, with patches that arrive late. Its patch must equal the carver's volume.
-// Most patches are steps from the patch before. A patch after an edit is complete.
-TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
-  for (int late = 0; late <= 12; late += 4) {
-    ServoSettings settings;
-    settings.tool = round_bur(1.2e-3);
-    settings.spindle.free_speed = 30000;
-    test::HapticBench bench(kBlock, settings);
-    TissuePatch spare = bench.empty_patch();
-    TissuePatch check;
-    check.resize(spare.n);
-    std::vector<Cut> waiting;
-    int compared = 0, edits = 0, steps = 0, complete = 0;
-    bool due = true;
-    std::uint64_t due_since = 0;
-    ServoTick tick;
-    Cut cut;
-    for (std::uint64_t i = 0; i < 1500; ++i) {
-      const double s = static_cast<double>(i) * 1e-3;
-      const Pose hand{dvec3(0.8 * std::sin(2 * s), 0.5 * std::sin(3 * s), 3.1 - std::min(1.2, 1.2 * s)) * kMillimetre,
-                      {1, 0, 0, 0}};
-      if (i == 0) bench.last.X_WT = bench.last.X_WG = hand;
-      // Undoes in the middle of a stroke, three times. One of them is redone immediately.
-      if (i == 600 || i == 900 || i == 1200) {
-        EXPECT_TRUE(bench.carver.undo());
-        if (i == 900) {
-          EXPECT_TRUE(bench.carver.redo());
-        }
-        ++edits;
-      }
-      if (!due && bench.carver.snapshot_due(bench.last)) due = true, due_since = i;
-      if (due && i >= due_since + static_cast<std::uint64_t>(due_since == 0 ? 0 : late)) {
-        bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare, 0, bench.patch().number);
-        ++(spare.from != 0 ? steps : complete);
-        due = false;
-        // The new patch is on its way to the servo, which continues with the old patch for some ticks.
-        TissuePatch crossing = spare;
-        for (int k = 0; k < late && i > 0; ++k) {
-          if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut))
-            waiting.push_back(cut);
-        }
-        bench.servo.adopt(crossing);
-      }
-      if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + 900'000, hand, 1.0}, tick, cut)) waiting.push_back(cut);
-      for (const Cut& c : waiting) bench.carver.apply(c);
-      waiting.clear();
-      bench.last = tick;
-      if (i % 50 != 49 || bench.carver.snapshot_due(bench.last)) continue;
-      const TissuePatch& held = bench.patch();
-      bench.carver.volume().copy(held.lo, glm::ivec3(held.n), check.distance.data(), check.tissue.data());
-      ASSERT_EQ(held.distance, check.distance) << "late " << late << " tick " << i;
-      ++compared;
-    }
-    EXPECT_EQ(edits, 3);
-    EXPECT_GT(compared, 15);
-    EXPECT_GE(steps, 1);
-    EXPECT_GE(complete, 1 + edits);
-    EXPECT_GT(bench.carver.cuts(), 100u);
-  }
 }
 
 }  // namespace

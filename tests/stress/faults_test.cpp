@@ -297,21 +297,6 @@ TEST(Faults, TheForceLimitAppliesInTheSameTickAndKeepsTheDirection) {
   EXPECT_LE(glm::length(motors.force), 5);
 }
 
-TEST(Faults, AToolFoundInsideTissueIsLedOutFromZeroForceWithin50Milliseconds) {
-  Hand hand(block());
-  double most = 0;
-  for (int i = 0; i < 50; ++i) {
-    hand.tick(Hand::in());
-    most = std::max(most, hand.force() - glm::length(hand.before));
-    hand.seen |= hand.tick_.faults;
-    EXPECT_LE(hand.force(), (i + 1) * 0.2 * kPush) << i;
-  }
-  EXPECT_TRUE(hand.seen & bits(Fault::kDeepPenetration));
-  EXPECT_FALSE(hand.has(Fault::kDeepPenetration));
-  EXPECT_NEAR(hand.force(), kPush, 0.02);
-  EXPECT_LT(most, 0.2 * kPush);
-}
-
 TEST(Faults, ALostDeviceHasNoForceInTheSameTickStopsTheDrillAndReturnsOnlyWithAFreeHand) {
   Hand hand(block(R"("tool": "round_010", "spindle": "air_turbine")"));
   hand.press(1);

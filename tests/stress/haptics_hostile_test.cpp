@@ -108,39 +108,6 @@ TEST_P(HostileHand, GainsNoEnergyOnTheWorstShapesBeyondTheSpindlesWork) {
   EXPECT_GT(felt, 0.1);
 }
 
-TEST_P(HostileHand, InvalidInputNeverCausesAnInvalidForce) {
-  std::uint64_t seed = 1;
-  int bad = 0, all = 0;
-  for (const Body& body : std::span(kBodies).subspan(1)) {  // without the molar, which takes long to load
-    for (int left = campaign(500); left > 0; left -= kHostileRound, ++seed) {
-      SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
-      HapticBench bench(volume_of(body), settings());
-      ErraticHand hand(seed, body.top);
-      InvalidInput nonsense(seed, body.top);
-      PerTissue removed{};
-      std::uint64_t cuts = 0;
-      for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {
-        Pose X = hand.next(1e-3);
-        double pedal = nonsense.pedal();
-        spoil(nonsense, /*undoes=*/false, bench, hand, X, pedal);
-        const ServoTick& tick = bench.tick(X, pedal);
-        ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
-        ASSERT_GE(tick.cuts, cuts) << "tick " << i;
-        cuts = tick.cuts;
-        for (std::size_t t = 0; t < removed.size(); ++t) {
-          ASSERT_GE(tick.removed[t], removed[t] - 1e-18) << "tick " << i;
-          removed[t] = tick.removed[t];
-        }
-        if (tick.faults & bits(Fault::kBadInput)) {
-          ++bad;
-          ASSERT_EQ(tick.f_T_W, dvec3(0)) << "tick " << i;
-        }
-      }
-    }
-  }
-  EXPECT_GT(bad, all / 500);
-}
-
 INSTANTIATE_TEST_SUITE_P(Heads, HostileHand,
                          testing::Values("round_012", "round_040", "flame_012", "cylinder_010",
                                          "round_end_cylinder_012", "end_guarded_cylinder_010", "cone_016", "pear_010",

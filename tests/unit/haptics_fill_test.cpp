@@ -182,15 +182,6 @@ TEST(Filling, NothingIsAddedAwayFromTissue) {
   EXPECT_TRUE(bench.last.faults & bits(Fault::kNoRoom));
 }
 
-TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
-  HapticBench bench(kCavity, filling());
-  hold(bench, 20, end_at(0.5_mm, -0.2_mm), 0);
-  const double jump = hold(bench, 1500, end_at(0.5_mm, -0.2_mm), 1);
-  EXPECT_LT(jump, 0.02);
-  EXPECT_LT(glm::length(bench.last.f_T_W), 0.03);
-  EXPECT_EQ(bench.last.faults, 0u);
-}
-
 TEST(Filling, ReleasesEveryHeadAlongItsAxisAfterAnyTime) {
   for (const auto& [shape, diameter, length] :
        {std::tuple(HeadShape::kSphere, 0.8_mm, 0.8_mm), std::tuple(HeadShape::kPear, 0.9_mm, 1.8_mm),

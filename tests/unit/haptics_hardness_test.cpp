@@ -16,7 +16,6 @@
 #include "haptics/cutting/cut_front.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/no_alloc.h"
 #include "tests/support/program.h"
 #include "tests/support/undo_redo.h"
 
@@ -102,15 +101,6 @@ TEST(Hardness, ScalesTheStiffnessOfTheTissue) {
   }
 }
 
-TEST(Hardness, TheForceInThreeLayersIsInProportionToTheirHardness) {
-  const double whole = felt(block());
-  for (std::size_t i = 0; i < kLayers.size(); ++i) {
-    const double height = 1.9_mm - 1.2_mm * static_cast<double>(i);  // against the side, in the middle of each
-    const double force = felt(layered(), {3.2_mm, 0, height}, {-1, 0, 0});
-    EXPECT_NEAR(force / whole, hardness_fraction(hardness_byte(kLayers[i])), 2e-3) << i;
-  }
-}
-
 /// Volume that a simulated hand (0.15 kg, 5 N·s/m) removes when it pushes straight down with 1 N, and the work of the
 /// spindle, while the bur's lowest point is between two heights (m).
 struct Drilled {
@@ -171,15 +161,6 @@ TEST(MeanStiffness, OfAThinSheetOfEnamelIsThatOfTheLayersInTheHead) {
   const double enamel = 1 - cap(0.2) / cap(0.3);
   EXPECT_NEAR(felt_stiffness("offset", sheet, {0}).front(), 1000, 1);
   EXPECT_NEAR(felt_stiffness(kMean, sheet, {0}).front(), 500 + 500 * enamel, 70) << "the points are 0.1 mm apart";
-}
-
-TEST(Hardness, HalfTheHardnessGivesTwiceTheVolumePerJouleAndPerSecond) {
-  const Drilled whole = drilled(block(), 1, -1), half = drilled(block("0.5"), 1, -1);
-  const double fraction = hardness_fraction(hardness_byte(0.5));
-  EXPECT_GT(whole.volume, 0.05_mm3);
-  EXPECT_NEAR(whole.work / (whole.volume * kDentinEnergy), 1, 0.01);
-  EXPECT_NEAR(half.work / (half.volume * kDentinEnergy * fraction), 1, 0.01);
-  EXPECT_NEAR(half.volume / whole.volume * fraction, 1, 0.02);
 }
 
 TEST(Hardness, TheVolumePerJouleInThreeLayersIsInverselyProportionalToTheirHardness) {
@@ -308,32 +289,6 @@ TEST(Hardness, UniformHardnessGivesTheSameTicksAndNeedsNoMemory) {
   EXPECT_EQ(plain.patch().hardness.size(), 0u);
 }
 
-TEST(Hardness, ATickInGradedTissueAllocatesNothing) {
-  HapticBench bench(layered(), drill());
-  TissuePatch spare = bench.empty_patch();
-  for (int i = 0; i < 1200; ++i) {
-    const Pose hand{{0.3_mm * std::sin(0.01 * i), 0, 3.2_mm - 1e-6 * i}};
-    if (i < 200) {
-      bench.tick(hand, 1);
-      continue;
-    }
-    if (bench.carver.snapshot_due(bench.last))
-      bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
-    std::size_t allocated;
-    {
-      test::NoAlloc guard;
-      bench.servo.adopt(spare);
-      bench.did_cut = bench.servo.tick({bench.t, hand, 1}, bench.last, bench.cut);
-      allocated = guard.count();
-    }
-    ASSERT_EQ(allocated, 0u) << i;
-    if (bench.did_cut) bench.carver.apply(bench.cut);
-    bench.t += 1'000'000;
-    bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
-  }
-  EXPECT_GT(total(bench.last.removed), 0);
-}
-
 /// Labels and hardness of a box around all tissue, as a patch keeps them.
 struct Bytes {
   std::vector<Tissue> labels;
@@ -415,29 +370,6 @@ TEST(Hardness, ValuesOutOfRangeAreRefusedAndZeroBecomesTheSmallestValue) {
   EXPECT_EQ(hardness_byte(1), kOwnHardness);
 }
 
-TEST(Hardness, PaintedHardnessIsFeltFromTheNextPatchUntilItIsUndone) {
-  HapticBench bench(block(), probe());
-  TissuePatch spare = bench.empty_patch();
-  const auto press = [&] {
-    for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 2.7_mm}});
-    return glm::length(bench.last.f_T_W);
-  };
-  const auto fresh_patch = [&] {
-    bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
-    bench.servo.adopt(spare);
-  };
-  for (double z = 3.2_mm; z > 2.7_mm; z -= 2e-6) bench.tick({{0, 0, z}});
-  const double whole = press();
-  bench.carver.volume().begin_stroke();
-  bench.carver.volume().paint(Tissue::kDentin, *haptics::capsule({0, 0, 2.5_mm}, {0, 0, 2.5_mm}, 1.5_mm),
-                              hardness_byte(0.4));
-  fresh_patch();
-  EXPECT_NEAR(press() / whole, 0.4, 0.002);
-  ASSERT_TRUE(bench.carver.undo());
-  fresh_patch();
-  EXPECT_NEAR(press() / whole, 1, 0.002);
-}
-
 TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
   TissueVolume volume = sampled(block());
   Tool bur;
@@ -510,33 +442,6 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   const dvec3 wall = volume.frame().to_voxels({0, 0, 1.55_mm});
   EXPECT_EQ(tissue_at(patch, wall), Tissue::kDentin);
   EXPECT_EQ(hardness_at(patch, wall), hardness_fraction(hardness_byte(0.4)));
-}
-
-TEST(Hardness, AnUpdatedPatchHasTheValuesOfANewlyExtractedOne) {
-  Tool bur;
-  bur.diameter = bur.length = 1.2_mm;
-  bur.shank_length = 8.0_mm;
-  bur.shank_diameter = 1.6_mm;
-  bur.neck_diameter = 0.6_mm;
-  bur.neck_length = 2.0_mm;
-  haptics::Carver kept(TissueVolume(graded_block()), std::array{bur}),
-      fresh(TissueVolume(graded_block()), std::array{bur});
-  TissuePatch a = haptics::empty_patch_for(std::array{bur}, 0.1_mm), b = a;
-  kept.take_snapshot({0, 0, 2.4_mm}, a);
-  kept.remember_writes(true);
-  Cut cut;
-  for (int i = 0; i < 40; ++i) {
-    cut.index = static_cast<std::uint64_t>(i) + 1;
-    cut.X_WA.p = {0.02_mm * i, 0, 2.6_mm};
-    cut.X_WB.p = {0.02_mm * (i + 1), 0, 2.6_mm};
-    kept.apply(cut), fresh.apply(cut);
-  }
-  ASSERT_TRUE(kept.bring_up_to_date(a));
-  fresh.take_snapshot({0, 0, 2.4_mm}, b);
-  EXPECT_TRUE(a.hardness == b.hardness);
-  ASSERT_FALSE(a.coarse_levels.empty());
-  EXPECT_FALSE(a.coarse_levels.front().hardness.empty());
-  EXPECT_TRUE(a.coarse_levels.front().hardness == b.coarse_levels.front().hardness);
 }
 
 }  // namespace

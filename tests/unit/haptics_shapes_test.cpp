@@ -119,41 +119,6 @@ TEST(Contact, InABoreTheForceErrorIsAtMostTwoHundredthsOfADegreeAndOfSecondOrder
   EXPECT_LT(round_in(0.05, 0.9_mm).direction, 0.02_deg);  // hardly wider than the ball
 }
 
-TEST(Contact, InANarrowBoreTheForceErrorIsAtMostTwoHundredthsOfADegreeFromEightVoxelsOn) {
-  for (const double wide : {0.8_mm, 1.0_mm}) {
-    EXPECT_LT(round_in(0.1, wide).direction, 0.02_deg) << wide;
-    EXPECT_LT(round_in(0.1, wide).magnitude, 2e-4) << wide;
-  }
-  EXPECT_LT(round_in(0.05, 0.6_mm).direction, 0.02_deg);
-}
-
-TEST(Contact, InATaperedHoleTheForceErrorIsAtMostTwoHundredthsOfADegree) {
-  // The walls of the hole have an angle of 8° to its axis. The hole's radius is 1.9 mm in the middle of the block and
-  // smaller below.
-  const double slope = std::tan(8.0_deg), middle = 1.9_mm;
-  const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"size_mm": [9, 9, 8]}}}},
-      {{"cone": {{"radius_mm": {}, "top_radius_mm": {}, "height_mm": 12}}}}]}})",
-                                        1.9 - 6 * slope, 1.9 + 6 * slope);
-  const double c = std::cos(8.0_deg), s8 = std::sin(8.0_deg), depth = 0.3_mm;
-  const auto error_at = [&](double voxel_mm) {
-    return slide(
-        enamel(voxel_mm, solid), dvec3(0),
-        [&](double s) {
-          const double z = (1.4 - 2.8 * s) * 1.0_mm, rho = middle + slope * z - (kBall - depth) / c;
-          return dvec3(rho * std::cos(6 * s), rho * std::sin(6 * s), z);
-        },
-        [&](const dvec3& p) {
-          const double rho = std::hypot(p.x, p.y), in = kBall - c * (middle + slope * p.z - rho);
-          return in * dvec3(-c * p.x / rho, -c * p.y / rho, s8);
-        });
-  };
-  const Error middling = error_at(0.1), fine = error_at(0.05);
-  EXPECT_LT(middling.direction, 0.02_deg);
-  EXPECT_LT(middling.magnitude, 2e-4);
-  EXPECT_LT(fine.direction, middling.direction / 4);
-  EXPECT_LT(fine.magnitude, middling.magnitude / 8);
-}
-
 TEST(Contact, InAnyVGrooveTheForceErrorIsAtMostTwoHundredthsOfADegree) {
   for (const double degrees : {17.0, 48.0, 61.0, 72.0, 77.0, 81.0, 86.0}) {
     for (const double turn : {0.0, 0.7}) {
