@@ -4,7 +4,6 @@ typodont_test(unit_surface KIND unit SOURCES unit/surface_cells_test.cpp unit/su
               LIBS typodont_surface_checks)
 typodont_test(property_surface KIND property SOURCES property/surface_mesh_test.cpp property/surface_incremental_test.cpp
               LIBS typodont_surface_checks)
-typodont_test(stress_surface KIND stress SOURCES stress/surface_test.cpp LIBS typodont_surface_checks)
 typodont_test(acceptance_surface KIND acceptance SOURCES acceptance/surface_mesh_command_test.cpp
               LIBS typodont_surface_checks)
 target_compile_definitions(acceptance_surface PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")

@@ -424,36 +424,6 @@ TEST(ImplantModel, UndoFillsTheBedAndItIsNoLongerABed) {
   EXPECT_EQ(s.tick.level, kHigh);
 }
 
-TEST(ImplantModel, TheSameHandGivesTheSameBits) {
-  const auto run = [] {
-    ImplantSession s;
-    s.take(kPilot);
-    s.land();
-    std::mt19937_64 random(7);
-    std::vector<ServoTick> ticks;
-    for (int i = 0; i < 4000; ++i) {
-      const double n = std::uniform_real_distribution<double>(0, 4)(random);
-      s.push(n, i % 900 < 700 ? 1 : 0);
-      ServoTick tick = s.tick;
-      tick.cpu_time = 0;
-      ticks.push_back(tick);
-    }
-    return ticks;
-  };
-  const std::vector<ServoTick> a = run(), b = run();
-  // Compares member by member, because the bytes between the members are undefined.
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ASSERT_TRUE(same(a[i].X_WT, b[i].X_WT) && same(a[i].X_WG, b[i].X_WG)) << i;
-    ASSERT_EQ(a[i].f_T_W, b[i].f_T_W) << i;
-    ASSERT_EQ(a[i].tau_T_W, b[i].tau_T_W) << i;
-    ASSERT_EQ(a[i].removed, b[i].removed) << i;
-    ASSERT_EQ(a[i].spindle, b[i].spindle) << i;
-    ASSERT_EQ(a[i].energy, b[i].energy) << i;
-    ASSERT_EQ(a[i].level, b[i].level) << i;
-    ASSERT_EQ(a[i].faults, b[i].faults) << i;
-  }
-}
-
 TEST(ImplantModel, NoTickAllocates) {
   const ServoSettings settings = [] {
     ServoSettings s = implant_settings();

@@ -102,28 +102,6 @@ TEST(MeshLodModel, OnABallTheForceIsTheSpringForceAlongTheNormalAndZeroOutside) 
   EXPECT_EQ(run.last.faults, 0U);
 }
 
-TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
-  ServoSettings s = settings();
-  s.friction = true;
-  MeshBench run(ball(), s);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  dvec3 hand(0, 0, kBall);
-  double most = 0;
-  for (int i = 0; i < 3000; ++i) {
-    hand.x = std::clamp(hand.x + 8e-6 * unit(random) + 4e-6 * std::sin(0.01 * i), -1e-3, 1e-3);
-    hand.y = std::clamp(hand.y + 8e-6 * unit(random), -1e-3, 1e-3);
-    run.tick({hand});
-    const dvec3 n = run.last.n_C_W, f = run.last.f_T_W;
-    const double along = glm::dot(f, n);
-    if (!(along > 0)) continue;
-    const double fraction = glm::length(f - along * n) / along;
-    ASSERT_LE(fraction, 0.3 + 1e-9) << i;
-    most = std::max(most, fraction);
-  }
-  EXPECT_GT(most, 0.15);
-}
-
 TEST(MeshLodModel, FromSoftToHardTissueTheBoundaryHasTheHardTissuesStiffness) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
   for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
@@ -148,26 +126,6 @@ TEST(MeshLodModel, FromHardToSoftTissueTheBoundaryIsNotFelt) {
     run.tick({{x, 0.2e-3, -0.2e-3}});
     ASSERT_NEAR(run.last.f_T_W.x, 0, 1e-3) << x;
   }
-}
-
-TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
-  MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
-  for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
-  std::vector<double> peaks;  // m, positions where a wall between tissues yielded
-  double last = 0, max_step = 0;
-  dvec3 before = run.last.f_T_W;
-  for (double x = -1e-3; x < 1e-3; x += 2e-6) {
-    run.tick({{x, 0.2e-3, -0.2e-3}});
-    const double along = -run.last.f_T_W.x;
-    if (last > 0.045 && along < last && (peaks.empty() || x > peaks.back() + 0.05e-3)) peaks.push_back(x);
-    last = along;
-    max_step = std::max(max_step, glm::distance(run.last.f_T_W, before));
-    before = run.last.f_T_W;
-  }
-  ASSERT_EQ(peaks.size(), 2U);
-  EXPECT_NEAR(peaks[0], -0.1e-3 + 0.05 / 500, 15e-6);
-  EXPECT_NEAR(peaks[1], 0.1e-3 + 0.05 / 1000, 15e-6);
-  EXPECT_LT(max_step, 0.02);
 }
 
 TEST(MeshLodModel, StiffnessFallsInStepsFromOutsideToInside) {
@@ -197,25 +155,6 @@ TEST(MeshLodModel, ABumpOfATenthOfAMillimetreIsFeltAtTheFinestLevel) {
     ASSERT_EQ(run.last.level, 0U);
   }
   EXPECT_NEAR(most - least, 0.1e-3, 0.01e-3);
-}
-
-TEST(MeshLodModel, CariesIsSoftAndTheTipSticksInIt) {
-  ServoSettings s = settings();
-  s.tool.sink_yield = 0.3;
-  TissueVolume tissue = ball();
-  tissue.paint(Tissue::kCaries, *capsule({0, 0, kBall}, {0, 0, kBall - 1e-3}, 0.8e-3));
-  MeshBench run(std::move(tissue), s);
-  const auto pull_out = [&](const dvec3& way) {
-    for (int i = 0; i < 1400; ++i) run.tick({(kBall + 0.3e-3 - std::min(i, 1300) * 1e-6) * way});
-    double pulls = 0;
-    for (int i = 0; i < 1000; ++i) {
-      run.tick({(kBall - 1.0e-3 + i * 2e-6) * way});
-      pulls = std::min(pulls, glm::dot(run.last.f_T_W, way));
-    }
-    return -pulls;
-  };
-  EXPECT_GT(pull_out({0, 0, 1}), 0.15);
-  EXPECT_EQ(pull_out({1, 0, 0}), 0);
 }
 
 // --- Fitted damping
@@ -268,26 +207,6 @@ TEST(SlewFilter, AsPublishedItGeneratesEnergy) {
   EXPECT_NEAR(1e3 * absorbed, 0.380, 0.001);
   EXPECT_NEAR(1e3 * until_surface, 1.10, 0.01);
   EXPECT_NEAR(1e3 * until_zero, 1.80, 0.01);
-}
-
-TEST(SlewFilter, BehindThePassivityControllerItGeneratesNoEnergy) {
-  for (const bool guarded : {true, false}) {
-    ServoSettings s = settings();
-    s.filter = ForceFilter::kSlew;
-    s.passivity = guarded;
-    MeshBench run(volume(R"({"voxel_mm": 0.2, "solids": [
-      {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [8, 8, 6]}}}]})"),
-                  s);
-    double least = 0, z = 1e-3;
-    for (int stroke = 0; stroke < 3; ++stroke) {
-      for (; z > -2e-3; z -= 0.1e-3) run.tick({{0, 0, z}}), least = std::min(least, run.last.energy);
-      for (; z < 1e-3; z += 0.1e-3) run.tick({{0, 0, z}}), least = std::min(least, run.last.energy);
-    }
-    if (guarded)
-      EXPECT_GE(least, -1e-9);
-    else
-      EXPECT_LT(least, -1e-3);
-  }
 }
 
 // --- Levels
@@ -385,6 +304,7 @@ ServoSettings drill() {
   s.damping = 2;
   return s;
 }
+
 /// Returns the part of the volume of a ball below z = 0. The ball has radius r, and its centre is at height z.
 double cap(double r, double z) {
   const double h = std::clamp(r - z, 0.0, 2 * r);
@@ -549,7 +469,7 @@ TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
     dvec3 p(0, 0, 2.5_mm), way(0), before(0);
     dquat R = head.lies ? glm::angleAxis(kPi / 2, dvec3(0, 1, 0)) : dquat(1, 0, 0, 0), turn(1, 0, 0, 0);
     double max_step = 0, min_energy = 0;
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 1200; ++i) {
       if (i % 100 == 0) {  // a new velocity of up to 20 mm/s and a new rotation
         way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
         turn = glm::angleAxis(2e-3 * unit(random), glm::normalize(dvec3(unit(random), unit(random), 0.1)));

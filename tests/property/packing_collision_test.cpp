@@ -8,7 +8,6 @@
 
 #include "haptics/contact/packing/sphere_pair.h"
 #include "haptics/contact/packing/sphere_tree.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::packing {
 namespace {
@@ -36,11 +35,11 @@ long double exact_root(const dvec3& D, const dvec3& m, double R) {
   return t <= 1 ? t : static_cast<long double>(kNever);
 }
 
-TEST(SpherePair, TheContactTimeOfAMillionRandomPairsIsAccurateToATrillionth) {
+TEST(SpherePair, TheContactTimeOfRandomPairsIsAccurateToATrillionth) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> size(1e-5, 1e-3);
   int hits = 0;
-  for (int i = 0; i < 1'000'000; ++i) {
+  for (int i = 0; i < 200'000; ++i) {
     const dvec3 D = random_in(random, 3e-3), m = random_in(random, 4e-3);
     const double R = size(random) + size(random), t = contact_time(D, m, R);
     const long double exact = exact_root(D, m, R);
@@ -61,18 +60,7 @@ TEST(SpherePair, TheContactTimeOfAMillionRandomPairsIsAccurateToATrillionth) {
         glm::dot(m, m);
     ASSERT_LE(std::abs(static_cast<double>(t - exact)), 1e-12 * std::max(1.0, 1e-3 / half_chord)) << i;
   }
-  EXPECT_GT(hits, 50'000);
-}
-
-TEST(SpherePair, AtTheTimeOfContactTheSpheresTouch) {
-  std::mt19937_64 random(2);
-  std::uniform_real_distribution<double> size(1e-5, 1e-3);
-  for (int i = 0; i < 100'000; ++i) {
-    const dvec3 D = random_in(random, 3e-3), m = random_in(random, 4e-3);
-    const double R = size(random), t = contact_time(D, m, R);
-    if (t == kNever || t == 0) continue;
-    ASSERT_NEAR(glm::length(D - t * m), R, 1e-14) << i;
-  }
+  EXPECT_GT(hits, 10'000);
 }
 
 TEST(SpherePair, OverlappingSpheresTouchImmediatelyWhenApproachingAndNeverWhenSeparating) {
@@ -92,22 +80,6 @@ TEST(SpherePair, TheIntersectionHasTheVolumeOfThePapersFormula) {
   EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), lens_volume(0.5, 1, 0.2));
   // the volume has no step at the distance where one sphere begins to lie inside the other
   EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);
-}
-
-TEST(SpherePair, TheIntersectionVolumeIsTheIntegralOverItsDiscs) {
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> u(0.2, 1);
-  for (int i = 0; i < 200; ++i) {
-    const double a = u(random), b = u(random), d = (std::abs(a - b) + 2 * std::min(a, b) * u(random));
-    double sum = 0;
-    constexpr int kSteps = 20000;
-    for (int k = 0; k < kSteps; ++k) {
-      // sum over discs of the first sphere; x: distance of the disc from its centre, towards the other sphere
-      const double x = -a + 2 * a * (k + 0.5) / kSteps;
-      sum += std::max(0.0, std::min(a * a - x * x, b * b - (x - d) * (x - d))) * 2 * a / kSteps;
-    }
-    ASSERT_NEAR(lens_volume(a, b, d), kPi * sum, 1e-4) << a << " " << b << " " << d;
-  }
 }
 
 struct Cloud {
@@ -223,23 +195,6 @@ TEST(SphereTree, ASearchInPartsFindsTheSameSpheresInTheSameOrder) {
     }
     ASSERT_TRUE(n < 100 || parts > 3);
   }
-}
-
-TEST(SphereTree, QueriesAndUpdatesNeverAllocate) {
-  std::mt19937_64 random(7);
-  const Cloud c = cloud(random, 1000);
-  SphereTree tree(c.center, c.radius);
-  std::array<Place, 64> found;
-  double sum = 0;
-  test::NoAlloc guard;
-  for (int i = 0; i < 1000; ++i) {
-    const dvec3 p = c.center[static_cast<std::size_t>(i)] + dvec3(1e-3, 0, 0);
-    sum += static_cast<double>(tree.first_hit(p, 1e-4, dvec3(-1e-3, 1e-4, 0)).sphere);
-    sum += static_cast<double>(tree.near_segment(p, p, 1e-3, found));
-    tree.set(i, tree.center(i), tree.radius(i) / 2);
-  }
-  EXPECT_EQ(guard.count(), 0u);
-  EXPECT_GT(sum, 0);
 }
 
 }  // namespace

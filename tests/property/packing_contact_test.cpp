@@ -14,7 +14,6 @@
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/packing.h"
 #include "haptics/solid.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::packing {
 namespace {
@@ -29,7 +28,6 @@ SphereTree plane() {
   const std::vector<double> radius = {kPlaneRadius};
   return SphereTree(center, radius);
 }
-constexpr double kStiffness = 1000;  // N/m, of a coupling between proxy and hand
 
 ToolSpheres ball_tool(double r = 0.5_mm) {
   return ToolSpheres({dvec3(0)}, {r});
@@ -41,30 +39,6 @@ dvec3 random_in(std::mt19937_64& random, double half) {
   std::uniform_real_distribution<double> u(-half, half);
   const double x = u(random), y = u(random), z = u(random);
   return {x, y, z};
-}
-
-TEST(SphereProxy, InFreeSpaceItEqualsTheHandAndThereIsNoForce) {
-  const SphereTree tree = plane();
-  SphereProxy proxy(ball_tool(), {});
-  proxy.place(at(0, 0, 5.0_mm));
-  proxy.follow(tree, at(1.0_mm, 2.0_mm, 3.0_mm));
-  EXPECT_EQ(proxy.pose().p, dvec3(1.0_mm, 2.0_mm, 3.0_mm));
-  EXPECT_EQ(kStiffness * (proxy.pose().p - at(1.0_mm, 2.0_mm, 3.0_mm).p), dvec3(0));
-  EXPECT_FALSE(proxy.touches());
-}
-
-TEST(SphereProxy, OnAFrictionlessPlaneItIsAboveTheHandAndTheForceIsTheSpringForce) {
-  const SphereTree tree = plane();
-  SphereProxy proxy(ball_tool(), {.static_friction = 0, .dynamic_friction = 0});
-  proxy.place(at(0, 0, 2.0_mm));
-  for (int i = 0; i <= 100; ++i) {
-    const Pose hand = at(i * 0.01_mm, 0, 0.5_mm - i * 0.002_mm);
-    proxy.follow(tree, hand);
-    if (i < 2) continue;
-    ASSERT_NEAR(proxy.pose().p.x, i * 0.01_mm, 1e-8);
-    ASSERT_NEAR(proxy.pose().p.z, 0.5_mm, 1e-7 + 1e-8);
-    ASSERT_NEAR(kStiffness * (proxy.pose().p.z - hand.p.z), kStiffness * i * 0.002_mm, 2e-4);
-  }
 }
 
 TEST(SphereProxy, InACornerItRestsOnThreeSpheresAndTheNormalPointsOut) {
@@ -219,38 +193,6 @@ TEST(SphereProxy, AHandThatJumps100MillimetresIsFollowedWithinTheLimitAndNotThro
   EXPECT_NEAR(proxy.pose().p.x, 80.0_mm, 0.1_mm);
 }
 
-TEST(SphereProxy, ItSlipsWhenTheTangentialForceExceedsTheStaticFrictionWithinOnePercent) {
-  const SphereTree tree = plane();
-  for (const double mu : {0.1, 0.3, 0.8}) {
-    SphereProxy proxy(ball_tool(), {.static_friction = mu, .dynamic_friction = 0.7 * mu});
-    proxy.place(at(0, 0, 1.0_mm));
-    for (int i = 0; i < 5; ++i) proxy.follow(tree, at(0, 0, 0.3_mm));
-    ASSERT_TRUE(proxy.sticks());
-    double slipped_at = 0;
-    Pose hand;
-    for (int i = 0; i < 20000 && slipped_at == 0; ++i) {
-      const double x = i * 2e-8;
-      hand = at(x, 0, 0.3_mm);
-      proxy.follow(tree, hand);
-      if (!proxy.sticks()) slipped_at = x;
-    }
-    EXPECT_NEAR(slipped_at / 0.2_mm, mu, 0.01 * mu) << mu;  // pressed in by 0.2 mm
-    const dvec3 f = kStiffness * (proxy.pose().p - hand.p);
-    EXPECT_NEAR(-f.x / f.z, 0.7 * mu, 0.02 * mu) << mu;  // while it slips, the lower coefficient applies
-  }
-}
-
-TEST(SphereProxy, DoesNotCreepWhileItSticks) {
-  const SphereTree tree = plane();
-  SphereProxy proxy(ball_tool(), {.static_friction = 0.5, .dynamic_friction = 0.3});
-  proxy.place(at(0, 0, 1.0_mm));
-  for (int i = 0; i < 5; ++i) proxy.follow(tree, at(0, 0, 0.3_mm));
-  const dvec3 where = proxy.pose().p;
-  for (int i = 0; i < 10000; ++i)
-    proxy.follow(tree, at(0.05_mm * std::sin(0.1 * i), 0.05_mm * std::cos(0.1 * i), 0.3_mm));
-  EXPECT_EQ(proxy.pose().p, where);
-}
-
 /// The tissue that the head cuts stops the head. At the same time the shank touches tissue that is oblique to the
 /// motion.
 TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
@@ -282,15 +224,6 @@ TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
     const Pose to{proxy.pose().p + step * move, SphereProxy::turned_by(step * turn) * proxy.pose().R};
     ASSERT_GT(glm::distance(to * dvec3(0, 0, height), center[1]), shank + bone - 1e-9) << i;
   }
-}
-
-TEST(SphereProxy, FollowingNeverAllocates) {
-  const SphereTree tree = plane();
-  SphereProxy proxy(ball_tool(), {});
-  proxy.place(at(0, 0, 1.0_mm));
-  test::NoAlloc guard;
-  for (int i = 0; i < 1000; ++i) proxy.follow(tree, at(0.3_mm * std::sin(0.01 * i), 0, 0.6_mm * std::cos(0.02 * i)));
-  EXPECT_EQ(guard.count(), 0u);
 }
 
 }  // namespace

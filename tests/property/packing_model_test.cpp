@@ -139,37 +139,6 @@ TEST(PackingModel, ASphereOffTheToolsOriginTurnsTheHandWithItsForceTimesItsLever
   }
 }
 
-TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
-  Session run(settings(kPacking));
-  for (int i = 0; i < 100; ++i) run.step(dvec3(0, 0, 8.0_mm - i * 0.01_mm), 1);
-  EXPECT_EQ(run.last.f_T_W, dvec3(0));
-  EXPECT_EQ(run.last.faults, 0u);
-}
-
-TEST(PackingModel, ATurningBurSinksUnderForceAndRemovesItsSweptVolume) {
-  Session run(settings(R"({"packing": {"spheres": 12000, "speed_mm_per_s": 1}})"));
-  for (int i = 0; i < 1500; ++i) run.step(pressing(i, 0.8_mm), 1);
-  // The removed volume is the lens that head and ball have in common at the depth that the head reached.
-  const double sunk = kBall + kHead - run.last.X_WG.p.z;
-  EXPECT_GT(sunk, 0.6_mm);
-  EXPECT_NEAR(removed(run.last) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
-}
-
-TEST(PackingModel, EqualForceRemovesTheVolumeThatTheOffsetModelRemoves) {
-  for (const double newton : {0.3, 0.8}) {
-    double taken[2];
-    int k = 0;
-    for (const char* model : {R"("offset")", kPacking}) {
-      Session run(settings(model));
-      for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
-      for (int i = 0; i < 600; ++i) run.push(newton, 1);
-      taken[k++] = removed(run.last);
-    }
-    ASSERT_GT(taken[0], 0.02_mm3);
-    EXPECT_NEAR(taken[1] / taken[0], 1, 0.1) << newton << " N";
-  }
-}
-
 TEST(PackingModel, TheRemovedVolumeEqualsTheMotorsWork) {
   ServoSettings s = settings(kPacking);
   Session run(s);
@@ -413,27 +382,6 @@ TEST(PackingModel, ServoAndCarverHoldTheSameSpheresBitForBit) {
   const auto& carver = static_cast<const packing::PackingSnapshot&>(*snapshot).spheres;
   ASSERT_EQ(servo.size(), carver.size());
   for (int i = 0; i < static_cast<int>(servo.size()); ++i) ASSERT_EQ(servo.sphere(i), carver.sphere(i)) << i;
-}
-
-TEST(PackingModel, UndoRestoresEverySphereAndRedoRemovesItAgain) {
-  Session run(settings(kPacking));
-  const double field_before = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
-  for (int i = 0; i < 800; ++i) run.step(pressing(i, 0.6_mm), 1);
-  const double first = removed(run.last);
-  ASSERT_GT(first, 0.05_mm3);
-  const auto state = [&] { return run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)]; };
-  const double cut = state();
-  EXPECT_LT(cut, field_before);
-  for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  ASSERT_TRUE(run.carver.undo());
-  EXPECT_FALSE(run.carver.undo());
-  for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  EXPECT_NEAR(removed(run.last), 0, 1e-9 * first);
-  EXPECT_DOUBLE_EQ(state(), field_before);
-  ASSERT_TRUE(run.carver.redo());
-  for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  EXPECT_NEAR(removed(run.last), first, 1e-9 * first);
-  EXPECT_DOUBLE_EQ(state(), cut);
 }
 
 TEST(PackingModel, TheFieldLosesTheVolumeOfTheSpheresWithinSixPercent) {

@@ -15,7 +15,6 @@
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/import/mesh_solid.h"
 #include "haptics/packing.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::packing {
 namespace {
@@ -38,22 +37,6 @@ SpherePacking ball(std::size_t spheres) {
   PackOptions options;
   options.spheres = spheres;
   return pack_spheres(tissue, options);
-}
-
-/// Returns the volume (m³) of the part of the ball that is within r of the segment. It is counted on a grid.
-double exact_sweep(const dvec3& a, const dvec3& b, double r) {
-  const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
-  constexpr double h = 0.025_mm;
-  double volume = 0;
-  for (double x = lo.x + h / 2; x < hi.x; x += h) {
-    for (double y = lo.y + h / 2; y < hi.y; y += h) {
-      for (double z = lo.z + h / 2; z < hi.z; z += h) {
-        const dvec3 p(x, y, z);
-        if (glm::length(p) <= kBall && glm::distance(p, nearest_on(a, b, p)) <= r) volume += h * h * h;
-      }
-    }
-  }
-  return volume;
 }
 
 TEST(Removal, ThePublishedFormulaRemoves9967PercentTooMuchAndTheCorrectedOneTheExactVolume) {
@@ -119,30 +102,6 @@ TEST(Removal, RemovedAndRemainingVolumeAddUpForEachTissue) {
   EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kDentin)], 0);
 }
 
-TEST(Removal, With36000SpheresTheCorrectedFormulaIsExactWithinATenthAndThePublishedOneIsNot) {
-  const SpherePacking p = ball(36000);
-  std::vector<Place> changed(36000);
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> u(-1, 1);
-  for (int i = 0; i < 6; ++i) {
-    // A groove of random direction, as deep as the bur's radius.
-    const dvec3 n = glm::normalize(dvec3(u(random), u(random), u(random)));
-    const dvec3 along = glm::normalize(glm::cross(n, dvec3(u(random), u(random), u(random))));
-    const dvec3 a = 4.8_mm * n - 2.0_mm * along, b = 4.8_mm * n + 2.0_mm * along;
-    const double exact = exact_sweep(a, b, 0.6_mm);
-    double taken[2];
-    for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
-      SphereTissue tissue(p, removal);
-      Removed removed;
-      for (int k = 0; k < 400; ++k)
-        tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, {}, removed);
-      taken[removal == Removal::kAsPrinted] = total(removed.volume);
-    }
-    EXPECT_NEAR(taken[0] / exact, 1, 0.1) << i;
-    EXPECT_GT(taken[1], taken[0]) << i;
-  }
-}
-
 TEST(Removal, FourTimesAsManyStepsRemoveTheSameVolumeWithinTwoPercent) {
   const SpherePacking p = ball(10000);
   std::vector<Place> changed(10000);
@@ -158,48 +117,6 @@ TEST(Removal, FourTimesAsManyStepsRemoveTheSameVolumeWithinTwoPercent) {
     taken[steps == 400] = total(removed.volume);
   }
   EXPECT_NEAR(taken[1] / taken[0], 1, 0.02);
-}
-
-TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
-  SphereTissue tissue(ball(4000), Removal::kMended);
-  std::vector<Place> changed(4000);
-  const dvec3 a(-1.0_mm, 0, 4.8_mm), b(1.0_mm, 0, 4.8_mm);
-  Removed first, again;
-  EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
-  tissue.cut(a, b, 0.6_mm, changed, {}, again);
-  EXPECT_LT(total(again.volume), 1e-9 * total(first.volume));
-}
-
-TEST(Removal, ARestoredSphereAndItsVolumeAreTheOriginalOnes) {
-  const SpherePacking p = ball(4000);
-  SphereTissue tissue(p, Removal::kMended);
-  const PerTissue before = tissue.volumes();
-  std::vector<Place> changed(4000);
-  Removed removed;
-  std::vector<CutSphere> kept;
-  for (int i = 0; i < 4000; ++i) kept.push_back(tissue.sphere(i));
-  const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, {}, removed);
-  ASSERT_GT(n, 10u);
-  for (std::size_t k = 0; k < n; ++k) {
-    const int i = tissue.tree().sphere_in(changed[k]);
-    tissue.set(i, kept[static_cast<std::size_t>(i)]);
-  }
-  for (int i = 0; i < 4000; ++i) {
-    ASSERT_EQ(tissue.tree().center(i), p.center[static_cast<std::size_t>(i)]);
-    ASSERT_EQ(tissue.tree().radius(i), p.radius[static_cast<std::size_t>(i)]);
-  }
-  EXPECT_EQ(tissue.volumes(), before);
-}
-
-TEST(Removal, CutsNeverAllocate) {
-  SphereTissue tissue(ball(2000), Removal::kMended);
-  std::vector<Place> changed(2000);
-  Removed removed;
-  test::NoAlloc guard;
-  for (int i = 0; i < 100; ++i)
-    tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, {}, removed);
-  EXPECT_EQ(guard.count(), 0u);
-  EXPECT_GT(total(removed.volume), 0);
 }
 
 TEST(Surface, OnABallTheErrorOfTheNormalFallsWithTheNumberOfSpheres) {
@@ -355,31 +272,6 @@ TEST(Removal, TheTriedCutLeavesTheSameBitsAsTheCutSphereBySphere) {
       }
     }
   }
-}
-
-TEST(ToolSpheres, AClosedMeshFromAnStlBecomesATool) {
-  const std::string file = ::testing::TempDir() + "typodont_wedge.stl";
-  const dvec3 v[4] = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}};
-  std::ofstream out(file);
-  out << "solid t\n";
-  for (const auto& f : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
-    out << "facet normal 0 0 0\nouter loop\n";
-    for (const int i : f) out << "vertex " << v[i].x << " " << v[i].y << " " << v[i].z << "\n";
-    out << "endloop\nendfacet\n";
-  }
-  out << "endsolid t\n";
-  out.close();
-  const auto solid = read_mesh_solid(file, 1.0_mm);
-  const ToolSpheres s = tool_spheres(*solid, 250, 1);
-  ASSERT_EQ(s.radius.size(), 250u);
-  double volume = 0, moment = 0;
-  for (std::size_t i = 0; i < 250; ++i) {
-    EXPECT_LE(solid->distance(s.center_T[i]) + s.radius[i], 0.01_mm) << i;
-    const double ball = 4.0 / 3 * kPi * std::pow(s.radius[i], 3);
-    volume += ball, moment += ball * s.center_T[i].x;
-  }
-  EXPECT_GT(volume, 0.55 * 4.5_mm3);
-  EXPECT_NEAR(moment / volume, 0.75_mm, 0.1_mm);  // the centroid of a tetrahedron
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/surface/mesh_export.h"
+#include "tests/support/campaign.h"
 #include "tests/support/surface_block.h"
 #include "tests/support/surface_checks.h"
 
@@ -16,7 +17,7 @@ using test::CutBlock;
 using test::put;
 
 TEST(Incremental, TheMeshAfterRandomCutsEqualsAFullRemesh) {
-  EXPECT_EQ(test::cut_and_compare(500), "");
+  EXPECT_EQ(test::cut_and_compare(test::campaign(500)), "");
 }
 
 TEST(Incremental, OrderOfUpdatesDoesNotMatter) {

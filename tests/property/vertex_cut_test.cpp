@@ -9,7 +9,6 @@
 #include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/mesh_cutter.h"
 #include "tests/support/mesh_shapes.h"
-#include "tests/support/no_alloc.h"
 
 namespace typodont {
 namespace {
@@ -392,39 +391,6 @@ TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRul
   EXPECT_GT(X.p.x, 0.5_mm);
   EXPECT_LT(highest(mended.mesh), 0.05 * kRadius);
   EXPECT_EQ(test::crossings(mended.mesh), 0);
-}
-
-TEST(VertexCut, TheGridSearchRemovesTheSameAsASearchOfAllFaces) {
-  // The selection by boxes: a head finds the same vertices among the faces near it as among all faces.
-  const VertexHead head(head_of(HeadShape::kCone));
-  Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.15_mm), 0.1_mm);
-  std::mt19937 random(8);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  for (int k = 0; k < 50; ++k) {
-    const Pose X{{1.5_mm * unit(random), 1.2_mm * unit(random), 1.0_mm * unit(random)},
-                 glm::normalize(dquat(unit(random), unit(random), unit(random), unit(random)))};
-    const auto inside = [&](Index v) { return head.distance(glm::conjugate(X.R) * (w.mesh.vertex(v).p - X.p)) < 0; };
-    std::vector<Index> near, all;
-    w.mesh.near(X.p - head.reach(), X.p + head.reach(), [&](Index f) {
-      for (const Index v : w.mesh.face(f).v) {
-        if (inside(v)) near.push_back(v);
-      }
-    });
-    for (Index v = 0; v < w.mesh.vertex_range(); ++v) {
-      if (inside(v)) all.push_back(v);
-    }
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    ASSERT_EQ(near, all);
-  }
-}
-
-TEST(VertexCut, CuttingDoesNotAllocate) {
-  const VertexHead head(round_head());
-  Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.3_mm), 0.1_mm);
-  test::NoAlloc guard;
-  w.cutter.cut(w.mesh, head, {{0, 0, 1.7_mm}}, {{0.3_mm, 0, 1.2_mm}}, 0.1_mm);
-  EXPECT_EQ(guard.count(), 0u);
 }
 
 TEST(VertexCut, AThinWallIsNotCutThrough) {

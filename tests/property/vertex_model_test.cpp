@@ -87,38 +87,9 @@ TEST(VertexForce, TheTipOfAnExplorerStaysAtTheHandHoweverFastItSlides) {
   }
 }
 
-TEST(VertexForce, BehindThePassivityControllerNoHandGainsMoreThanANanojoule) {
-  for (const haptics::ForceFilter filter : {haptics::ForceFilter::kNone, haptics::ForceFilter::kStroke}) {
-    haptics::ServoSettings settings = drill(R"({"vertex": {}})");
-    settings.filter = filter;
-    HapticBench bench(ball_of(0.2_mm), settings);
-    double least = 0;
-    for (int i = 0; i < 3000; ++i) {
-      const double z = 3.75_mm - 0.35_mm * (1 - std::cos(0.004 * i));
-      bench.tick({{0.2_mm * std::sin(0.003 * i), 0.1_mm * std::sin(0.005 * i), z}}, i % 1000 > 500);
-      least = std::min(least, bench.last.energy);
-    }
-    EXPECT_GE(least, -1e-9) << static_cast<int>(filter);
-    EXPECT_GT(bench.last.cuts, 10u);
-  }
-}
-
 /// Cuts a groove from the top of the ball.
 void groove(HapticBench& bench, int ticks, double y = 0) {
   for (int i = 0; i < ticks; ++i) bench.tick({{2e-6 * i - 1.0_mm, y, 3.7_mm - std::min(i, 300) * 3e-6}}, 1);
-}
-
-TEST(VertexModel, ServoAndCarverHoldTheSameMesh) {
-  HapticBench bench(kBall, drill(R"({"vertex": {}})"));
-  groove(bench, 800);
-  for (int i = 0; i < 40; ++i) bench.tick({{0, 0, 5.0_mm}});  // finishes an open cut
-  EXPECT_GT(bench.last.cuts, 20u);
-  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
-  const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
-  EXPECT_EQ(body.mesh().hash(), held.mesh.hash());
-  EXPECT_EQ(test::broken(body.mesh()), "");
-  EXPECT_EQ(test::crossings(body.mesh()), 0);
-  EXPECT_EQ(bench.carver.body().elements(), body.mesh().vertex_count());
 }
 
 /// Settings of a cylinder whose cuts in a deep hole take several ticks.
@@ -440,22 +411,6 @@ TEST(VertexModel, ABallComesOutOfTheHoleThatItHasCutHoweverDeep) {
       EXPECT_LT(bench.last.depth, 1e-9) << diameter << ", " << deep << " radii deep";
     }
   }
-}
-
-TEST(VertexModel, LargerAndSmallerHeadsCanAlternateAtRunTime) {
-  haptics::ServoSettings settings = drill(R"({"vertex": {}})");
-  haptics::Tool small = settings.tool;
-  small.diameter = small.length = 0.7_mm;
-  settings.tools = {settings.tool, small};
-  HapticBench bench(kBall, settings);
-  groove(bench, 500);
-  for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}}, 0, 1);
-  ASSERT_EQ(bench.last.tool, 1u);
-  const double removed = total(bench.last.removed);
-  for (int i = 0; i < 600; ++i) bench.tick({{-1.0_mm + 2e-6 * i, 0.5_mm, 3.5_mm - std::min(i, 300) * 3e-6}}, 1, 1);
-  EXPECT_GT(total(bench.last.removed), removed + 0.01e-9);
-  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
-  EXPECT_EQ(test::crossings(body.mesh()), 0);
 }
 
 TEST(VertexModel, UnknownParametersAndToolsThatFillAreRefused) {
