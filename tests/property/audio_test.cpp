@@ -40,18 +40,6 @@ TEST(EveryFit, HasReflectionCoefficientsInsideTheUnitInterval) {
   }
 }
 
-TEST(EveryFit, RecoversTheModelFromItsOwnSound) {
-  std::mt19937 random(2);
-  for (int trial = 0; trial < 20; ++trial) {
-    const std::size_t order = 1 + random() % 12;
-    const ArModel truth = random_model(random, order, 0.8);
-    const auto x = sound_of(truth, 60000, static_cast<std::uint64_t>(trial));
-    const auto burgs = burg(x, order);
-    for (std::size_t i = 0; i < order; ++i) EXPECT_NEAR(burgs.reflection[i], truth.reflection[i], 0.03);
-    EXPECT_NEAR(std::sqrt(burgs.variance) / truth.gain, 1, 0.02);
-  }
-}
-
 TEST(EveryFit, IsIndependentOfTheLevelOfTheRecording) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 10; ++trial) {
@@ -103,7 +91,9 @@ TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {
     std::vector<double> reflection(order);
     double energy_in = 0;
     for (const double e : white(3000, static_cast<std::uint64_t>(trial))) {
-      for (double& v : reflection) v = k(random);  // random values for every sample
+      for (double& v : reflection) {  // random values for every sample, in half of the runs up to the very edge
+        v = trial % 2 ? k(random) : std::copysign(1 - std::pow(10, -1 - 8 * std::abs(k(random))), k(random));
+      }
       lattice.set(reflection, 1);
       const double before = lattice.energy();
       lattice.next(e);
@@ -111,21 +101,6 @@ TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {
       ASSERT_LE(lattice.energy(), before + e * e + 1e-9);
     }
     EXPECT_LE(lattice.energy(), energy_in);
-  }
-}
-
-TEST(EveryOrderAndForm, GivesTheSameSoundForOneModel) {
-  std::mt19937 random(7);
-  for (int trial = 0; trial < 40; ++trial) {
-    const std::size_t order = 1 + random() % 400;
-    const ArModel model = random_model(random, order, 0.5);
-    const auto noise = white(640, static_cast<std::uint64_t>(trial));
-    std::vector<double> direct(640), block(640);
-    DirectFilter<double>(model).process(noise.data(), direct.data(), 640);
-    BlockFilter<double> blocks(model);
-    for (std::size_t i = 0; i < 640; i += 64) blocks.process(noise.data() + i, block.data() + i);
-    const double scale = std::sqrt(power_of_samples(direct));
-    for (std::size_t i = 0; i < 640; ++i) ASSERT_NEAR(block[i], direct[i], 1e-10 * scale) << order;
   }
 }
 

@@ -52,13 +52,6 @@ TEST(Burg, TruncatedIsTheFitOfTheLowerOrder) {
   EXPECT_DOUBLE_EQ(high.by_order[7], low.variance);
 }
 
-TEST(Burg, WithAWindowStillRecoversTheModel) {
-  const ArModel truth = resonance(0.9, 0.7);
-  const auto x = sound_of(truth, kLength, 6);
-  const auto found = burg(x, 2, window_samples(Window::kHamming, x.size())).reflection;
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(found[i], truth.reflection[i], 0.01);
-}
-
 TEST(ModifiedCovariance, ThatComesOutUnstableIsReplacedByTheStableModelOfItsSpectrum) {
   // The sound is a growing oscillation of few samples. For such a sound, least squares gives poles outside the unit
   // circle.
@@ -202,15 +195,6 @@ TEST_F(Recording, FittedAtAnotherRateHasTheSameSpectrumInHertz) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(a.size())), 0.3);
 }
 
-TEST_F(Recording, FittedAtAHigherRateStaysStableThoughTheUpperBandIsEmpty) {
-  const auto x = sound_of(resonance(0.8, 1.0), 3 * 48000, 1);
-  FitOptions options = of_order("100");
-  options.rate = 96000;
-  const auto report = fit(x, options);
-  EXPECT_LT(report.max_reflection, 1);
-  EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.1);
-}
-
 /// Returns the sound of a drill that starts, idles, works twice at 5 dB more, idles and stops.
 std::vector<double> session() {
   std::vector<double> x = sound_of(resonance(0.6, 1.0, 0.02), 10 * 48000, 9);
@@ -290,12 +274,6 @@ TEST_F(Recording, OfANarrowBandOfNoiseGivesNoLine) {
   EXPECT_TRUE(fit(x).model.lines.empty());
 }
 
-TEST_F(Recording, WhoseLinesAreNotWantedIsAllNoise) {
-  FitOptions options;
-  options.lines = false;
-  EXPECT_TRUE(fit(whistle(3200, 0.1, 5, 6), options).model.lines.empty());
-}
-
 TEST_F(Recording, WithASeriesThatHasGapsTellsItsRotor) {
   auto x = sound_of(resonance(0.6, 1.0, 0.004), 3 * 48000, 1);
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -313,32 +291,11 @@ TEST_F(Recording, TheRotorsSpeedIsFoundFromItsHarmonics) {
   EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.spindle, 0);
 }
 
-// Compares the model of the paper's order with the two recordings in assets/sounds.
-TEST(ShippedRecordings, AreMatchedWithinHalfADecibelUpTo16kHz) {
-  FitOptions options;
-  const auto micromotor = fit_recording("assets/sounds/micromotor_steady.wav", options);
-  EXPECT_EQ(micromotor.model.order(), 300u);
-  EXPECT_EQ(micromotor.up_to, 16000);
-  EXPECT_LT(micromotor.distance_dB, 0.5);
-  EXPECT_LT(micromotor.unsmoothed_distance_dB, 2.0);  // the lines of the model are narrower than the window
-  options.steady = true;
-  const auto handpiece = fit_recording("assets/sounds/drill_spinup_run_spindown.wav", options);
-  EXPECT_LT(handpiece.distance_dB, 0.5);
-  EXPECT_LT(handpiece.unsmoothed_distance_dB, 1.0);
-  EXPECT_LT(handpiece.max_reflection, 1);
-}
-
-TEST(ShippedRecordings, AreMatchedByYuleWalkerAndModifiedCovarianceToo) {
-  for (const char* method : {"yule-walker", "modified-covariance"}) {
-    FitOptions options;
-    options.method = method;
-    EXPECT_LT(fit_recording("assets/sounds/micromotor_steady.wav", options).distance_dB, 1.0) << method;
-  }
-}
-
 TEST(ShippedModels, AreWhatTheFitterMakesOfTheShippedRecordings) {
   const auto expect_same = [](const char* recording, const char* model, const FitOptions& options) {
-    const ArModel made = fit_recording(std::string("assets/sounds/") + recording, options).model;
+    const FitReport report = fit_recording(std::string("assets/sounds/") + recording, options);
+    const ArModel& made = report.model;
+    EXPECT_LT(report.distance_dB, made.order() < 100 ? 5 : 0.5) << "dB, up to " << report.up_to << " Hz";
     const ArModel shipped = load_model(std::string("assets/sounds/") + model);
     ASSERT_EQ(made.order(), shipped.order());
     for (std::size_t i = 0; i < made.order(); ++i) EXPECT_NEAR(made.reflection[i], shipped.reflection[i], 1e-9);
