@@ -34,10 +34,6 @@ typodont_test(acceptance_devices KIND acceptance SOURCES acceptance/devices_comm
 target_compile_definitions(acceptance_devices PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
                            TYPODONT_STANDIN_HD="$<TARGET_FILE:standin_hd>" TYPODONT_STANDIN_DHD="$<TARGET_FILE:standin_dhd>")
 add_dependencies(acceptance_devices typodont standin_hd standin_dhd)
-add_executable(device_mortal support/emulation/mortal.cpp)
-target_link_libraries(device_mortal PRIVATE typodont_devices)
-target_compile_definitions(unit_devices PRIVATE TYPODONT_MORTAL="$<TARGET_FILE:device_mortal>")
-add_dependencies(unit_devices device_mortal)
 
 # hidraw nodes by umockdev: its wrapper preloads a library that simulates /dev, /sys and udev. Not with sanitizers,
 # which must be preloaded first themselves.

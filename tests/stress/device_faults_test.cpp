@@ -1,6 +1,6 @@
 // Injects faults into the emulated arm, in simulated time. A hand presses into a wall and leaves it repeatedly, and at
-// a random moment a part fails. Each kind of fault is injected a thousand times. The force must never exceed the
-// limits, must soon be zero, and may return only after the hand was free of contact.
+// a random moment a part fails. Each kind of fault is injected 240 times, and more often in ./run stress. The force
+// must never exceed the limits, must soon be zero, and may return only after the hand was free of contact.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "haptics/devices/pedal.h"
 #include "haptics/devices/safe_device.h"
 #include "haptics/devices/woodenhaptics.h"
+#include "tests/support/campaign.h"
 #include "tests/support/emulation/emulated_arm.h"
 
 namespace typodont::haptics {
@@ -184,7 +185,7 @@ constexpr double kPeak = 5 * 1.01;
 
 class Faults : public testing::TestWithParam<ArmProtocol> {
  protected:
-  static constexpr int kTimes = 250;  // of each kind, over each of 4 protocols: a thousand
+  const int kTimes = test::campaign(60);  // of each kind, over each of 4 protocols
   /// Checks in every run that the limits are kept, whatever part fails.
   template <class Check>
   void campaign(Breakage breakage, Check check) {
@@ -334,7 +335,7 @@ INSTANTIATE_TEST_SUITE_P(Arms, Faults,
                          protocol_name);
 
 TEST(BoardError, SetsTheForceToZeroWhileItLasts) {
-  for (std::uint32_t i = 0; i < 1000; ++i) {
+  for (std::uint32_t i = 0; i < 240; ++i) {
     const Outcome o = run(Breakage::kBoardError, ArmProtocol::kText, i);
     expect_zero_soon(o);
     ASSERT_FALSE(o.came_back);
@@ -386,7 +387,7 @@ TEST(PedalStuck, TheDrillStopsAfterTheTimeLimitAndStaysOffUntilThePedalIsRelease
   };
   ticks(100, [](int) {});
   ASSERT_TRUE(hand.armed());
-  for (int k = 0; k < 1000; ++k) {
+  for (int k = 0; k < test::campaign(240); ++k) {
     // The switch is pressed and released in time, zero to two times; the drill must follow immediately. Then the switch
     // sticks.
     for (int presses = static_cast<int>(random() % 3); presses > 0; --presses) {

@@ -180,44 +180,6 @@ struct Wire {
 };
 constexpr std::array<std::uint8_t, 3> kZero{'[', '0', ']'};
 
-TEST(WatchdogProcess, SendsZeroForceWhenItsProcessIsKilled) {
-  const Wire wire;
-  const pid_t child = ::fork();
-  if (child == 0) {
-    static WatchdogProcess watchdog(wire.ends[1], kZero);
-    // so that silence is not detected, however slow this machine is
-    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);
-    ::sleep(60);
-    ::_exit(1);
-  }
-  EXPECT_EQ(wire.read(200), "");  // nothing while the process lives
-  ::kill(child, SIGKILL);
-  EXPECT_EQ(wire.read(5000).substr(0, 3), "[0]");
-  ::waitpid(child, nullptr, 0);
-}
-
-TEST(WatchdogProcess, SendsZeroForceWhenItsProcessStallsWithANonzeroForce) {
-  const Wire wire, ready;
-  const pid_t child = ::fork();
-  if (child == 0) {
-    static WatchdogProcess watchdog(wire.ends[1], kZero);
-    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // so that silence is not detected before the next call
-    ::signal(SIGUSR1, [](int) {});
-    [[maybe_unused]] const auto n = ::write(ready.ends[1], "!", 1);
-    ::sleep(600);                      // until the signal
-    watchdog.note_write(true, now());  // the last message before the silence
-    ::sleep(600);
-    ::_exit(1);
-  }
-  EXPECT_EQ(ready.read(60'000), "!");
-  EXPECT_EQ(wire.read(50), "");
-  ::kill(child, SIGUSR1);
-  EXPECT_EQ(wire.read(60'000).substr(0, 3), "[0]");
-  EXPECT_EQ(wire.read(100), "");  // once is enough
-  ::kill(child, SIGKILL);
-  ::waitpid(child, nullptr, 0);
-}
-
 TEST(WatchdogProcess, IsSilentWithoutForceAndEndsWithItsDevice) {
   const Wire wire;
   pid_t child = 0;

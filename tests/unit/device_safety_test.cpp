@@ -128,48 +128,6 @@ TEST_F(Safety, ForceAndTorqueNeverExceedTheirLimitsForAnyInput) {
   EXPECT_GT(told.writes, 10'000);
 }
 
-TEST_F(Safety, AForceRequestAboveTheDevicesLimitIsReducedToIt) {
-  arm();
-  const dvec3 f(180, 0, -240), tau(0, 20, 0);  // as much as a scene may allow
-  double most = 0;
-  for (int i = 0; i < 2000; ++i) {
-    ticks(1, f, tau);
-    most = std::max(most, glm::length(told.force));
-    ASSERT_LE(glm::length(told.force), 5 * (1 + 1e-12));
-    ASSERT_LE(glm::length(told.torque), 0.1 * (1 + 1e-12));
-  }
-  EXPECT_NEAR(most, 5, 1e-9);
-  EXPECT_TRUE(hand->faults() & bits(Fault::kForceLimit));
-}
-
-TEST_F(Safety, ANonFiniteForceBecomesZeroAndIsReported) {
-  arm();
-  ticks(5, {0, 0, 3});
-  ticks(1, {0, std::nan(""), 3});
-  EXPECT_EQ(told.force, dvec3(0));
-  EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kNotFinite));
-  ticks(100, {0, 0, 3});
-  EXPECT_EQ(told.force, dvec3(0));  // no force until the hand is free
-}
-
-TEST_F(Safety, ADeviceFaultSetsTheForceToZeroImmediately) {
-  arm();
-  ticks(5, {0, 0, 3});
-  told.faults = typodont::bits(Fault::kBadInput);
-  hand->read(sample);
-  EXPECT_EQ(told.force, dvec3(0));
-  EXPECT_EQ(hand->faults(), typodont::bits(Fault::kBadInput));
-}
-
-TEST_F(Safety, AJumpOfTheHandSetsTheForceToZeroImmediately) {
-  arm();
-  ticks(5, {0, 0, 3});
-  told.next.X_WT.p.x += 0.05;
-  hand->read(sample);
-  EXPECT_EQ(told.force, dvec3(0));
-  EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kJump));
-}
-
 TEST_F(Safety, APoseThatIsNotFiniteIsReplacedByTheLastGoodOne) {
   told.next.X_WT.p = {0.01, 0.02, 0.03};
   arm();
@@ -409,26 +367,6 @@ TEST(Watchdog, ItsThreadSetsTheForceToZeroWithoutTheServo) {
   for (int i = 0; i < 500 && out; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_FALSE(out);
   EXPECT_TRUE(hand.take_events() & bits(SafetyEvent::kWatchdog));
-}
-
-/// Returns the last byte that a program sent when it ended in this way while pressing (support/emulation/mortal.cpp).
-char last_sent(const std::string& death) {
-  FILE* const child = ::popen((std::string(TYPODONT_MORTAL) + " " + death + " 2>/dev/null").c_str(), "r");
-  char last = 0, buffer[4096];
-  for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, child)) > 0;) last = buffer[n - 1];
-  const int status = ::pclose(child);
-  EXPECT_FALSE(WIFEXITED(status) && WEXITSTATUS(status) == 99) << "it did not die as told";
-  return last;
-}
-
-TEST(Death, EveryEndOfTheProgramSendsZeroForceLast) {
-  for (const char* death : {"exit", "quick_exit", "abort", "segfault", "exception", "check", "term", "int", "hup"}) {
-    EXPECT_EQ(last_sent(death), '0') << death;
-  }
-}
-
-TEST(Death, OnlyAKilledProcessReliesOnTheDevicesWatchdog) {
-  EXPECT_EQ(last_sent("kill"), 'F');
 }
 
 }  // namespace
