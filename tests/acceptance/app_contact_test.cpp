@@ -93,23 +93,6 @@ TEST_F(ServoOn, AContactModelInASharedObjectReplacesThatOfTheScene) {
 
 using MeshSolid = ServoOn;
 
-TEST_F(MeshSolid, ACubeFromAFileIsFeltAsTheCubeItself) {
-  folder.write("cube.ply", kCube);
-  stroke({{0, 0, 0, 3.2}, {0.2, 0, 0, 2.2}, {0.6, 2.4, 0.5, 2.2}, {0.8, 2.4, 0.5, 1.0}}, 0);
-  const std::string tool = R"("tool": {"shape": "sphere", "diameter_mm": 1.0, "cuts": false})";
-  folder.write("scene.json", scene_of(R"({"mesh": {"file": "cube.ply", "scale": 1}})", tool));
-  const auto mesh = ticks();
-  folder.write("scene.json", scene_of(R"({"box": {"size_mm": [4, 4, 4]}})", tool));
-  const auto box = ticks();
-  ASSERT_EQ(mesh.size(), box.size());
-  double strongest = 0;
-  for (std::size_t i = 0; i < mesh.size(); ++i) {
-    EXPECT_LT(glm::length(mesh[i].f_T_W - box[i].f_T_W), 1e-5) << i;
-    strongest = std::max(strongest, glm::length(mesh[i].f_T_W));
-  }
-  EXPECT_GT(strongest, 0.25);
-}
-
 TEST_F(MeshSolid, CombinesWithOtherSolidsAndScales) {
   folder.write("cube.ply", kCube);
   stroke({{0, 0, 0, 3.0}, {0.5, 0, 0, 0.5}}, 0);
@@ -191,26 +174,6 @@ TEST_F(Pieces, EveryCommandThatRecordsRecordsAllThatLeftTheTissue) {
     EXPECT_NEAR(left, before - after, 1e-3 * before) << file;
     EXPECT_GT(session.patches().size(), 1u) << file;
   }
-}
-
-using FillingCommand = ServoOn;
-
-TEST_F(FillingCommand, AFillingGrowsAtItsRateCountsAsFillingAndIsReplayed) {
-  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
-      {"box": {"size_mm": [6, 6, 4]}}, {"cylinder": {"center_mm": [0, 0, 2], "radius_mm": 1.2, "height_mm": 3}}]}}]},
-    "tool": {"shape": "round_end_cylinder", "diameter_mm": 0.6, "length_mm": 2, "fill": {"tissue": "composite", "rate_mm3_per_s": 2, "reach_mm": 0.6}},
-    "friction": false})");
-  stroke({{0, 0, 0, 1.8}, {0.15, 0, 0, 1.8}}, 1);
-  const Json result = servo("s.h5");
-  const session::SessionReader session(folder / "s.h5");
-  const ServoTick last = session.ticks(session.tick_count() - 1, 1).front();
-  const double filled = -last.removed[static_cast<std::size_t>(Tissue::kComposite)] / kCubicMillimetre;
-  const double to_the_wall = std::abs(last.removed[static_cast<std::size_t>(Tissue::kDentin)]) / kCubicMillimetre;
-  EXPECT_NEAR(filled, 0.3, 0.015);
-  EXPECT_EQ(to_the_wall, 0);
-  EXPECT_NEAR(total(session.result()->volumes_after) - total(session.header().volumes_before),
-              filled * kCubicMillimetre, 1e-3 * filled * kCubicMillimetre);
-  expect_replayed();
 }
 
 using BoundaryWall = ServoOn;

@@ -93,30 +93,6 @@ TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportStatesTheHardnessOfTheRemove
   EXPECT_GT(last, 0.4);
 }
 
-TEST_F(GradedCaries, ALiveSessionWithAnUndoneStrokeIsReplayedBitForBit) {
-  folder.write("scene.json", scene());
-  folder.write("hand.csv", hand(1.2));
-  WorkbenchOptions options;
-  options.hand = "script:" + (folder / "hand.csv");
-  options.audio = "none:";
-  options.record = folder.path() / "live.h5";
-  const Scene live = read_scene(folder.path() / "scene.json");
-  {
-    Workbench bench(live, options);
-    bench.start();
-    bool asked = false;
-    while (bench.step()) {
-      if (!asked && bench.strokes().done >= 2) bench.ask(TissueCommand::kUndo), asked = true;
-    }
-    bench.stop();
-    EXPECT_TRUE(asked);
-  }
-  const ReplayResult replay = replay_session(session::SessionReader(folder.path() / "live.h5"));
-  EXPECT_TRUE(replay.identical) << replay.what_differs;
-  const session::SessionReader session(folder.path() / "live.h5");
-  EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(live)).hash(), session.result()->field_hash);
-}
-
 TEST_F(GradedCaries, KeepsItsHardnessInSavedVolumesAndInStrokeFiles) {
   const auto mean = [&](const std::string& text) {
     const haptics::TissueVolume volume = load_tissue(parse_scene(Json::parse(text, "scene"), folder / "scene.json"));

@@ -66,30 +66,6 @@ void click_and_turn(const std::string& file, double step) {
   EXPECT_EQ(so_far(file).presses, 3);
 }
 
-TEST(MouseInTheWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTheToolByItsStep) {
-  const Desktop desktop({640, 480});
-  ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
-  const ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", R"({"name": "ball", "tissue": {"voxel_mm": 0.2, "solids": [
-    {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300,
-    "parts": ["haptics", "render"]})");
-  folder.write("rig.json", R"({"display": "window", "screen": {"corners_mm": {"lower_left": [-8, -6, 0],
-    "lower_right": [8, -6, 0], "upper_left": [-8, 6, 0]}, "pixels": [640, 480], "layout": "mono"},
-    "head": {"eye_center_mm": [0, 0, 300], "ipd_mm": 63}})");
-  const std::string file = folder / "s.h5";
-  const pid_t child =
-      folder.start(fmt::format("run {} --rig {} --hand mouse:0.5 --pedal none --audio none: --record {}",
-                               folder / "scene.json", folder / "rig.json", file),
-                   fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
-  EXPECT_TRUE(eventually([&] { return so_far(file).ticks > 500; })) << folder.said();
-  Desktop::xdotool("search --name Typodont windowfocus");
-  Desktop::xdotool("mousemove 500 100");
-  EXPECT_TRUE(eventually([&] { return std::abs(so_far(file).p.x) > 3e-3; }));
-  click_and_turn(file, 0.5e-3);
-  const Ran ended = folder.finish(child);
-  EXPECT_EQ(ended.status, 0) << ended.err;
-}
-
 TEST(MouseInTheOperatorsWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTheToolByItsStep) {
   const Desktop desktop({1280, 800});
   ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";

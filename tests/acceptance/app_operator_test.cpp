@@ -218,6 +218,13 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
     std::this_thread::sleep_for(300ms);
   }
+  /// Starts the session of the block, and waits until the tissue is visible.
+  void start_the_block(const Program& program) {
+    choose_block_and_script();
+    press("F5");
+    EXPECT_EQ(program.wait_for("session started: "), "block");
+    EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; })) << "the tissue is not visible";
+  }
   /// Waits for the page with the form for a dropped file, and chooses "Scanned surface" with the mouse. `start`: the
   /// screen before the file was dropped.
   void choose_scanned_surface(const render::Picture& start) const {
@@ -266,10 +273,7 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
   Program program(folder);
   open(program);
   EXPECT_TRUE(eventually([&] { return colours({460, 180}, {860, 480}) > 200; })) << "no picture of the exercise";
-  choose_block_and_script();
-  press("F5");
-  ASSERT_EQ(program.wait_for("session started: "), "block");
-  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; })) << "the tissue is not to be seen";
+  start_the_block(program);
   press("minus");
   press("minus");  // the drill's speed is limited to 90 %
   program.wait_for("session ended");
@@ -294,10 +298,7 @@ TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
-  choose_block_and_script();
-  press("F5");
-  ASSERT_FALSE(program.wait_for("session started: ").empty());
-  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
+  start_the_block(program);
   press("Escape");
   program.wait_for("session ended");
   expect_exact_replay(program.wait_for("report written: "));
@@ -308,10 +309,7 @@ TEST_F(OperatorWindow, AClickWithinTheFrameInWhichADragEndsIsNotLost) {
   Program program(folder);
   open(program);
   const int height = window_height();
-  choose_block_and_script();
-  press("F5");
-  ASSERT_FALSE(program.wait_for("session started: ").empty());
-  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
+  start_the_block(program);
   Desktop::xdotool("mousemove 640 300 mousedown 1");
   std::this_thread::sleep_for(1s);  // the drag has begun
   // xdotool sends the release, the motion to the button "End", the press and the release at once.
@@ -320,26 +318,11 @@ TEST_F(OperatorWindow, AClickWithinTheFrameInWhichADragEndsIsNotLost) {
   expect_exact_replay(program.wait_for("report written: "));
 }
 
-TEST_F(OperatorWindow, SpaceStopsImmediatelyLikeEscape) {
-  let_the_hand_rest();
-  Program program(folder);
-  open(program);
-  choose_block_and_script();
-  press("F5");
-  ASSERT_FALSE(program.wait_for("session started: ").empty());
-  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
-  press("space");
-  program.wait_for("session ended");
-  expect_exact_replay(program.wait_for("report written: "));
-}
-
 TEST_F(OperatorWindow, TerminatingTheProgramDuringASessionSavesTheRecording) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
-  choose_block_and_script();
-  press("F5");
-  ASSERT_FALSE(program.wait_for("session started: ").empty());
+  start_the_block(program);
   program.terminate();
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
   program.wait_for("session ended");
@@ -355,9 +338,7 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
   let_the_hand_rest();
   Program program(folder);
   open(program);
-  choose_block_and_script();
-  press("F5");
-  ASSERT_EQ(program.wait_for("session started: "), "block");
+  start_the_block(program);
   program.wait_for("step 1 done");
   std::this_thread::sleep_for(4s);  // the hand has come to rest
   for (const auto& [key, step] : {std::pair{"ctrl+z", 2}, {"ctrl+y", 3}, {"c", 4}, {"minus", 5}, {"h", 6}}) {
@@ -476,9 +457,7 @@ TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
-  choose_block_and_script();
-  press("F5");
-  ASSERT_EQ(program.wait_for("session started: "), "block");
+  start_the_block(program);
   press("ctrl+r");
   press("F10");
   program.wait_for("session ended");

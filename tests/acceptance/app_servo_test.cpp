@@ -85,19 +85,6 @@ TEST(ServoCommand, TheSameInputAndTheHandOfItsRecordingGiveTheSameBytes) {
   EXPECT_EQ(read_text(folder / "a.csv"), read_text(folder / "b.csv"));
 }
 
-TEST(ServoCommand, TwiceTheForceRemovesTwiceTheVolumeAtConstantSpindleSpeed) {
-  ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", drill_scene());
-  const auto removed = [&](double newton) {
-    press(folder, newton);
-    const Ran ran = folder.run(
-        fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --json", folder.path().string()));
-    EXPECT_EQ(ran.status, 0) << ran.err;
-    return Json::parse(ran.out, "out")["removed_mm3"]["dentin"].number();
-  };
-  EXPECT_NEAR(removed(1.6) / removed(0.8), 2, 0.06);
-}
-
 // Each motor of assets/motors/ is started in the air, then pressed on the material for which it is made.
 TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsItsWork) {
   ProgramFolder folder(TYPODONT_PROGRAM);

@@ -108,13 +108,6 @@ TEST_F(Work, AnIdleSceneUsesLessThanOnePercentOfACoreBeyondTheDeviceLoop) {
   EXPECT_LT(fraction, 0.01);
 }
 
-TEST_F(Work, MotionInTheAirIsQueriedButCutsNothing) {
-  hand(208, 8, 1);
-  const Json work = run(scene("\"haptics\""), 3);
-  EXPECT_GT(work["patches"].integer(), 2) << "the field goes with the tool";
-  EXPECT_EQ(work["voxels_cut"].integer(), 0);
-}
-
 TEST_F(Work, ANonCuttingToolIsFeltAndDoesNotChangeTheTissue) {
   hand(200.8, 2, 1);
   const Json probe = run(scene("\"haptics\"", false), 2);
@@ -336,24 +329,6 @@ TEST_F(Work, NeighbourTeethAreMeshedOnlyOnce) {
   EXPECT_GT(untouched, 500);
   EXPECT_GT(cut, untouched);
   EXPECT_LT(cut, 1.9 * untouched);
-}
-
-TEST_F(Work, AMonoPictureIsDrawnOnce) {
-  const auto drawn = [&](const char* layout) {
-    const test::Ran ran =
-        folder.run(fmt::format("render {} --rig {} --out {} --json", scene("\"haptics\", \"render\""),
-                               folder.write("rig.json", rig_at(25, 20, layout)), folder / "pictures"));
-    EXPECT_EQ(ran.status, 0) << ran.err;
-    return Json::parse(ran.out, "render");
-  };
-  const Json mono = drawn("mono"), stereo = drawn("side_by_side");
-  EXPECT_EQ(mono["frame"]["views"].integer(), 1);
-  EXPECT_EQ(stereo["frame"]["views"].integer(), 2);
-  EXPECT_TRUE(mono["skipped"].has("right"));
-  EXPECT_FALSE(stereo["skipped"].has("right"));
-  // If the device draws both eyes in one pass, mono and stereo need equally many passes.
-  EXPECT_LE(mono["frame"]["passes"].integer(), stereo["frame"]["passes"].integer());
-  EXPECT_LE(mono["frame"]["commands"].integer(), stereo["frame"]["commands"].integer());
 }
 
 TEST_F(Work, AMinimisedWindowDrawsNoFrameUntilItIsRestored) {

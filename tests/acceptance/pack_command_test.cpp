@@ -41,13 +41,6 @@ TEST_F(PackCommand, TheSummaryAgreesWithTheWrittenPacking) {
   EXPECT_THAT(test::read_text(folder / "p.png"), HasSubstr("PNG"));
 }
 
-TEST_F(PackCommand, TheSameCommandWritesTheSameBytes) {
-  const std::string command = "pack " + scene() + " --spheres 800 --out ";
-  ASSERT_EQ(folder.run(command + folder / "a.h5").status, 0);
-  ASSERT_EQ(folder.run(command + folder / "b.h5").status, 0);
-  EXPECT_EQ(test::read_text(folder / "a.h5"), test::read_text(folder / "b.h5"));
-}
-
 TEST_F(PackCommand, ClosedMeshesArePackedAndOpenOnesRefused) {
   const std::string tetrahedron = "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
   folder.write("closed.obj", tetrahedron + "f 1 4 3\n");

@@ -51,22 +51,6 @@ class MeshCommand : public ::testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(MeshCommand, ASphereIsClosedWithinToleranceAndHasFewTriangles) {
-  const std::string file = scene(R"({"sphere": {"center_mm": [0.03, -0.02, 0.04], "radius_mm": 3}})");
-  for (const double tolerance : {0.002, 0.01, 0.02}) {
-    const Ran result = run(file + " --out " + (folder / "s.ply") + " --tolerance-mm " + std::to_string(tolerance));
-    ASSERT_EQ(result.status, 0) << result.err;
-    const WholeMesh mesh = read_ply(folder / "s.ply");
-    const test::Topology t = test::topology_of(mesh);
-    EXPECT_TRUE(t.closed && t.oriented && t.manifold) << t.complaint;
-    EXPECT_EQ(t.euler, 2);
-    const double error =
-        test::max_error(mesh, [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(0.03, -0.02, 0.04)) - 3; });
-    EXPECT_LT(error, tolerance);
-    EXPECT_LT(static_cast<double>(mesh.triangles.size()) * error / 3, 7.3) << tolerance;
-  }
-}
-
 TEST_F(MeshCommand, DrilledPlateHasGenusOne) {
   const std::string file =
       scene(R"({"difference": [{"box": {"center_mm": [0,0,0], "size_mm": [6,5,1.5]}},)"

@@ -55,26 +55,6 @@ TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedBitForBit) {
   EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
 }
 
-TEST(VertexCommand, AnOpenStlIsCarvedRecordedAndReplayedBitForBit) {
-  test::ProgramFolder folder{TYPODONT_PROGRAM};
-  folder.write("scan.stl", sheet());
-  const std::string scene = folder.write(
-      "scene.json", R"({"name": "scan", "tissue": {"mesh": {"file": "scan.stl", "unit_mm": 1, "tissue": "dentin"}},
-                       "model": {"vertex": {"edge_mm": 0.15}}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics"]})");
-  folder.write("hand.csv",
-               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.3,0.2,1.5,1,0,0,0,0\n0.3,0.3,0.2,0.8,1,0,0,0,1\n"
-               "0.6,0.3,0.2,0,1,0,0,0,1\n1.2,1.3,0.2,-0.2,1,0,0,0,1\n1.4,1.3,0.2,2,1,0,0,0,0\n");
-  const auto ran = folder.run("servo " + scene + " --hand " + folder / "hand.csv" + " --json --out " + folder / "s.h5");
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  const Json told = Json::parse(ran.out, "servo");
-  EXPECT_EQ(told["model"].string(), "vertex");
-  EXPECT_GT(told["removed_mm3"]["dentin"].number(0, 10), 0.05);
-  EXPECT_GE(told["energy_min_J"].number(-1, 1), -1e-9);
-  const auto replayed = folder.run("replay " + folder / "s.h5" + " --check --json");
-  EXPECT_EQ(replayed.status, 0) << replayed.err;
-  EXPECT_TRUE(Json::parse(replayed.out, "replay")["identical"].boolean());
-}
-
 struct CarvedScan : testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   std::string scene, hand;

@@ -91,7 +91,7 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   const auto picture = [&](const display::DisplayRig& rig) {
     PictureStage::Options options;
     options.hud = false;
-    options.quality = kMedium;
+    options.quality = render::kQualityLadder[3];
     PictureStage stage(rig, scene.servo, options);
     stage.surround(around);
     TissueView view;

@@ -151,48 +151,6 @@ TEST(CavityLaws, TheIdealScoresFullWhateverItsShape) {
   }
 }
 
-TEST(CavityLaws, TheScoreFallsWithTheAmountCutBeyondTheIdeal) {
-  Random random(12);
-  const auto ideal = tapered_box({1.4e-3, 1e-3}, 1.5e-3, 3 * kPi / 180);
-  Judged judged(ideal);
-  const double full = score(judged.input, judged.rules).points;
-  for (int i = 0; i < 4; ++i) {
-    // The cut also removes a growing ball, at a random position on the cavity's wall or floor, or on sound surface.
-    const dvec3 at = kMiddle + dvec3(random.number(2e-3), random.number(2e-3), -1.2e-3 + random.number(0.6e-3));
-    double last = full;
-    for (const double radius : {0.5e-3, 0.7e-3, 0.9e-3}) {
-      // completely inside the ideal cavity: no additional tissue is cut
-      if (std::abs(ideal(at)) > radius && ideal(at) < 0) continue;
-      const double points =
-          judged.of(without([&](const dvec3& p) { return std::min(ideal(p), ball(at, radius)(p)); })).points;
-      ASSERT_LT(points, last) << i << " " << radius;
-      last = points;
-    }
-  }
-}
-
-TEST(CavityLaws, TheScoreFallsWithTheAmountLeftAboveTheIdeal) {
-  Random random(13);
-  const auto ideal = tapered_box({1.4e-3, 1e-3}, 1.5e-3, 3 * kPi / 180);
-  Judged judged(ideal);
-  const double full = score(judged.input, judged.rules).points;
-  for (int i = 0; i < 4; ++i) {
-    const dvec3 at =
-        kMiddle + dvec3(random.number(1.4e-3), random.number(1e-3), -1.5e-3 + std::abs(random.number(0.5e-3)));
-    double last = full;
-    for (const double radius : {0.3e-3, 0.5e-3, 0.8e-3}) {
-      const Score s = judged.of(without([&](const dvec3& p) { return std::max(ideal(p), -ball(at, radius)(p)); }));
-      ASSERT_LT(s.points, last) << i << " " << radius;
-      last = s.points;
-    }
-  }
-  // If nothing was done, the score is zero, although no excess was cut.
-  const Score none = judged.of(judged.preparation.before);
-  EXPECT_EQ(none.completion, 0);
-  EXPECT_EQ(none.points, 0);
-  EXPECT_DOUBLE_EQ(none.full, score(judged.input, judged.rules).full);
-}
-
 TEST(CavityLaws, AMissingMeasureScoresZeroAndKeepsItsWeight) {
   Judged judged(tapered_box({1.4e-3, 1e-3}, 1.5e-3, 0));
   const Score none = judged.of(judged.preparation.before);

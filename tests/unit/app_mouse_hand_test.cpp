@@ -12,7 +12,6 @@
 #include "engine/display/keys.h"
 #include "haptics/solid.h"
 #include "tests/support/folder.h"
-#include "tests/support/mouse_user.h"
 
 namespace typodont::test {
 namespace {
@@ -187,30 +186,6 @@ TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
       EXPECT_NEAR(glm::length(shank(pointer.follow(input, 100 * kFrame)) - dvec3(0, 0, 1)), 0, 1e-12);
     }
   }
-}
-
-TEST(MouseHand, DrillsAClassICavityAloneInThreeMinutes) {
-  const Scene scene = read_scene(assets_folder() / "scenes/class-1-cavity.json");
-  const haptics::TissueVolume start = load_tissue(scene);
-  const TaskEvaluator judge(scene, start);
-  const auto off = [&](const haptics::TissueVolume& tissue) {  // m³ that are there and should not be, and the reverse
-    const session::Preparation p = judge.preparation(tissue);
-    glm::dvec2 sum(0);
-    for (std::size_t i = 0; i < p.after.distance.size(); ++i) {
-      const double is = session::fraction_inside(static_cast<double>(p.after.distance[i])),
-                   should = session::fraction_inside(static_cast<double>(p.ideal.distance[i]));
-      sum += glm::dvec2(std::max(is - should, 0.0), std::max(should - is, 0.0));
-    }
-    return sum * p.frame.voxel * p.frame.voxel * p.frame.voxel;
-  };
-  const double cavity = off(start).x;
-  const MouseSession done = drill_with_mouse(scene, rig_named("window.json"), wheel_step_of("0.05"), 175);
-  const glm::dvec2 left = off(done.tissue);
-  fmt::print("class I by the mouse: {:.0f} s, {:.2f} of {:.2f} mm³ left, {:.2f} mm³ too much\n", done.seconds,
-             left.x * 1e9, cavity * 1e9, left.y * 1e9);
-  EXPECT_LT(done.seconds, 180);
-  EXPECT_LT(left.x, 0.15 * cavity);
-  EXPECT_LT(left.y, 0.15 * cavity);
 }
 
 }  // namespace

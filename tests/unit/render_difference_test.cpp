@@ -14,13 +14,6 @@ Picture plain(glm::ivec2 size, glm::u8vec3 color) {
   return picture;
 }
 
-Picture noise(glm::ivec2 size, unsigned seed) {
-  std::mt19937 random(seed);
-  Picture picture = plain(size, {0, 0, 0});
-  for (std::uint8_t& byte : picture.rgba) byte = static_cast<std::uint8_t>(random());
-  return picture;
-}
-
 TEST(PictureDifference, Ciede2000EqualsThePublishedDataInBothDirections) {
   // Sharma, Wu, Dalal 2005, Table 1.
   constexpr double kTable[][7] = {
@@ -66,36 +59,12 @@ TEST(PictureDifference, Ciede2000EqualsThePublishedDataInBothDirections) {
   }
 }
 
-TEST(PictureDifference, WhiteHasLightness100AndNoColor) {
-  const dvec3 lab = lab_of_linear({1, 1, 1});
-  EXPECT_NEAR(lab.x, 100, 1e-9);
-  EXPECT_NEAR(glm::length(glm::dvec2(lab.y, lab.z)), 0, 1e-9);
-  EXPECT_NEAR(lab_of_linear({1, 0, 0}).x, 53.24, 0.01);
-}
-
-TEST(PictureDifference, EqualPicturesDifferByZero) {
-  const Picture picture = noise({40, 31}, 1);
-  EXPECT_EQ(mean_flip(picture, picture), 0);
-  EXPECT_EQ(mean_ciede2000(picture, picture), 0);
-}
-
 TEST(PictureDifference, PlainPicturesHaveTheFlipOfTheirColors) {
   const glm::ivec2 size{24, 17};
   // Green and blue have the largest difference by definition: 1. For black and white, |dL| = 100, so the value is 0.95
   // + 0.05 (100^0.7 - 0.4 G) / (0.6 G). G = 203.3^0.7 was computed by hand from the Lab values of the primary colours.
   EXPECT_NEAR(mean_flip(plain(size, {0, 255, 0}), plain(size, {0, 0, 255})), 1, 1e-9);
   EXPECT_NEAR(mean_flip(plain(size, {0, 0, 0}), plain(size, {255, 255, 255})), 0.9674, 1e-3);
-}
-
-TEST(PictureDifference, BothMeasuresAreSymmetricAndFlipStaysBetweenZeroAndOne) {
-  for (unsigned seed = 0; seed < 4; ++seed) {
-    const Picture a = noise({33, 20}, seed), b = noise({33, 20}, seed + 100);
-    const double flip = mean_flip(a, b);
-    EXPECT_DOUBLE_EQ(flip, mean_flip(b, a));
-    EXPECT_GT(flip, 0);
-    EXPECT_LE(flip, 1);
-    EXPECT_NEAR(mean_ciede2000(a, b), mean_ciede2000(b, a), 1e-9);
-  }
 }
 
 TEST(PictureDifference, AnEdgeMakesTheSameChangeOfColorMoreVisible) {
@@ -108,17 +77,6 @@ TEST(PictureDifference, AnEdgeMakesTheSameChangeOfColorMoreVisible) {
         step.rgba[4 * (static_cast<std::size_t>(y) * 60 + static_cast<std::size_t>(x)) + c] = 160;
   const double half = 0.5 * mean_flip(grey, plain(size, {160, 160, 160}));
   EXPECT_GT(mean_flip(grey, step), half);
-}
-
-TEST(PictureDifference, AFinePatternIsLessVisibleFromFarAway) {
-  Picture pattern = plain({64, 64}, {120, 120, 120});
-  for (int y = 0; y < 64; ++y)
-    for (int x = 0; x < 64; ++x)
-      for (std::size_t c = 0; c < 3; ++c)
-        pattern.rgba[4 * (static_cast<std::size_t>(y) * 64 + static_cast<std::size_t>(x)) + c] =
-            (x + y) % 2 ? 130 : 110;
-  const Picture grey = plain({64, 64}, {120, 120, 120});
-  EXPECT_LT(mean_flip(pattern, grey, 120), mean_flip(pattern, grey, 10));
 }
 
 }  // namespace

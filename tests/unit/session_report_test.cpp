@@ -167,21 +167,6 @@ ReportOptions in_language(Language language) {
   return options;
 }
 
-TEST(Report, IsOneFileThatLoadsNothingAndRunsNoScript) {
-  TemporaryFolder folder;
-  record(folder / "s.h5", 3000);
-  const std::string html = report_html(SessionReader(folder / "s.h5"));
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
-  EXPECT_THAT(html, Not(HasSubstr("http:")));
-  EXPECT_THAT(html, Not(HasSubstr("https:")));
-  EXPECT_THAT(html, Not(HasSubstr("url(")));
-  int pictures = 0;
-  for (std::size_t at = 0; (at = html.find("src=\"", at)) != std::string::npos; ++at, ++pictures) {
-    EXPECT_EQ(html.substr(at + 5, 22), "data:image/png;base64,");
-  }
-  EXPECT_EQ(pictures, 2);
-}
-
 TEST(Report, SaysWhatTheSessionHolds) {
   TemporaryFolder folder;
   record(folder / "s.h5", 3000);
