@@ -314,16 +314,26 @@ class Started(TestCase):
         token = re.search(r'csrfmiddlewaretoken" value="(\w+)"', self.get(page))[1]
         return self.get(path, csrfmiddlewaretoken=token, **form)
 
-    def test_one_command_starts_it_and_a_kill_at_any_point_loses_nothing(self):
+    def start_with_bench(self, recordings):
+        """Returns the process, and the command that hands in these recordings."""
         server, said = self.start()
         self.post("/sign-in", "/sign-in", username="admin", password=re.search(r"password (\S+),", said)[1])
         shown = self.post("/administration/bench", "/administration", name="bench 1")
         (self.folder / "token").write_text(re.search(r"<pre[^>]*>(\S+)</pre>", shown)[1])
-        recordings = self.folder / "recordings"
-        recordings.mkdir()
-        for number in range(3):
-            shutil.copy(record(f"hand{number}", "nobody", number), recordings)
-        bench = [sys.executable, intake.settings.TREE / "engine/school/typodont_school/hand_in.py", recordings, "once"]
+        folder = self.folder / "recordings"
+        folder.mkdir()
+        for number in range(recordings):
+            shutil.copy(record(f"hand{number}", "nobody", number), folder)
+        return server, [sys.executable, intake.settings.TREE / "engine/school/typodont_school/hand_in.py", folder, "once"]
+
+    def wait_for_checks(self, server, count):
+        while (page := self.get("/administration")).count("state accepted") < count:  # checked by the service itself
+            self.assertNotIn("state refused", page)
+            self.assertIsNone(server.poll())
+            time.sleep(0.2)
+
+    def test_one_command_starts_it_and_a_kill_at_any_point_loses_nothing(self):
+        server, bench = self.start_with_bench(3)
         sent = subprocess.Popen(bench, env=self.environment, stdout=subprocess.PIPE, text=True)
         sent.stdout.readline()  # one is handed in; the next is on its way
         server.kill()
@@ -331,7 +341,19 @@ class Started(TestCase):
         sent.communicate()
         server, _ = self.start()
         self.assertEqual(subprocess.run(bench, env=self.environment, capture_output=True).returncode, 0)
-        while (page := self.get("/administration")).count("state accepted") < 3:  # checked by the service itself
-            self.assertNotIn("state refused", page)
-            self.assertIsNone(server.poll())
-            time.sleep(0.2)
+        self.wait_for_checks(server, 3)
+
+    def test_a_copy_of_the_folder_of_a_stopped_service_is_a_backup(self):
+        server, bench = self.start_with_bench(1)
+        subprocess.run(bench, env=self.environment, check=True, capture_output=True)
+        self.wait_for_checks(server, 1)
+        server.terminate()
+        server.wait()
+        shutil.copytree(self.folder / "data", self.folder / "restored")
+        shutil.rmtree(self.folder / "data")
+        self.environment["TYPODONT_SCHOOL_DATA"] = str(self.folder / "restored")
+        self.start()
+        sha = sha256(record("hand0", "nobody", 0))
+        self.assertIn(f"/session/{sha}", self.get("/administration"))  # still signed in
+        with self.browser.open(f"{self.address}/session/{sha}/recording.h5") as answer:
+            self.assertEqual(answer.read(), record("hand0", "nobody", 0).read_bytes())

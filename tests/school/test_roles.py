@@ -83,6 +83,17 @@ class Roles(TestCase):
                     for hint in (b"anna", b"Class A", b"class I"):
                         self.assertNotIn(hint, there.content.replace(b"(anna)", b""))
 
+    def test_a_student_sees_no_mean_that_tells_the_points_of_few_others(self):
+        self.room.judged(record("ben", "ben", 1))
+        for who, sees in (("anna", False), ("teacherA", True)):
+            self.assertEqual(b'class="mean"' in self.ask(who, "student").content, sees, who)
+        for number in range(2):  # four students with a first attempt
+            one = Student.objects.create(pseudonym=f"more{number}")
+            one.classes.add(self.room.class_A)
+            Session.objects.create(sha256=f"{number}" * 64, bench=self.room.bench, size=1, state=Session.ACCEPTED, student=one, exercise=self.room.exercise,
+                                   attempt=1, points=50)
+        self.assertIn(b'class="mean"', self.ask("anna", "student").content)
+
     def test_signed_out_people_are_sent_to_the_sign_in_whatever_exists(self):
         for name in ALLOWED:
             for absent in (False, True):

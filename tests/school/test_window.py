@@ -132,6 +132,7 @@ class Window(LiveServerTestCase):
         self.picture("window")
         self.press("ctrl+i")
         self.hear("exercise selected: ")
+        self.picture("window-start")
         self.assertIn("class-1-cavity.json", self.said())
         self.drill()
         self.hear("handed in: accepted")

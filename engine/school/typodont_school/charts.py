@@ -13,10 +13,13 @@ def student_t(p, freedom):
             + (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * freedom**3))
 
 
+MIN_VALUES = 4  # of an interval; below, a mean would tell a student the points of others
+
+
 def mean_interval(values, confidence=0.95):
     """Returns mean, lower and upper end of its interval; no interval below four values."""
     mean = fmean(values)
-    if len(values) < 4:
+    if len(values) < MIN_VALUES:
         return mean, None, None
     half = student_t(0.5 + confidence / 2, len(values) - 1) * stdev(values) / math.sqrt(len(values))
     return mean, max(0, mean - half), min(100, mean + half)

@@ -268,6 +268,8 @@ def student(request, key):
     for task in Exercise.objects.filter(pk__in=by_exercise).order_by("name"):
         own = by_exercise[task.pk]
         others = class_curve(group.students.all(), task) if group else []
+        if request.role == STUDENT:
+            others = [row for row in others if row[4] >= charts.MIN_VALUES]
         curves.append({"title": task.title(language), "own": own, "chart": charts.learning_curve(
             task.title(language), [row[:4] for row in others], own, words.say(language, "attempt"), words.say(language, "points"))})
     assignments = list(Assignment.objects.filter(group__students=one).order_by("-due").select_related("exercise"))
