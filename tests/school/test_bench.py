@@ -140,6 +140,11 @@ class Window(LiveServerTestCase):
         self.assertEqual(Session.objects.get().assignment, exam)
         self.assertEqual(self.ask("take", **asked)[-1], {"error": "not_open"})
 
+    def want(self, file):
+        """What the window leaves beside a recording."""
+        file.with_name(file.name + ".to-hand-in").touch()
+        return file
+
     def hand_in_checked(self, file):
         checks, done = threading.Event(), threading.Thread(target=lambda: [intake.process_waiting() for _ in iter(lambda: checks.wait(0.5), True)])
         done.start()
@@ -151,24 +156,27 @@ class Window(LiveServerTestCase):
         self.assertEqual(rows, [{"stage": "sending"}, {"stage": "checking"}, {"state": "accepted"}])
 
     def test_a_session_is_handed_in_and_its_state_is_said(self):
-        file = self.add("anna", "anna")
+        file = self.want(self.add("anna", "anna"))
         self.hand_in_checked(file)
         self.assertEqual(Session.objects.get().pk, sha256(file))
+        self.assertEqual(list(self.sessions.rglob("*.to-hand-in")), [])
 
     def test_without_the_service_the_next_window_sends_what_waits_and_nothing_else(self):
         self.at("http://127.0.0.1:9")
         self.assertEqual(self.sign_in(), {"error": "away"})
-        wanted = self.add("anna", "anna")
+        wanted = self.want(self.add("anna", "anna"))
+        self.want(self.sessions / "anna/deleted.h5")
         self.add("ben", "ben", 1)  # a guest's, for which the window was not asked
         self.assertEqual(self.ask("hand_in", file=str(wanted)), [{"stage": "sending"}, {"error": "later"}])
         self.assertEqual(self.ask("send_wanted")[-1], {"sent": 0, "left": 1})
         self.at(self.live_server_url)
         self.assertEqual([self.ask("send_wanted")[-1] for _ in range(2)], [{"sent": 1, "left": 0}, {"sent": 0, "left": 0}])
         self.assertEqual([s.pk for s in Session.objects.all()], [sha256(wanted)])
+        self.assertEqual(list(self.sessions.rglob("*.to-hand-in")), [])
 
     def test_what_the_window_could_not_send_is_sent_by_the_watch(self):
         self.at("http://127.0.0.1:9")
-        self.ask("hand_in", file=str(self.add("anna", "anna")))
+        self.ask("hand_in", file=str(self.want(self.add("anna", "anna"))))
         self.at(self.live_server_url)
         subprocess.run([sys.executable, SCRIPT, self.sessions, "once"], env=self.environment, check=True, capture_output=True)
         self.assertEqual((Session.objects.count(), self.ask("send_wanted")[-1]), (1, {"sent": 0, "left": 0}))

@@ -163,7 +163,25 @@ class Window(LiveServerTestCase):
         self.hear("handed in: 1 of an earlier time")
         self.assertEqual(Session.objects.count(), 1)
 
-    def test_a_wrong_password_a_server_that_is_away_and_a_missing_python_are_said(self):
+    def test_a_session_that_ends_with_the_window_is_handed_in_at_the_next_start(self):
+        self.join_school()
+        (self.home / "hand.csv").write_text(path_of_hand(3) + "300,6.85,4.6,22,1,0,0,0,0\n")
+        program = self.open()
+        self.sign_in()
+        self.hear("open assignments: 0")
+        self.press("F10", "ctrl+h")
+        self.type(f"script:{self.home / 'hand.csv'}")
+        self.press("F5")
+        self.hear("session started")
+        time.sleep(2)
+        program.terminate()
+        self.assertEqual(program.wait(PATIENCE), 0)
+        self.assertEqual(Session.objects.count(), 0)
+        self.open()
+        self.hear("handed in: 1 of an earlier time")
+        self.assertEqual(Session.objects.count(), 1)
+
+    def test_a_wrong_password_and_a_server_that_is_away_are_said(self):
         self.join_school()
         self.open()
         self.sign_in("guess")

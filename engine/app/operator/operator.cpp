@@ -76,7 +76,10 @@ class Operator {
   void leave() noexcept {
     try {
       work_.drop();
-      if (desk_.running()) (void)desk_.end("");
+      if (desk_.running()) {
+        (void)desk_.end("");
+        school_.hand_in(s_.outcome.recording);
+      }
       if (const Authored* made = desk_.authored(); made && made->unsaved)
         log::warn("not yet saved, kept as an exercise: {}", keep_exercise(s_, *made).string());
     } catch (const std::exception& e) {

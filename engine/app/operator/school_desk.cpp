@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -50,7 +51,7 @@ SchoolDesk::SchoolDesk(OperatorState& s, InterfaceWindow& w, Choices& choices) :
   const char* set = std::getenv("TYPODONT_SCHOOL_TOKEN_FILE");
   std::error_code code;
   s_.school.set_up = fs::exists(set && *set ? fs::path(set) : user_folder() / "school.token", code);
-  if (s_.school.set_up && fs::exists(sessions_folder() / ".handed-in.json", code))
+  if (s_.school.set_up && fs::exists(sessions_folder(), code))
     ask(Kind::kSendWanted,
         nlohmann::json{{"do", "send_wanted"}, {"folder", sessions_folder().string()}, {"program", own_file().string()}}
             .dump());
@@ -107,6 +108,8 @@ void SchoolDesk::take() {
 void SchoolDesk::hand_in(const fs::path& recording) {
   say("");
   if (recording.empty() || s_.school.student.empty() || !s_.school.hand_in) return;
+  // Until the server has the recording, this file stays. So it is sent also if the window ends before.
+  std::ofstream(recording.string() + ".to-hand-in");
   ask(Kind::kHandIn, nlohmann::json{{"do", "hand_in"},
                                     {"folder", sessions_folder().string()},
                                     {"file", recording.string()},

@@ -25,6 +25,7 @@ import zipfile
 CHUNK = 1 << 20
 MIN_WAIT, MAX_WAIT = 2, 600  # s
 FINAL = ("waiting", "accepted", "refused")
+WISH = ".to-hand-in"  # ending of the empty file that the window puts beside a recording
 CHECK_TIME = 300  # s, in which the window waits for the service's checks
 MAX_FILES = 1 << 30  # bytes of an exercise's files
 HOME = pathlib.Path(os.environ.get("TYPODONT_HOME") or os.path.expanduser("~/Typodont"))
@@ -156,21 +157,26 @@ class Folder:
         return left
 
     def mark(self, file, **entry):
-        """Remembers what became of a recording."""
+        """Remembers what became of a recording that the service has."""
         self.done = self.read()  # window and watch share the list
         self.done[str(file.relative_to(self.path))] = entry
         part = self.list.with_suffix(f".{os.getpid()}.part")
         part.write_text(json.dumps(self.done))
         os.replace(part, self.list)
+        file.with_name(file.name + WISH).unlink(missing_ok=True)
 
     def wanted(self):
         """Recordings that the window was to hand in and could not."""
-        return [file for file in self.waiting() if self.done.get(str(file.relative_to(self.path)), {}).get("state") == WANTED]
+        for wish in sorted(self.path.rglob("*.h5" + WISH)):
+            file = wish.with_name(wish.name.removesuffix(WISH))
+            if file in self.waiting():
+                yield file
+            elif not file.with_name(file.name + ".journal").exists():  # sent by the watch, or deleted
+                wish.unlink()
 
 
 # Requests of the operator's window.
 
-WANTED = "wanted"
 ERRORS = ("wrong", "no_student", "too_many", "expired", "no_bench", "not_open")  # codes of the service
 
 
@@ -223,7 +229,6 @@ def take(service, asked):
 def hand_in(service, asked):
     """Hands one recording in and waits for its checks. Without the service, the recording is sent later."""
     folder, file = Folder(asked["folder"]), pathlib.Path(asked["file"])
-    folder.mark(file, state=WANTED)
     say(stage="sending")
     try:
         stamp = folder.stamp(file)
@@ -245,7 +250,7 @@ def hand_in(service, asked):
 def send_wanted(service, asked):
     """Sends what an earlier window could not."""
     folder, sent = Folder(asked["folder"]), 0
-    files = folder.wanted()
+    files = list(folder.wanted())
     for file in files:
         try:
             stamp = folder.stamp(file)
