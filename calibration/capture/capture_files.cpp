@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "calibration/calibration_files.h"
 #include "calibration/routine.h"
@@ -128,53 +129,36 @@ void write_captures(const std::filesystem::path& folder, const Captures& capture
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder to write captures into");
-  const std::string columns = fmt::format("{}", fmt::join(kJoints, ","));
-  const auto write = [&](const char* name, bool any, std::string header, auto&& fill) {
-    if (!any || (!only.empty() && only != name)) return;
-    fill(header);
-    write_file_atomically(folder / name, header, FileKind::kTable, Over::kItsInput);
+  const auto write = [&](const char* name, std::string_view columns, const auto& captures_of_step, auto&& row) {
+    if (captures_of_step.empty() || (!only.empty() && only != name)) return;
+    std::string text = fmt::format("{}\n", columns);
+    for (const auto& capture : captures_of_step) text += row(capture) + '\n';
+    write_file_atomically(folder / name, text, FileKind::kTable, Over::kItsInput);
   };
-  write("arm.csv", !captures.arm.empty(), "group,kx_mm,ky_mm,kz_mm," + columns + "\n", [&](std::string& text) {
-    for (const ArmCapture& c : captures.arm) {
-      text += fmt::format("{},{},{}\n", c.group, c.known ? mm(*c.known) : ",,", joints(c.reading));
-    }
+  const auto touch = [](const Touch& t) { return mm(t.p_H) + ',' + joints(t.reading); };
+  const std::string angles = fmt::format("{}", fmt::join(kJoints, ",")), touched = "x_mm,y_mm,z_mm," + angles;
+  write("arm.csv", "group,kx_mm,ky_mm,kz_mm," + angles, captures.arm, [](const ArmCapture& c) {
+    return fmt::format("{},{},{}", c.group, c.known ? mm(*c.known) : ",,", joints(c.reading));
   });
-  write("marks.csv", !captures.marks.empty(), "u,v,x_mm,y_mm,z_mm," + columns + "\n", [&](std::string& text) {
-    for (const MarkCapture& c : captures.marks) {
-      text += fmt::format("{},{},{},{}\n", c.mark.u, c.mark.v, mm(c.touch.p_H), joints(c.touch.reading));
-    }
+  write("marks.csv", "u,v," + touched, captures.marks,
+        [&](const MarkCapture& c) { return fmt::format("{},{},{}", c.mark.u, c.mark.v, touch(c.touch)); });
+  write("mirror.csv", touched, captures.mirror, touch);
+  write("drift.csv", touched, captures.drift_marks, touch);
+  write("eyes.csv", "right,u,v," + touched, captures.eyes, [&](const EyeCapture& c) {
+    return fmt::format("{},{},{},{}", c.right ? 1 : 0, c.dot.u, c.dot.v, touch(c.touch));
   });
-  const auto touches = [&](const char* name, const std::vector<Touch>& list) {
-    write(name, !list.empty(), "x_mm,y_mm,z_mm," + columns + "\n", [&](std::string& text) {
-      for (const Touch& t : list) text += fmt::format("{},{}\n", mm(t.p_H), joints(t.reading));
-    });
+  const auto pair = [](const PairCapture& c) {
+    const std::string dots =
+        c.dots ? fmt::format("{},{},{},{}", c.dots->left.u, c.dots->left.v, c.dots->right.u, c.dots->right.v) : ",,,";
+    return fmt::format("{},{},{},{}", mm(c.touch.p_H), mm(c.shown_D), dots, joints(c.touch.reading));
   };
-  touches("mirror.csv", captures.mirror);
-  touches("drift.csv", captures.drift_marks);
-  write("eyes.csv", !captures.eyes.empty(), "right,u,v,x_mm,y_mm,z_mm," + columns + "\n", [&](std::string& text) {
-    for (const EyeCapture& c : captures.eyes) {
-      text +=
-          fmt::format("{},{},{},{},{}\n", c.right ? 1 : 0, c.dot.u, c.dot.v, mm(c.touch.p_H), joints(c.touch.reading));
-    }
-  });
-  const auto pairs = [&](const char* name, const std::vector<PairCapture>& list) {
-    write(name, !list.empty(), "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm,left_u,left_v,right_u,right_v," + columns + "\n",
-          [&](std::string& text) {
-            for (const PairCapture& c : list) {
-              text += fmt::format(
-                  "{},{},{},{}\n", mm(c.touch.p_H), mm(c.shown_D),
-                  c.dots ? fmt::format("{},{},{},{}", c.dots->left.u, c.dots->left.v, c.dots->right.u, c.dots->right.v)
-                         : ",,,",
-                  joints(c.touch.reading));
-            }
-          });
-  };
-  pairs("register.csv", captures.registration);
-  pairs("verify.csv", captures.verification);
+  const std::string paired = "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm,left_u,left_v,right_u,right_v," + angles;
+  write("register.csv", paired, captures.registration, pair);
+  write("verify.csv", paired, captures.verification, pair);
   const auto stream = [&](const char* name, const Stream& s) {
-    write(name, !s.t.empty(), "t_s,x_mm,y_mm,z_mm\n", [&](std::string& text) {
-      for (std::size_t i = 0; i < s.t.size(); ++i) text += fmt::format("{},{}\n", s.t[i], mm(s.p[i]));
-    });
+    std::vector<std::size_t> samples(s.t.size());
+    std::iota(samples.begin(), samples.end(), std::size_t{0});
+    write(name, "t_s,x_mm,y_mm,z_mm", samples, [&](std::size_t i) { return fmt::format("{},{}", s.t[i], mm(s.p[i])); });
   };
   stream("delay_a.csv", captures.delay_a);
   stream("delay_b.csv", captures.delay_b);

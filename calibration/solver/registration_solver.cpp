@@ -360,23 +360,8 @@ class Registration {
 }  // namespace
 
 const char* name(Defect defect) {
-  switch (defect) {
-    case Defect::kNone:
-      return "none";
-    case Defect::kCoincident:
-      return "coincident";
-    case Defect::kCollinear:
-      return "collinear";
-    case Defect::kNoise:
-      return "noise";
-    case Defect::kMirrored:
-      return "mirrored";
-    case Defect::kScaled:
-      return "scaled";
-    case Defect::kNoConsensus:
-      return "no_consensus";
-  }
-  return "none";
+  constexpr const char* kNames[] = {"none", "coincident", "collinear", "noise", "mirrored", "scaled", "no_consensus"};
+  return kNames[static_cast<int>(defect)];
 }
 
 RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOptions& options) {

@@ -137,9 +137,7 @@ TrialLog read_trial_log(const std::filesystem::path& file) {
     required.push_back(names.level);
   }
   const CsvTable table = read_csv(file, required, {}, readers);
-  const auto at = [&](std::size_t row, const std::string& column) {
-    return table.rows[row][static_cast<std::size_t>(table.column(column))];
-  };
+  const auto at = [&](std::size_t row, const std::string& column) { return table.value(row, column); };
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     AnsweredTrial a;
     a.trial.number = static_cast<int>(at(row, "trial"));
