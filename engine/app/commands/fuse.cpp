@@ -11,6 +11,7 @@
 #include "calibration/calibration_files.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/planning/scan_fusion.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -31,14 +32,6 @@ struct Arguments {
   std::optional<double> voxel_mm;
   bool json = false;
 };
-
-nlohmann::ordered_json volumes_json(const PerTissue& volume) {
-  nlohmann::ordered_json j = nlohmann::ordered_json::object();
-  for (std::size_t t = 0; t < volume.size(); ++t) {
-    if (volume[t] > 0) j[std::string(name_of(static_cast<Tissue>(t)))] = volume[t] / kCubicMillimetre;
-  }
-  return j;
-}
 
 struct Outcome {
   ScanRegistration registration;
@@ -81,8 +74,8 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
   j["moved_mm"] = {{"mean", o.fused.mean / kMillimetre},
                    {"median", o.fused.median_size / kMillimetre},
                    {"most", o.fused.max_size / kMillimetre}};
-  j["volume_before_mm3"] = volumes_json(o.before);
-  j["volume_mm3"] = volumes_json(o.after);
+  j["volume_before_mm3"] = by_tissue(o.before, kCubicMillimetre);
+  j["volume_mm3"] = by_tissue(o.after, kCubicMillimetre);
   return j;
 }
 

@@ -9,9 +9,11 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/planning/imported_exercise.h"
 #include "engine/app/planning/mouth.h"
 #include "engine/app/planning/volume_beside.h"
@@ -35,23 +37,6 @@ struct Arguments {
   double band_mm = 1.5, unit_mm = 1, open_mm = 0;
   bool json = false;
 };
-
-std::vector<double> numbers(const std::string& text, const char* option, std::size_t least, std::size_t most,
-                            const char* expected) {
-  std::vector<double> values;
-  const char* p = text.c_str();
-  while (true) {
-    char* end = nullptr;
-    const double v = std::strtod(p, &end);
-    if (end == p || !std::isfinite(v)) throw Error(option, "", '"' + text + '"', expected);
-    values.push_back(v);
-    if (*end == '\0') break;
-    if (*end != ',') throw Error(option, "", '"' + text + '"', expected);
-    p = end + 1;
-  }
-  if (values.size() < least || values.size() > most) throw Error(option, "", '"' + text + '"', expected);
-  return values;
-}
 
 haptics::ImportOptions options_of(const Arguments& a) {
   haptics::ImportOptions o;
@@ -119,10 +104,6 @@ haptics::ImportOptions options_of(const Arguments& a) {
   return o;
 }
 
-nlohmann::ordered_json vec(const dvec3& v, double unit) {
-  return {v.x / unit, v.y / unit, v.z / unit};
-}
-
 bool has_greys(const haptics::ImportReport& r) {
   return r.spacing != dvec3(0) && !r.format.ends_with("label map");
 }
@@ -144,21 +125,11 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   j["size"] = {r.size.x, r.size.y, r.size.z};
   j["bounds_mm"] = {vec(r.lo, kMillimetre), vec(r.hi, kMillimetre)};
   j["height_mm"] = r.height / kMillimetre;
-  double total = 0;
-  for (int t = 0; t < kTissueCount; ++t) {
-    const double mm3 = r.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
-    if (mm3 > 0) j["volume_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = mm3;
-    total += mm3;
-  }
-  j["volume_mm3"]["total"] = total;
-  for (int t = 0; t < kTissueCount; ++t) {
-    const double doubt = r.volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre;
-    if (doubt > 0) j["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = doubt;
-  }
-  for (int t = 0; t < kTissueCount && (r.jaw || !a.hardness.empty()); ++t) {
-    const double mean = r.hardness[static_cast<std::size_t>(t)];
-    if (mean > 0) j["mean_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
-  }
+  j["volume_mm3"] = by_tissue(r.volume, kCubicMillimetre);
+  j["volume_mm3"]["total"] = std::accumulate(r.volume.begin(), r.volume.end(), 0.0) / kCubicMillimetre;
+  const nlohmann::ordered_json doubt = by_tissue(r.volume_uncertainty, kCubicMillimetre);
+  if (!doubt.empty()) j["volume_doubt_mm3"] = doubt;
+  if (r.jaw || !a.hardness.empty()) j["mean_hardness"] = by_tissue(r.hardness, 1);
   if (r.false_dentin) j["crown_false_dentin_share"] = *r.false_dentin;
   j["components_found"] = r.bodies_found;
   j["components_kept"] = r.bodies_kept;
@@ -180,7 +151,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
     // Repeats the value "volume_doubt_mm3" inside "jaw", where other programs read it.
-    if (j.contains("volume_doubt_mm3")) jaw["volume_doubt_mm3"] = j.at("volume_doubt_mm3");
+    if (!doubt.empty()) jaw["volume_doubt_mm3"] = doubt;
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
       nlohmann::ordered_json of_canal;

@@ -10,6 +10,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/planning/implant_planner.h"
 #include "engine/app/planning/planned_exercise.h"
 #include "engine/base/error.h"
@@ -46,15 +47,6 @@ ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
   return implant_procedures().front();
 }
 
-nlohmann::ordered_json vec(const dvec3& v, double unit) {
-  return {v.x / unit, v.y / unit, v.z / unit};
-}
-/// Converts m to mm. An infinite distance (no canal or no tooth) becomes null.
-nlohmann::ordered_json millimetres(double distance) {
-  if (!std::isfinite(distance)) return nullptr;
-  return distance / kMillimetre;
-}
-
 nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session::ImplantPlan& plan,
                                const PlanFindings& found, const ImplantPlanner& planner, const Options& options) {
   const NerveCanal canal = planner.canal_near(plan);
@@ -70,9 +62,9 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
       {"in_bone_percent", 100 * found.in_bone},
       {"leaves_at_mm", nullptr},
       {"leaves_depth_mm", nullptr},
-      {"canal_mm", millimetres(found.canal_distance)},
+      {"canal_mm", found.canal_distance / kMillimetre},  // infinite without a canal: null
       {"canal_margin_mm", procedure.canal_margin / kMillimetre},
-      {"tooth_mm", millimetres(found.tooth_distance)},
+      {"tooth_mm", found.tooth_distance / kMillimetre},
       {"mean_grey_HU", found.mean_grey},
       {"canal", nullptr},
       {"out", options.out},

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/hud.h"
@@ -52,14 +52,12 @@ struct Options {
 
 /// Parses a plane "NX,NY,NZ,OFFSET_MM": a normal and an offset. The renderer keeps the tissue with normal · p > offset.
 glm::dvec4 parse_plane(const std::string& text) {
-  glm::dvec4 p;
-  int end = 0;
-  const bool read = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &p.w, &end) == 4 &&
-                    end == static_cast<int>(text.size());
-  const double length = glm::length(dvec3(p));
-  if (!read || !is_finite(dvec3(p)) || !std::isfinite(p.w) || length < 1e-9)
-    throw Error("", "--plane", fmt::format("\"{}\"", text), "NX,NY,NZ,OFFSET_MM: a normal and where the plane lies");
-  return {dvec3(p) / length, -p.w * kMillimetre / length};
+  constexpr const char* kExpected = "NX,NY,NZ,OFFSET_MM: a normal and where the plane lies";
+  const std::vector<double> p = numbers(text, "--plane", 4, 4, kExpected);
+  const dvec3 normal(p[0], p[1], p[2]);
+  const double length = glm::length(normal);
+  if (length < 1e-9) throw Error("--plane", "", '"' + text + '"', kExpected);
+  return {normal / length, -p[3] * kMillimetre / length};
 }
 
 /// Adds the meshes that the chosen teaching view shows in addition to the tissue's surface, for example the cut face of
@@ -151,18 +149,17 @@ ordered_json stats_json(const render::FrameStats& s) {
 
 /// Writes the lights and the tissues' colours as JSON, so that another renderer can draw the same scene.
 ordered_json light_json(const render::Lights& lights) {
-  const auto numbers = [](const dvec3& v) { return ordered_json{v.x, v.y, v.z}; };
   namespace shared = render::shared;
-  return {{"toward_lamp", numbers(glm::normalize(lights.key))},
+  return {{"toward_lamp", vec(glm::normalize(lights.key), 1)},
           {"lamp_strength", lights.key_strength},
-          {"lamp_color", numbers(shared::kLampColor)},
+          {"lamp_color", vec(shared::kLampColor, 1)},
           {"lamp_half_angle", shared::kLampHalfAngle},
-          {"up", numbers(glm::normalize(lights.up))},
-          {"window", numbers(render::toward_window(lights))},
+          {"up", vec(glm::normalize(lights.up), 1)},
+          {"window", vec(render::toward_window(lights), 1)},
           {"room",
-           {{"floor", numbers(lights.ambient * dvec3(shared::kRoomFloor))},
-            {"ceiling", numbers(lights.ambient * dvec3(shared::kRoomCeiling))},
-            {"window", numbers(lights.ambient * dvec3(shared::kRoomWindow))}}}};
+           {{"floor", vec(lights.ambient * dvec3(shared::kRoomFloor), 1)},
+            {"ceiling", vec(lights.ambient * dvec3(shared::kRoomCeiling), 1)},
+            {"window", vec(lights.ambient * dvec3(shared::kRoomWindow), 1)}}}};
 }
 
 ordered_json colors_json(const MaterialTable& materials) {

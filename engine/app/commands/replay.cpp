@@ -4,13 +4,13 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/review/playback.h"
@@ -137,12 +137,8 @@ void run(Options options) {
   if (!options.key.empty()) session::require_signature(session, options.key);
   PlaybackOptions& playback = options.playback;
   if (!options.eye.empty()) {
-    dvec3 eye;
-    int end = 0;
-    const bool read = std::sscanf(options.eye.c_str(), "%lf,%lf,%lf%n", &eye.x, &eye.y, &eye.z, &end) == 3 &&
-                      end == static_cast<int>(options.eye.size()) && is_finite(eye);
-    if (!read) throw Error("", "--eye-mm", options.eye, "X,Y,Z between the eyes, in the workbench");
-    playback.eye_W = eye * kMillimetre;
+    const std::vector<double> mm = numbers(options.eye, "--eye-mm", 3, 3, "X,Y,Z between the eyes, in the workbench");
+    playback.eye_W = dvec3(mm[0], mm[1], mm[2]) * kMillimetre;
   }
   if (options.ipd > 0) playback.ipd = options.ipd * kMillimetre;
   if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");

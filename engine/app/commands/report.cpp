@@ -10,6 +10,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
@@ -100,9 +101,8 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
 }
 
 nlohmann::json mm_of(const dvec3& p_W) {
-  return {p_W.x * 1e3, p_W.y * 1e3, p_W.z * 1e3};
+  return vec(p_W, kMillimetre);
 }
-
 nlohmann::json json_of(const session::PlaceName& place) {
   return {{"part", place.part}, {"side", place.side}, {"third", place.third}};
 }
@@ -202,12 +202,8 @@ void run(const Options& options) {
                              {"defects", nlohmann::json::array()}};
     for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
-    if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt) {
-      for (int t = 1; t < kTissueCount; ++t) {
-        const double mean = (*hardness)[static_cast<std::size_t>(t)];
-        if (mean > 0) result["removed_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
-      }
-    }
+    if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt)
+      if (const auto means = by_tissue(*hardness, 1); !means.empty()) result["removed_hardness"] = means;
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
     const Score& score = *report.score;

@@ -115,8 +115,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
     json["workspace_mm"] = {
         {"low", in_mm(plan.low)}, {"high", in_mm(plan.high)}, {"size", in_mm(plan.high - plan.low)}};
     for (std::size_t f = 0; f < 6; ++f) json["workspace_mm"]["limits"][kSides[f]] = plan.faces[f].limit;
-    json["comfortable_depth_mm"] = {plan.nearest * 1e3,
-                                    std::isfinite(plan.farthest) ? Value(plan.farthest * 1e3) : Value(nullptr)};
+    json["comfortable_depth_mm"] = {plan.nearest * 1e3, plan.farthest * 1e3};  // infinite: null
   }
   json["pixel_mm"] = plan.pixel * 1e3;
   return json;

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/recording/resume.h"
@@ -29,11 +29,12 @@ struct Options {
   bool json = false;
 };
 
+constexpr double kMilligram = 1e-6;  // kg
+
 /// Converts masses to JSON, in mg: the water, and the solid particles of each tissue.
 nlohmann::ordered_json load_json(const debris::Load& load) {
-  nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
-  for (std::size_t t = 0; t < kTissueCount; ++t)
-    if (load.solids[t] > 0) json[std::string(name_of(static_cast<Tissue>(t))) + "_mg"] = load.solids[t] * 1e6;
+  nlohmann::ordered_json json = {{"water_mg", load.water / kMilligram}};
+  json.update(by_tissue(load.solids, kMilligram, "_mg"));
   return json;
 }
 
@@ -41,18 +42,12 @@ nlohmann::ordered_json load_json(const debris::Load& load) {
 /// masses.
 nlohmann::ordered_json debris_json(const DebrisBalance& balance) {
   const debris::DebrisLedger& ledger = balance.chips;
-  const auto number = [](double kg) {
-    return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();
-  };
-  nlohmann::ordered_json born = nlohmann::ordered_json::object();
-  for (std::size_t t = 0; t < kTissueCount; ++t)
-    if (ledger.born[t] > 0) born[std::string(name_of(static_cast<Tissue>(t)))] = number(ledger.born[t]);
-  nlohmann::ordered_json json = {{"born_mg", born},
-                                 {"in_the_air_mg", number(ledger.alive)},
-                                 {"decayed_mg", number(ledger.decayed)},
-                                 {"sucked_mg", number(ledger.sucked)},
-                                 {"no_room_mg", number(ledger.dropped)},
-                                 {"deposited_mg", number(ledger.deposited)},
+  nlohmann::ordered_json json = {{"born_mg", by_tissue(ledger.born, kMilligram)},
+                                 {"in_the_air_mg", ledger.alive / kMilligram},
+                                 {"decayed_mg", ledger.decayed / kMilligram},
+                                 {"sucked_mg", ledger.sucked / kMilligram},
+                                 {"no_room_mg", ledger.dropped / kMilligram},
+                                 {"deposited_mg", ledger.deposited / kMilligram},
                                  {"events_lost", balance.events_lost}};
   if (const auto& s = balance.spray)
     json["spray"] = {{"sprayed", load_json(s->sprayed)},   {"flung", load_json(s->flung)},
@@ -62,7 +57,7 @@ nlohmann::ordered_json debris_json(const DebrisBalance& balance) {
   if (const auto& f = balance.film)
     json["film"] = {{"deposited", load_json(f->deposited)}, {"on_surface", load_json(f->on_surface)},
                     {"sucked", load_json(f->sucked)},       {"run_off", load_json(f->run_off)},
-                    {"dried_mg", f->dried * 1e6},           {"flung", load_json(f->flung)}};
+                    {"dried_mg", f->dried / kMilligram},    {"flung", load_json(f->flung)}};
   return json;
 }
 

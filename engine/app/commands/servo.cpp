@@ -10,6 +10,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
 #include "engine/app/picture/tissue_view.h"
@@ -127,13 +128,6 @@ void run(const Options& options) {
   if (!options.save.empty()) save_tissue(copy_of(session.carver()), options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
-  double removed = 0;
-  nlohmann::ordered_json removed_json = nlohmann::ordered_json::object();
-  for (int i = 1; i < kTissueCount; ++i) {
-    const double v = last.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
-    removed += v;
-    if (v > 0) removed_json[std::string(name_of(static_cast<Tissue>(i)))] = v;
-  }
   if (options.json) {
     const nlohmann::ordered_json json = {
         {"model", model_name(scene)},
@@ -142,7 +136,7 @@ void run(const Options& options) {
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},
         {"loose_pieces", pieces},
-        {"removed_mm3", removed_json},
+        {"removed_mm3", by_tissue(last.removed, kCubicMillimetre)},
         {"energy_mJ", last.energy * 1e3},
         {"faults", faults},
         {"tick_us", {{"p50", percentile(0.5)}, {"p99", percentile(0.99)}, {"p99_9", percentile(0.999)}}},
@@ -154,7 +148,8 @@ void run(const Options& options) {
         {"out", options.out}};
     fmt::print("{}\n", json.dump(2));
   } else {
-    fmt::print("{} ticks, {:.3f} s, {} cuts, {:.4f} mm³ removed\n", ticks, to_seconds(last.t), last.cuts, removed);
+    fmt::print("{} ticks, {:.3f} s, {} cuts, {:.4f} mm³ removed\n", ticks, to_seconds(last.t), last.cuts,
+               total(last.removed) / kCubicMillimetre);
     fmt::print("tick: median {:.2f} µs, 99 % {:.2f} µs, 99.9 % {:.2f} µs of thread CPU time\n", percentile(0.5),
                percentile(0.99), percentile(0.999));
     fmt::print("field {:016x}, faults {}\n", field_hash, faults);

@@ -18,6 +18,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/commands/sound_page.h"
 #include "engine/app/commands/sound_picture.h"
+#include "engine/app/commands/values.h"
 #include "engine/app/live/sound_follower.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -156,10 +157,7 @@ void run_fit(FitCommand c) {
 
 /// Converts "RIGHT,UP,AHEAD" (cm from the point between the eyes) to the angles at the ears.
 audio::EarAngles angles_of(const std::string& text) {
-  double cm[3];
-  char rest;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &cm[0], &cm[1], &cm[2], &rest) != 3)
-    throw Error("--binaural", "", "\"" + text + "\"", "RIGHT,UP,AHEAD in cm, for example 10,-20,30");
+  const std::vector<double> cm = numbers(text, "--binaural", 3, 3, "RIGHT,UP,AHEAD in cm, for example 10,-20,30");
   for (const double v : cm) check_range("--binaural", v, -1000, 1000);
   return audio::ear_angles(dvec3(cm[0], cm[1], -cm[2]) * 0.01, dvec3(0), dvec3(1, 0, 0));
 }
