@@ -40,7 +40,8 @@ void draw_assignments(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   SchoolForm& form = s.school;
   const float u = w.style().unit;
   begin_panel("assignments", s.text("op.school_assignments"), size, w);
-  if (form.assignments.empty()) dim_wrapped(form.busy ? "…" : s.text("op.school_no_assignment"));
+  if (form.assignments.empty() && !form.student.empty())
+    dim_wrapped(form.busy ? "…" : s.text("op.school_no_assignment"));
   for (std::size_t i = 0; i < form.assignments.size(); ++i) {
     const SchoolForm::Assignment& one = form.assignments[i];
     ImGui::PushID(one.number);
@@ -69,7 +70,8 @@ void draw_assignments(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_curves(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("curves", s.text("op.school_curve"), size, w);
-  if (s.school.curves.empty()) dim_wrapped(s.school.busy ? "…" : s.text("op.school_no_curve"));
+  if (s.school.curves.empty() && !s.school.student.empty())
+    dim_wrapped(s.school.busy ? "…" : s.text("op.school_no_curve"));
   for (const SchoolForm::Curve& curve : s.school.curves) {
     if (curve.points.empty()) continue;
     row(curve.title.c_str(), s.number(static_cast<double>(curve.points.back()), 1));
