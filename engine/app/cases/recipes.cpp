@@ -15,10 +15,11 @@ namespace {
 
 constexpr double kBelowRoof = 1e-3;    // m, depth of a narrow access below the chamber's roof
 constexpr double kNarrowest = 1.3e-3;  // m; an access is never narrower than this, so that a bur of 1.2 mm can cut it
-constexpr double kInside = 0.15e-3;    // m, a lesion ends this far inside the cavity that removes it
-constexpr double kAround = 0.08e-3;    // m, the bowl for recurrent caries is larger than the lesion
-constexpr double kBelowContact = 0.7e-3;  // m, centre of an approximal lesion below the middle of the contact
-constexpr double kApart = 2e-3;           // m, smallest distance of two lesions that the trainee must find
+constexpr double kNarrowestMolar = 1.45e-3;  // m, the same for the deeper access of a molar
+constexpr double kInside = 0.15e-3;          // m, a lesion ends this far inside the cavity that removes it
+constexpr double kAround = 0.08e-3;          // m, the trough for recurrent caries is wider than the lesion
+constexpr double kBelowContact = 0.7e-3;     // m, centre of an approximal lesion below the middle of the contact
+constexpr double kApart = 2e-3;              // m, smallest distance of two lesions that the trainee must find
 
 /// Half the length of the cavity's outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2
 /// mm).
@@ -111,7 +112,7 @@ void access(Draft& draft) {
     return reach;
   };
   const double x = half({1, 0, 0}), y = half({0, 1, 0});
-  const double width = std::max(2 * std::min(x, y), kNarrowest);
+  const double width = std::max(2 * std::min(x, y), molar ? kNarrowestMolar : kNarrowest);
   const double reach = std::max(std::max(x, y) - 0.5 * width, 0.3e-3);
   const glm::dvec2 end = x > y ? glm::dvec2(reach, 0) : glm::dvec2(0, reach);
   draft.slot(-end, end, z, width);
