@@ -106,6 +106,7 @@ static int run_program(int argc, char** argv) {
   add_import_command(program);
   add_fuse_command(program);
   add_case_command(program);
+  add_next_command(program);
   add_mesh_command(program);
   add_volume_command(program);
   add_fit_damping_command(program);

@@ -294,6 +294,23 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
   EXPECT_LE(static_cast<double>(pictures->count()), to_seconds(recorded.ticks().back().t) / 0.03 + 20);
 }
 
+TEST_F(OperatorWindow, TheKeysForCasesMakeOneWhileTheWindowTakesOtherKeysAndItIsSelected) {
+  folder.write("home/limits.json", R"({"families": ["access-front"], "max_difficulty": 0.3})");
+  Program program(folder);
+  open(program);
+  press("F12");
+  press("ctrl+l");  // the case is being made, and the window changes its language
+  const std::string made = program.wait_for("case made: ", 5);
+  EXPECT_FALSE(made.empty());
+  const Json scene = Json::load(made);
+  EXPECT_EQ(scene["case"]["family"].string(), "access-front");
+  EXPECT_LE(scene["case"]["difficulty"].number(), 0.3);
+  press("ctrl+h");
+  type("script:" + (folder / "hand.csv"));
+  press("F5");
+  EXPECT_EQ(program.wait_for("session started: "), scene["name"].string());
+}
+
 TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
   let_the_hand_rest();
   Program program(folder);

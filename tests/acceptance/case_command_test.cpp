@@ -1,7 +1,9 @@
 // `typodont case` as users run it.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "engine/app/assets.h"
@@ -38,6 +40,7 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
   struct Made {
     const char *family, *difficulty;
   };
+  const std::vector<CaseFamily> families = case_families();
   for (const auto& [family, difficulty] : {Made{"fissure-opening", "0"},
                                            {"amalgam-removal", "1"},
                                            {"caries", "0.5"},
@@ -57,6 +60,12 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
     EXPECT_LE(summary["careless_points"].number(), 60) << name;
     const Scene scene = read_scene(file);
     EXPECT_TRUE(scene.task && (scene.task->ideal || scene.task->explore)) << name;
+    // The skills that a family trains follow from the items of its score.
+    const auto made_by = std::ranges::find(families, name, &CaseFamily::name);
+    const bool caries = load_untouched(scene).volumes()[static_cast<std::size_t>(Tissue::kCaries)] > 0;
+    EXPECT_EQ(made_by->weights.contains("residual_caries_percent"), caries && !scene.task->explore) << name;
+    const bool neighbours = scene.surroundings && !scene.surroundings->neighbours.empty();
+    EXPECT_EQ(made_by->weights.contains("neighbour_removed_mm3"), neighbours) << name;
   }
 }
 
@@ -114,6 +123,69 @@ TEST_F(CaseCommand, TheListNamesEachFamilyWithItsTeethAndParameters) {
   EXPECT_THAT(listed.out, HasSubstr("class-1: Class I cavity; teeth U4"));
   EXPECT_THAT(listed.out, HasSubstr("access-molar"));
   EXPECT_THAT(listed.out, HasSubstr("pulp_left_mm"));
+}
+
+struct NextCommand : CaseCommand {
+  Ran next(const std::string& arguments) const {
+    return folder.run("next --language en --trainee Anna --sessions " + (folder / "sessions") + " " + arguments,
+                      "TYPODONT_HOME=" + (folder / "home"));
+  }
+  void SetUp() override { std::filesystem::create_directories(folder / "sessions/Anna"); }
+};
+
+TEST_F(NextCommand, ANewTraineeBeginsWithAnEasyCaseWithinTheTeachersLimits) {
+  const std::string limits =
+      folder.write("limits.json", R"({"families": ["access-front"], "min_difficulty": 0.2, "max_difficulty": 0.6})");
+  const Ran chosen = next("--json --limits " + limits + " --out " + (folder / "case.json"));
+  ASSERT_EQ(chosen.status, 0) << chosen.err;
+  const Json json = Json::parse(chosen.out, "stdout");
+  EXPECT_EQ(json["family"].string(), "access-front");
+  EXPECT_EQ(json["difficulty"].number(), 0.2);
+  EXPECT_EQ(json["sessions"].integer(), 0);
+  EXPECT_THAT(json["reason"].string(), HasSubstr("Root canal access, front tooth, difficulty 0.20: the first case"));
+  const auto made = case_in(read_text(folder / "case.json"));
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->family, "access-front");
+  EXPECT_EQ(made->difficulty, 0.2);
+  EXPECT_EQ(static_cast<long long>(made->seed), json["seed"].integer());
+  EXPECT_NO_THROW((void)read_scene(folder / "case.json"));
+}
+
+TEST_F(NextCommand, ItEstimatesMasteryFromRecordingsAndLeavesOutDamagedOnes) {
+  ASSERT_EQ(run("access-front --seed 5 --difficulty 1 --out " + (folder / "case.json")).status, 0);
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n0.2,0,0,30,1,0,0,0,0\n");
+  const std::string recording = folder / "sessions/Anna/2026-01-01_10-00-00_access-front-5.h5";
+  ASSERT_EQ(
+      folder.run("servo " + (folder / "case.json") + " --hand " + (folder / "hand.csv") + " --out " + recording).status,
+      0);
+  folder.write("sessions/Anna/2026-01-02_10-00-00_broken.h5", read_text(recording).substr(0, 3000));
+  folder.write("sessions/Anna/2026-01-03_10-00-00_noise.h5", "no session");
+  const Ran chosen = next("--json");
+  ASSERT_EQ(chosen.status, 0) << chosen.err;
+  EXPECT_THAT(chosen.err, HasSubstr("left out: " + (folder / "sessions/Anna/2026-01-03_10-00-00_noise.h5")));
+  const Json json = Json::parse(chosen.out, "stdout");
+  EXPECT_EQ(json["sessions"].integer(), 1);
+  EXPECT_THAT(json["reason"].string(), HasSubstr("it trains your weakest skill"));
+  std::map<std::string, Json> skills;
+  for (const Json& skill : json["skills"].items()) skills.emplace(skill["name"].string(), skill);
+  EXPECT_EQ(skills.at("caries")["sessions"].integer(), 0);
+  EXPECT_EQ(skills.at("pulp")["sessions"].integer(), 1);
+  EXPECT_LT(skills.at("pulp")["ability"].number(), -1) << "nothing was done, so the case gave no points";
+  EXPECT_LT(skills.at("pulp")["standard_error"].number(), 0.8);
+  EXPECT_EQ(next("--json").out, chosen.out) << "the cached score gives the same choice";
+}
+
+TEST_F(NextCommand, WrongLimitsAreNamed) {
+  const auto fails = [&](const std::string& limits, const std::string& word) {
+    const Ran failed = next("--limits " + folder.write("limits.json", limits));
+    EXPECT_EQ(failed.status, 2) << limits;
+    EXPECT_THAT(failed.err, HasSubstr(word)) << limits;
+  };
+  fails(R"({"families": ["class-9"]})", "class-9");
+  fails(R"({"families": []})", "at least one family");
+  fails(R"({"min_difficulty": 0.7, "max_difficulty": 0.2})", "max_difficulty");
+  fails(R"({"max_difficulty": 2})", "max_difficulty");
+  fails(R"({"easy": true})", "easy");
 }
 
 }  // namespace

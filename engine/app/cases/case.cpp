@@ -23,8 +23,8 @@ namespace {
 
 constexpr double kVoxel = 0.125e-3;  // m, edge of a voxel
 // Keys of the shipped exercise that a case does not take: they belong to its tissue.
-const std::set<std::string> kOwnKeys = {"name",    "description", "tissue",       "surroundings", "paint",
-                                        "prepare", "suction",     "mouth_mirror", "heat",         "task"};
+const std::set<std::string> kOwnKeys = {"name",    "description",  "tissue", "surroundings", "paint", "prepare",
+                                        "suction", "mouth_mirror", "heat",   "task",         "case"};
 
 /// The family `name` of the table. A family with the key "like" has the keys of that family, changed by its own.
 Ordered family_of(const Ordered& table, const std::string& name) {
@@ -72,15 +72,55 @@ void set_rules(Ordered& rules, const Json& family) {
   }
 }
 
+Ordered base_of(const Json& family) {
+  return Ordered::parse(Json::load(find_scene(family["base"].string())).text());
+}
+
+/// The task of the shipped exercise with the family's title, steps and rules.
+Ordered task_of(const Json& family, const Ordered& base) {
+  Ordered task = base["task"];
+  for (const char* key : {"title", "steps"})
+    if (const auto own = family.find(key)) task[key] = Ordered::parse(own->text());
+  task.erase("protect");
+  set_rules(task["rules"], family);
+  return task;
+}
+
+/// Weight of each item of the score in the cases of a family.
+std::map<std::string, double> weights_of(const Json& family, const Ordered& task) {
+  session::ScoreInput input;
+  if (task.contains("explore"))
+    input.explore.emplace();
+  else
+    input.ideal.emplace();
+  std::map<std::string, double> weights;
+  for (const session::ScoreRule& rule : session::default_rules(input)) weights[rule.name] = rule.weight;
+  const std::string recipe = family["recipe"].string();
+  const auto made_by = [&](std::initializer_list<const char*> recipes) {
+    return std::ranges::find(recipes, recipe) != recipes.end();
+  };
+  std::vector<const char*> absent = {"gingiva_removed_mm3", "protected_removed_mm3"};
+  const Json parameters = family["parameters"];
+  if (!made_by({"cervical"}) && !parameters.has("lesion_depth_mm") && !parameters.has("recurrent_mm"))
+    absent.push_back("residual_caries_percent");
+  if (!made_by({"boxes", "onlay", "lingual_box", "fracture"})) absent.push_back("neighbour_removed_mm3");
+  if (teeth_of(family).empty()) absent.insert(absent.end(), {"pulp_removed_mm3", "pulp_distance_mm"});
+  for (const char* name : absent) weights.erase(name);
+  for (const Ordered& rule : task["rules"]) weights[rule["name"]] = rule["weight"];
+  std::erase_if(weights, [](const auto& item) { return item.second <= 0; });
+  return weights;
+}
+
 Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::string& volume) {
   const Json& family = draft.family;
   const CaseTooth& tooth = draft.out.tooth;
-  const Ordered base = Ordered::parse(Json::load(find_scene(family["base"].string())).text());
+  const Ordered base = base_of(family);
   std::string description =
       fmt::format("Case {} of the family {}, difficulty {:g}", request.seed, request.family, request.difficulty);
   if (!tooth.type.empty()) description += fmt::format(": {} ({}), {:.0f} years", tooth.name, tooth.type, tooth.age);
   Ordered scene = {{"name", fmt::format("{}-{}", request.family, request.seed)},
                    {"description", description + "."},
+                   {"case", {{"family", request.family}, {"seed", request.seed}, {"difficulty", request.difficulty}}},
                    {"tissue", {{"volume", volume}}}};
   for (const auto& [key, value] : base.items())
     if (!kOwnKeys.contains(key)) scene[key] = value;
@@ -89,9 +129,7 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   if (scene.contains("tooth")) scene["tooth"] = {{"mesial", listed(draft.turn[0])}, {"buccal", listed(draft.turn[1])}};
   if (!draft.prepare.empty()) scene["prepare"] = draft.prepare;
   if (!draft.neighbours.empty()) scene["surroundings"] = {{"neighbours", draft.neighbours}};
-  Ordered task = base["task"];
-  for (const char* key : {"title", "steps"})
-    if (const auto own = family.find(key)) task[key] = Ordered::parse(own->text());
+  Ordered task = task_of(family, base);
   for (const std::string& language : family["goal"].keys()) {
     std::string filled = family["goal"][language].string();
     const auto fill = [&](const std::string& name, const std::string& value) {
@@ -107,23 +145,28 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   else
     task["explore"] = draft.explore;
   task["axis"] = draft.direction({0, 0, 1});
-  task.erase("protect");
-  set_rules(task["rules"], family);
   scene["task"] = task;
   return scene;
 }
 
 }  // namespace
 
+std::optional<CaseIdentity> case_in(const std::string& scene) {
+  if (scene.empty()) return std::nullopt;
+  const auto made = Json::parse(scene, "scene").find("case");
+  if (!made) return std::nullopt;
+  return CaseIdentity{(*made)["family"].string(), static_cast<std::uint64_t>((*made)["seed"].integer(0)),
+                      (*made)["difficulty"].number(0, 1)};
+}
+
 std::vector<CaseFamily> case_families() {
   std::vector<CaseFamily> families;
   const Json table = families_table();
   for (const std::string& name : table.keys()) {
-    const auto title = table[name].find("title");
-    CaseFamily family{
-        name, (title ? *title : Json::load(find_scene(table[name]["base"].string()))["task"]["title"])["en"].string(),
-        teeth_of(table[name]), table[name]["parameters"].keys()};
-    families.push_back(std::move(family));
+    const Json family = table[name];
+    const Ordered task = task_of(family, base_of(family));
+    families.push_back({name, session::read_task_text(Json::parse(task["title"].dump(), name)), teeth_of(family),
+                        family["parameters"].keys(), weights_of(family, task)});
   }
   return families;
 }

@@ -3,24 +3,33 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/cases/tooth.h"
+#include "engine/session/task.h"
 
 namespace typodont {
 
 struct CaseFamily {
-  std::string name, title;
+  std::string name;
+  session::TaskText title;
   std::vector<std::string> teeth, parameters;
+  std::map<std::string, double> weights;  // weight of each item of the score
 };
 std::vector<CaseFamily> case_families();
 
-struct CaseRequest {
+struct CaseIdentity {
   std::string family;
   std::uint64_t seed = 1;
   double difficulty = 0.5;  // 0: easiest, 1: most difficult
-  std::string tooth;        // tooth of the case family; empty: the seed selects one
+};
+/// Reads the key "case" of a scene's JSON text; empty if the scene is no generated case.
+std::optional<CaseIdentity> case_in(const std::string& scene);
+
+struct CaseRequest : CaseIdentity {
+  std::string tooth;  // tooth of the case family; empty: the seed selects one
 };
 
 struct Case {

@@ -23,8 +23,9 @@ struct Options {
 
 void list() {
   for (const CaseFamily& family : case_families())
-    fmt::print("{}: {}; {}{}; {}\n", family.name, family.title, family.teeth.empty() ? "no tooth" : "teeth ",
-               fmt::join(family.teeth, " "), fmt::join(family.parameters, ", "));
+    fmt::print("{}: {}; {}{}; {}\n", family.name, family.title.in(session::Language::kEnglish),
+               family.teeth.empty() ? "no tooth" : "teeth ", fmt::join(family.teeth, " "),
+               fmt::join(family.parameters, ", "));
 }
 
 void run(const Options& options) {

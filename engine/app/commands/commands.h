@@ -18,6 +18,7 @@ void add_fit_material_command(cli::Command& program);
 void add_fuse_command(cli::Command& program);
 void add_import_command(cli::Command& program);
 void add_mesh_command(cli::Command& program);
+void add_next_command(cli::Command& program);
 void add_fit_damping_command(cli::Command& program);
 void add_pack_command(cli::Command& program);
 void add_plan_command(cli::Command& program);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/app/cases/case.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/commands/values.h"
@@ -195,11 +196,15 @@ void run(const Options& options) {
                              {"points", report.score->points},
                              {"full", report.score->full},
                              {"completion", report.score->completion},
+                             {"date", reader.header().date},
+                             {"case", nullptr},
                              {"pass_mark", report.score->pass.points},
                              {"pass_source", report.score->pass.source},
                              {"passed", report.score->counts() && report.score->passed()},
                              {"items", items},
                              {"defects", nlohmann::json::array()}};
+    if (const auto made = case_in(scene))
+      result["case"] = {{"family", made->family}, {"seed", made->seed}, {"difficulty", made->difficulty}};
     for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt)

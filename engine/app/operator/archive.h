@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/cases/mastery.h"
 #include "engine/app/planning/imported_exercise.h"
 #include "engine/base/progress.h"
 #include "haptics/import/import.h"
@@ -16,6 +17,10 @@ namespace typodont {
 struct CachedScore {
   double points = 0;  // points of the session, 0..100
   bool counts = false, passed = false;
+  double completion = 1;  // completed fraction of the task
+  std::string date;       // of the recording, ISO 8601; empty: unknown
+  std::vector<ItemPoints> items;
+  std::optional<CaseIdentity> made;  // the generated case; empty: another exercise
 };
 
 struct SessionEntry {

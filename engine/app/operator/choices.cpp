@@ -44,9 +44,11 @@ void Choices::set_language(session::Language language) {
 
 void Choices::rescan() {
   s_.scenes = find_scenes(s_);
+  s_.cases.families = find_case_families(s_.language);
   pictures_.forget();
   std::string texts;
   for (const SceneChoice& scene : s_.scenes) texts += scene.group + scene.title + scene.description;
+  for (const auto& [name, title] : s_.cases.families) texts += title;
   window_.announce_text(texts);
   s_.hands = find_hands(s_);
   s_.real_time_refused = realtime_refusal();
@@ -58,6 +60,7 @@ void Choices::rescan() {
     chosen = std::clamp(chosen, 0, std::max(static_cast<int>(count) - 1, 0));
   };
   within(s_.scene, s_.scenes.size());
+  within(s_.cases.family, s_.cases.families.size());
   within(s_.hand, s_.hands.size());
   within(s_.rig, s_.rigs.size());
 }

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/assets.h"
+#include "engine/app/cases/case.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -102,16 +103,27 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
           if (!task.title.empty()) choice.title = task.title.in(s.language);
           choice.description = task.goal.in(s.language);
         }
+        if (const auto made = case_in(json.text())) {
+          choice.group = s.text("op.cases");
+          choice.title += fmt::format(" · {} · {}", s.number(made->difficulty, 2), made->seed);
+        }
         const Scene scene = read_scene(file);
         choice.model = model_name(scene);
-        choice.jaw = scene.implant || (choice.own && !volume_file(scene).empty());
+        choice.jaw = scene.implant || (choice.own && !json.has("case") && !volume_file(scene).empty());
       } catch (const std::exception& e) {
         choice.fault = e.what();
       }
       scenes.push_back(std::move(choice));
     }
   }
+  std::ranges::stable_partition(scenes, [&](const SceneChoice& one) { return one.group != s.text("op.cases"); });
   return scenes;
+}
+
+std::vector<std::pair<std::string, std::string>> find_case_families(session::Language language) {
+  std::vector<std::pair<std::string, std::string>> families;
+  for (const CaseFamily& family : case_families()) families.emplace_back(family.name, family.title.in(language));
+  return families;
 }
 
 std::vector<HandEntry> find_hands(const OperatorState& s) {

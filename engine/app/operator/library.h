@@ -11,8 +11,11 @@
 namespace typodont {
 
 /// Exercises: the shipped ones in the order of assets/curriculum.json, then the user's own by name. An unreadable one
-/// contains its error message. Throws Error if assets/curriculum.json cannot be read.
+/// contains its error message. Generated cases come last. Throws Error if assets/curriculum.json cannot be read.
 std::vector<SceneChoice> find_scenes(const OperatorState& s);
+
+/// Names and titles of the families of cases. Throws Error.
+std::vector<std::pair<std::string, std::string>> find_case_families(session::Language language);
 
 /// A valid file or folder name from a text.
 std::string file_name_of(const std::string& text);

@@ -296,6 +296,12 @@ class Operator {
       case Ask::kGoOnFrom:
         start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
         break;
+      case Ask::kNextCase:
+        make_next_case(s_, work_, choices_);
+        break;
+      case Ask::kMakeCase:
+        make_chosen_case(s_, work_, choices_);
+        break;
       case Ask::kTutorial:
         choices_.choose_tutorial();
         start_session({});

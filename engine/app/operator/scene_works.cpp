@@ -9,10 +9,12 @@
 #include <sstream>
 
 #include "engine/app/operator/archive.h"
+#include "engine/app/operator/child.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/planning/planned_exercise.h"
 #include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
@@ -78,6 +80,44 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 }
 
 }  // namespace
+
+namespace {
+
+/// Runs `typodont WORDS --out FILE --json` for a new scene FILE, and selects this scene. The user sees the output's
+/// text "reason", if there is one.
+void make_case_by(OperatorState& s, BackgroundTask& work, Choices& choices, std::vector<std::string> words) {
+  const fs::path folder = user_folder() / "scenes", file = folder / fmt::format("case_{}.json", date_and_time());
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  words.insert(words.end(), {"--out", file.string(), "--json"});
+  const auto reason = std::make_shared<std::string>();
+  work.begin(
+      [words = std::move(words), reason](Progress& progress) {
+        progress.stage("op.making_case");
+        *reason = Json::parse(run_self(words, progress), words.front()).string_or("reason", "");
+      },
+      [&s, &choices, file, reason] {
+        choices.rescan();
+        choices.choose_scene(file);
+        s.say(reason->empty() ? fmt::format("{} {}", s.text("op.exercise_saved"), file.string()) : *reason);
+        log::info("case made: {}", file.string());
+      });
+}
+
+}  // namespace
+
+void make_next_case(OperatorState& s, BackgroundTask& work, Choices& choices) {
+  make_case_by(s, work, choices,
+               {"next", "--trainee", s.trainee.data(), "--language", std::string(session::tag_of(s.language))});
+}
+
+void make_chosen_case(OperatorState& s, BackgroundTask& work, Choices& choices) {
+  const CaseForm& form = s.cases;
+  make_case_by(s, work, choices,
+               {"case", form.families.at(static_cast<std::size_t>(form.family)).first, "--seed",
+                std::to_string(form.seed), "--difficulty", fmt::format("{:.2f}", form.difficulty)});
+}
 
 NewTooth tooth_of(const ImportForm& form) {
   NewTooth tooth;

@@ -29,6 +29,9 @@ NewTooth tooth_of(const ImportForm& form);
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Imports the region of the scan with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
+/// Makes the next case of the trainee's path, or the case of OperatorState::cases, in another process, and selects it.
+void make_next_case(OperatorState& s, BackgroundTask& work, Choices& choices);
+void make_chosen_case(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Saves the exercise that OperatorState::exercise describes, and selects its scene. `authored` must outlive the work.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves OperatorState::plan as an exercise, and selects this exercise on the start page.

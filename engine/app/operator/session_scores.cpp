@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ctime>
+#include <iomanip>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "engine/app/operator/child.h"
 #include "engine/base/cache.h"
@@ -19,7 +22,9 @@ namespace {
 
 constexpr const char* kSuffix = ".json";
 // Maximum score cache size, bytes: about ten thousand scores.
-constexpr std::uintmax_t kMaxKept = 4 << 20;
+constexpr std::uintmax_t kMaxKept = 16 << 20;
+// Number of sessions from which mastery is estimated. Older sessions would hardly change the estimate.
+constexpr std::size_t kMaxPast = 200;
 
 /// Key of a score in the cache. It changes if the session's file or the program changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
@@ -29,10 +34,35 @@ std::optional<std::uint64_t> key_of(const fs::path& session) {
   return key.key();
 }
 
+/// Reads a score from the JSON of `typodont report`, or from the cache, whose files have the same keys.
+CachedScore score_from(const Json& json) {
+  CachedScore score{json["points"].number(), json["full"].number() > 0, json["passed"].boolean(),
+                    json["completion"].number(0, 1), json["date"].string()};
+  for (const Json& item : json["items"].items())
+    score.items.push_back({item["name"].string(), item["points"].number(), item["full"].number()});
+  if (const Json made = json["case"]; made.is_object())
+    score.made = {made["family"].string(), static_cast<std::uint64_t>(made["seed"].integer(0)),
+                  made["difficulty"].number(0, 1)};
+  return score;
+}
+
+/// Days since 1970 of a date such as "2025-03-14T09:26:53Z"; empty if it is no date.
+std::optional<double> day_of(const std::string& date) {
+  std::tm time{};
+  std::istringstream in(date);
+  in >> std::get_time(&time, "%Y-%m-%dT%H:%M:%S");
+  if (in.fail()) return std::nullopt;
+  return static_cast<double>(timegm(&time)) / 86'400;
+}
+
 }  // namespace
 
-CachedScore known(const session::Score& score) {
-  return {score.points, score.counts(), score.counts() && score.passed()};
+CachedScore known(const session::SessionReader& session, const session::Score& score) {
+  const session::SessionHeader& header = session.header();
+  CachedScore known{score.points, score.counts(), score.counts() && score.passed(), score.completion, header.date};
+  for (const session::ScoreItem& item : score.items) known.items.push_back({item.name, item.points, item.full});
+  known.made = case_in(header.scene_json);
+  return known;
 }
 
 std::optional<CachedScore> cached_score(const fs::path& session) {
@@ -42,8 +72,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   const fs::path file = cache::find(folder, *key, kSuffix);
   if (file.empty()) return std::nullopt;
   try {
-    const Json json = Json::load(file);
-    return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
+    return score_from(Json::load(file));
   } catch (const Error&) {  // the cached file of another version is ignored
     return std::nullopt;
   }
@@ -53,9 +82,58 @@ void cache_score(const fs::path& session, const CachedScore& score) {
   const fs::path folder = cache::folder("scores");
   const auto key = key_of(session);
   if (folder.empty() || !key) return;
-  const nlohmann::json json = {{"points", score.points}, {"counts", score.counts}, {"passed", score.passed}};
+  nlohmann::json json = {{"points", score.points},
+                         {"full", score.counts ? 100 : 0},
+                         {"passed", score.passed},
+                         {"completion", score.completion},
+                         {"date", score.date},
+                         {"case", nullptr},
+                         {"items", nlohmann::json::array()}};
+  if (score.made)
+    json["case"] = {{"family", score.made->family}, {"seed", score.made->seed}, {"difficulty", score.made->difficulty}};
+  for (const ItemPoints& item : score.items)
+    json["items"].push_back({{"name", item.name}, {"points", item.points}, {"full", item.full}});
+  const std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   cache::keep(folder, *key, kSuffix, kMaxKept,
-              [&](const fs::path& part) { write_file_atomically(part, json.dump() + "\n", FileKind::kJson); });
+              [&](const fs::path& part) { write_file_atomically(part, text, FileKind::kJson); });
+}
+
+CachedScore score_apart(const fs::path& session, Progress& progress, int nice) {
+  const CachedScore score = score_from(Json::parse(
+      run_self({"report", session.string(), "--json", "--out", "/dev/null"}, progress, nice), session.string()));
+  cache_score(session, score);
+  return score;
+}
+
+std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& folder, Progress& progress) {
+  std::vector<fs::path> files;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code))
+    if (entry.path().extension() == ".h5") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  if (files.size() > kMaxPast) files.erase(files.begin(), files.end() - kMaxPast);
+  std::vector<std::pair<std::string, PastSession>> dated;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    progress.stage("op.scoring", static_cast<double>(i) / static_cast<double>(files.size()),
+                   static_cast<double>(i + 1) / static_cast<double>(files.size()));
+    try {
+      auto score = cached_score(files[i]);
+      if (!score) score = score_apart(files[i], progress);
+      if (!score->counts) continue;
+      PastSession past{.day = day_of(score->date), .shares = shares_of(table, score->items, score->completion)};
+      if (score->made)
+        past.family = score->made->family, past.seed = score->made->seed, past.difficulty = score->made->difficulty;
+      dated.push_back({score->date + files[i].filename().string(), std::move(past)});
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const std::exception& e) {
+      log::warn("left out: {}: {}", files[i].string(), e.what());
+    }
+  }
+  std::ranges::stable_sort(dated, {}, &std::pair<std::string, PastSession>::first);
+  std::vector<PastSession> sessions;
+  for (auto& [date, session] : dated) sessions.push_back(std::move(session));
+  return sessions;
 }
 
 bool SessionScores::look() {
@@ -81,11 +159,8 @@ void SessionScores::begin() {
   if (entry == s_.sessions.end()) return;
   scored_ = entry->file;
   tried_.insert(scored_);
-  job_ = std::make_unique<Job>([file = scored_](Progress& progress) {
-    const Json json = Json::parse(
-        run_self({"report", file.string(), "--json", "--out", "/dev/null"}, progress, kLowestPriority), "report");
-    cache_score(file, {json["points"].number(), json["full"].number() > 0, json["passed"].boolean()});
-  });
+  job_ = std::make_unique<Job>(
+      [file = scored_](Progress& progress) { (void)score_apart(file, progress, kLowestPriority); });
 }
 
 }  // namespace typodont

@@ -7,10 +7,12 @@
 #include <optional>
 #include <set>
 
+#include "engine/app/cases/mastery.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/state.h"
 #include "engine/session/score.h"
+#include "engine/session/session_file.h"
 
 namespace typodont {
 
@@ -18,7 +20,14 @@ namespace typodont {
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
-CachedScore known(const session::Score& score);
+CachedScore known(const session::SessionReader& session, const session::Score& score);
+/// Computes a score in another process, which a damaged file cannot leave, and stores it in the cache. `nice`: 0 to 19.
+/// Any thread. Throws Cancelled, Error or RunFailure.
+CachedScore score_apart(const std::filesystem::path& session, Progress& progress, int nice = 0);
+/// The scored sessions of the folder in order of time, only the newest if there are many. Computes missing scores;
+/// leaves out unreadable files with a message. Throws Cancelled.
+std::vector<PastSession> past_sessions(const SkillTable& table, const std::filesystem::path& folder,
+                                       Progress& progress);
 
 class SessionScores {
  public:

@@ -62,7 +62,7 @@ void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recordi
         made->score = *options.score;
         made->picture = picture_of_result(options);
         made->compared = options.ideal.has_value();
-        cache_score(recording, known(made->score));
+        cache_score(recording, known(reader, made->score));
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);

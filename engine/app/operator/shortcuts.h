@@ -28,6 +28,8 @@ inline constexpr std::array kShortcuts = {
     Shortcut{display::keys::kF1 + 8, false, "F9", "op.key_tutorial", {Ask::kTutorial, Ask::kTutorial}},
     Shortcut{display::keys::kF1 + 9, false, "F10", "op.key_end", {Ask::kEndSession, Ask::kToStart}},
     Shortcut{display::keys::kF1 + 10, false, "F11", "op.key_scan", {Ask::kLookAtScan, Ask::kLookAtScan}},
+    Shortcut{display::keys::kF1 + 11, false, "F12", "op.key_next_case", {Ask::kNextCase, Ask::kNextCase}},
+    Shortcut{'C', true, "Ctrl+C", "op.key_make_case", {Ask::kMakeCase, Ask::kMakeCase}},
     Shortcut{'F', true, "Ctrl+F", "op.key_film", {Ask::kFilm, Ask::kFilm}},
     Shortcut{'W', true, "Ctrl+W", "op.key_watch", {Ask::kWatch, Ask::kWatch}},
     Shortcut{'S', true, "Ctrl+S", "op.key_save", {Ask::kSaveTissue, Ask::kExportMesh}},

@@ -115,6 +115,36 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// Makes cases: the next one of the trainee's path, or one by family, difficulty and number.
+void draw_cases(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("cases", s.text("op.cases"), size, w);
+  CaseForm& form = s.cases;
+  const bool can = !s.busy && !form.families.empty();
+  const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  ask_button(s, Ask::kNextCase, shortcut(Ask::kNextCase), s.text("op.next_case"), {half, 0}, can);
+  ImGui::SameLine();
+  ask_button(s, Ask::kMakeCase, shortcut(Ask::kMakeCase), s.text("op.make_case"), {half, 0}, can);
+  ImGui::BeginDisabled(!can);
+  ImGui::SetNextItemWidth(-1);
+  const auto title = [&](int i) { return form.families[static_cast<std::size_t>(i)].second.c_str(); };
+  const int count = static_cast<int>(form.families.size());
+  if (ImGui::BeginCombo("##family", count > 0 ? title(form.family) : "")) {
+    for (int i = 0; i < count; ++i)
+      if (ImGui::Selectable(title(i), i == form.family)) form.family = i;
+    ImGui::EndCombo();
+  }
+  ImGui::SetNextItemWidth(half);
+  ImGui::SliderFloat("##difficulty", &form.difficulty, 0, 1, fmt::format("{} %.2f", s.text("op.difficulty")).c_str(),
+                     ImGuiSliderFlags_AlwaysClamp);
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(half);
+  ImGui::InputScalar("##seed", ImGuiDataType_S32, &form.seed, nullptr, nullptr,
+                     fmt::format("{} %d", s.text("op.seed")).c_str(), ImGuiInputTextFlags_AutoSelectAll);
+  form.seed = std::max(form.seed, 0);
+  ImGui::EndDisabled();
+  end_panel();
+}
+
 /// Choice of the contact model. Hidden unless a model other than the exercise's own is chosen.
 void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
   ImGui::Spacing();
@@ -289,7 +319,11 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float height = room.y - foot - ImGui::GetStyle().ItemSpacing.y;
   const float side = std::max(0.29f * room.x, 17 * u), left = 0.34f * room.x;
-  draw_scenes(s, w, {left, height});
+  const float cases = 9.2f * u;
+  begin_column("exercises", {left, height});
+  draw_scenes(s, w, {0, height - cases - ImGui::GetStyle().ItemSpacing.y});
+  draw_cases(s, w, {0, cases});
+  ImGui::EndChild();
   ImGui::SameLine();
   draw_details(s, w, {room.x - left - side - 2 * gap, height});
   ImGui::SameLine();
@@ -297,7 +331,10 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
 
   const ImVec2 button{13 * u, foot - 0.4f * u};
   begin_column("foot", {room.x - button.x - gap, foot - 0.4f * u});
-  message_line(s);
+  if (s.busy)
+    busy_bar(s, 0.5f * room.x);
+  else
+    message_line(s);
   ImGui::EndChild();
   ImGui::SameLine();
   const bool can = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&

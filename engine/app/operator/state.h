@@ -79,6 +79,8 @@ enum class Ask {
   kDropped,        // take the file in OperatorState::dropped
   kPlan,           // plan in the selected exercise's jaw; number: bone class, from 1
   kSavePlan,       // save the planned implant as an exercise
+  kNextCase,       // make and select the next case of the trainee's path
+  kMakeCase,       // make and select the case of CaseForm
   kTutorial,       // select and start the tutorial
   kWelcomed,       // close the introduction of the first start
   kCancel,         // cancel the running task, for example an import
@@ -135,6 +137,12 @@ struct ExerciseForm {
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
+};
+/// The case that the user can make on the start page.
+struct CaseForm {
+  std::vector<std::pair<std::string, std::string>> families;  // names and titles
+  int family = 0, seed = 1;
+  float difficulty = 0.5f;
 };
 constexpr int kScannedSurface = 4;  // value of ImportForm::preset: the mesh itself is carved
 struct ImportForm {
@@ -280,6 +288,7 @@ struct OperatorState {
 
   // Data of the start page.
   std::vector<SceneChoice> scenes;
+  CaseForm cases;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
   std::vector<std::string> models;  // names of the contact models

@@ -12,6 +12,7 @@ import itertools
 from . import calibration, sound
 from ._native import VERSION as __version__
 from ._native import BadInput, Closed, Error, ffi, lib, text
+from .case import Case
 from .scene import Core, Field, Hand, Mesh, Path, Scene
 from .session import Event, Session
 from .sound import Synth
@@ -20,5 +21,5 @@ from .ticks import TISSUES, Ticks
 
 MODELS: tuple[str, ...] = tuple(itertools.takewhile(bool, (text(lib.typodont_model_name(i)) for i in itertools.count())))
 
-__all__ = ["MODELS", "TISSUES", "BadInput", "Closed", "Core", "Error", "Event", "Field", "Hand", "Mesh", "Path",
+__all__ = ["MODELS", "TISSUES", "BadInput", "Case", "Closed", "Core", "Error", "Event", "Field", "Hand", "Mesh", "Path",
            "Scene", "Session", "Synth", "Ticks", "calibration", "rescore", "sound", "sweep", "__version__"]
