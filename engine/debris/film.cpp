@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
+#include "engine/base/dispatch.h"
 #include "engine/base/fnv.h"
 #include "engine/base/units.h"
+#include "engine/base/vectors.h"
 
 namespace typodont::debris {
 namespace {
@@ -16,10 +19,44 @@ constexpr int kMaxNeighbours = 16;  // largest number of neighbours of a cell; a
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
 
+struct Links {                                    // from a cell to its neighbours; the others lead to the cell itself
+  std::array<std::int32_t, kMaxNeighbours> to{};  // indices of the neighbouring cells (slots)
+  std::array<float, kMaxNeighbours> width{};      // width of each link divided by its length
+  std::size_t used = 0;                           // number of links to compute: 0, 8 or 16
+};
+
+struct Surface {
+  float level = 0;  // m, height of the cell's free surface along `up`
+  float rise = 0;   // 1/m², rise of the level divided by the volume that flows in
+};
+
 Load scaled(const Load& load, double fraction) {
   Load out;
   add(out, load, fraction);
   return out;
+}
+
+/// Computes the flow through eight links of a cell. Adds the outflow to `outflow` and the rate at which level
+/// differences decay to `levelling`.
+TYPODONT_INLINE void find_flux(const Surface* surface, const Surface& from, float mobility, const std::int32_t* to,
+                               const float* widths, float* flux, float& outflow, float& levelling) {
+  Eight level{}, rise{}, width;
+  for (int k = 0; k < 8; ++k) level[k] = surface[to[k]].level, rise[k] = surface[to[k]].rise;
+  std::memcpy(&width, widths, sizeof width);
+  const Eight fall = from.level - level, conductance = mobility * width;
+  const Eight out = fall > 0 ? conductance * fall : Eight{},
+              decay = fall > 0 ? conductance * (from.rise + rise) : Eight{};
+  std::memcpy(flux, &out, sizeof out);
+  for (int k = 0; k < 8; ++k) outflow += out[k], levelling += decay[k];
+}
+
+/// Moves the fractions `fractions` of the mass `mass` of a cell through its links; the fraction `kept` remains.
+TYPODONT_INLINE void move(const Links& links, const std::array<double, kMaxNeighbours>& fractions, double& mass,
+                          double kept, std::vector<double>& gain) {
+  double* const to = gain.data();
+  const double all = mass;
+  for (std::size_t k = 0; k < links.used; ++k) to[links.to[k]] += fractions[k] * all;
+  mass = all * kept;
 }
 
 }  // namespace
@@ -32,21 +69,19 @@ struct Film::State {
     float height = 0;  // m, height of the point p along `up`
     float tilt = 0;    // cosine between the normal and `up`
     bool drains = false;
-    std::uint8_t count = 0;
-    std::array<std::int32_t, kMaxNeighbours> next{};  // indices of the neighbouring cells (slots)
-    // For the link to each neighbour: its width divided by its length.
-    std::array<float, kMaxNeighbours> width{};
   };
   FilmOptions options;
   CoarseField field;
   PerTissue volume_of_kg{};           // m³/kg, volume of one kilogram of each tissue
   std::vector<std::int32_t> slot_at;  // for each sample of the field: index of its cell; -1: no cell
   std::vector<Cell> cells;
-  std::vector<float> rise;  // 1/m², rise of each cell's level divided by the volume that flows in
-  std::vector<Load> load, gain;
-  std::vector<float> level;    // m, height of each cell's free surface along `up`
-  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell with content
-  std::vector<float> content;  // m³, volume of water and solids in each cell
+  std::vector<Links> links;
+  std::vector<Surface> surface;
+  std::vector<Load> load;
+  std::vector<double> gain;                                   // kg, water that flows into each cell in a substep
+  std::array<std::vector<double>, kTissueCount> gain_solids;  // kg, the same for the solids of each tissue
+  std::vector<std::array<float, kMaxNeighbours>> flux;  // m³/s, flow through each link of a loaded cell, as in `loaded`
+  std::vector<float> content;                           // m³, volume of water and solids in each cell
   // 1/s, for each cell the larger of two rates: outflow / movable content, and decay of level differences to neighbours
   std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
@@ -115,6 +150,7 @@ struct Film::State {
   void link(std::int32_t i);
   void rebuild(glm::ivec3 lo, glm::ivec3 hi);
   void remove_by_suction(double dt, const Suction& suction);
+  float find_fluxes();
   void flow(double dt);
   void lose(double dt);
   void drop_empty();
@@ -151,7 +187,9 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
 /// Links the cell to its neighbours. d_k: vector to neighbour k in the tangent plane; c_k: link's width / its length.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
-  cell.count = 0;
+  Links& to = links[static_cast<std::size_t>(i)];
+  to.to.fill(i), to.width.fill(0);
+  std::size_t count = 0;
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
@@ -163,36 +201,33 @@ void Film::State::link(std::int32_t i) {
     for (d.y = -1; d.y <= 1; ++d.y)
       for (d.z = -1; d.z <= 1; ++d.z) {
         const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
-        if (j < 0 || cell.count == kMaxNeighbours) continue;
+        if (j < 0 || count == kMaxNeighbours) continue;
         const Cell& other = cells[static_cast<std::size_t>(j)];
         if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on a thin wall's opposite face
         const glm::dvec3 offset = glm::dvec3(other.p - cell.p) / field.spacing;
         const double x = glm::dot(offset, e), y = glm::dot(offset, f);
-        products[cell.count] = {x * x, x * y, y * y};
+        products[count] = {x * x, x * y, y * y};
         squares += x * x + y * y;
-        cell.next[cell.count++] = j;
+        to.to[count++] = j;
       }
-  if (!(squares > 0)) {
-    cell.count = 0;
-    return;
-  }
+  to.used = (count + 7) / 8 * 8;
+  if (!(squares > 0)) return to.to.fill(i);
   const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
   // c_k: conductance of the link to the neighbour at d_k. The flow does not depend on the grid if Σ c_k d_k d_kᵀ =
   // 2 · area · I. So c_k = c (1 + d_kᵀ S d_k), solved for the symmetric matrix S.
   glm::dmat3 system(0.0);
   glm::dvec3 wanted(2 * area / mean, 0, 2 * area / mean);
-  for (int k = 0; k < cell.count; ++k) {
-    const glm::dvec3& q = products[static_cast<std::size_t>(k)];
+  for (std::size_t k = 0; k < count; ++k) {
+    const glm::dvec3& q = products[k];
     system += glm::outerProduct(q, glm::dvec3(q.x, 2 * q.y, q.z));
     wanted -= q;
   }
   const bool solvable = std::abs(glm::determinant(system)) > 1e-3;
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
-  for (int k = 0; k < cell.count; ++k) {
-    const glm::dvec3& q = products[static_cast<std::size_t>(k)];
+  for (std::size_t k = 0; k < count; ++k) {
+    const glm::dvec3& q = products[k];
     // Limits the width: it must not be negative (the film would flow uphill) or very large.
-    cell.width[static_cast<std::size_t>(k)] =
-        static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
+    to.width[k] = static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
 }
 
@@ -210,18 +245,17 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
           if (at < 0) {
             if (free_slots.empty()) {
               at = static_cast<std::int32_t>(cells.size());
-              cells.emplace_back(), rise.push_back(0), load.emplace_back(), gain.emplace_back();
+              cells.emplace_back(), links.emplace_back(), surface.emplace_back();
+              load.emplace_back(), gain.push_back(0), content.push_back(0), rate.push_back(0);
+              for (std::vector<double>& gain_of : gain_solids) gain_of.push_back(0);
               is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
-              level.push_back(0), content.push_back(0), rate.push_back(0);
-              flux.resize(flux.size() + kMaxNeighbours);
             } else {
               at = free_slots.back();
               free_slots.pop_back();
             }
           }
           cells[static_cast<std::size_t>(at)] = *made;
-          level[static_cast<std::size_t>(at)] = made->height;
-          rise[static_cast<std::size_t>(at)] = std::max(made->tilt, 0.0f) / made->area;
+          surface[static_cast<std::size_t>(at)] = {made->height, std::max(made->tilt, 0.0f) / made->area};
           mark(at);
         } else if (at >= 0) {
           const auto i = static_cast<std::size_t>(at);
@@ -264,45 +298,42 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
   }
 }
 
-void Film::State::flow(double dt) {
-  const double least = dt / options.max_substeps, per_kg = 1 / options.water_density;
+/// Computes the flow from each loaded cell to its neighbours. Returns the largest rate, 1/s.
+TYPODONT_DISPATCH("avx2", "default")
+float Film::State::find_fluxes() {
+  const double per_kg = 1 / options.water_density;
   const auto of_water = static_cast<float>(options.water_density * options.gravity / (3 * options.water_viscosity)),
              thinned = static_cast<float>(2.5 * options.max_solids);  // 2.5: intrinsic viscosity of spheres
+  for (const std::int32_t i : loaded) {
+    const auto at = static_cast<std::size_t>(i);
+    content[at] = static_cast<float>(load[at].water * per_kg + (has_solids[at] ? solid_volume(load[at]) : 0));
+    surface[at].level = cells[at].height + content[at] * surface[at].rise;
+  }
+  float fastest = 0;
+  flux.resize(loaded.size());
+  for (std::size_t n = 0; n < loaded.size(); ++n) {
+    const auto at = static_cast<std::size_t>(loaded[n]);
+    rate[at] = 0;
+    const float area = cells[at].area, thick = content[at] / area - static_cast<float>(options.clinging);
+    const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
+    if (!(thick > 0) || fraction >= options.max_solids) continue;
+    // Viscosity of water / viscosity of the suspension (Krieger & Dougherty 1959)
+    const float thinning = fraction > 0 ? std::pow(static_cast<float>(1 - fraction / options.max_solids), thinned) : 1;
+    const float mobility = of_water * thinning * thick * thick * thick;
+    float outflow = 0, levelling = 0;
+    for (std::size_t k = 0; k < links[at].used; k += 8)
+      find_flux(surface.data(), surface[at], mobility, &links[at].to[k], &links[at].width[k], &flux[n][k], outflow,
+                levelling);
+    rate[at] = std::max(outflow / (thick * area), levelling);
+    fastest = std::max(fastest, rate[at]);
+  }
+  return fastest;
+}
+
+void Film::State::flow(double dt) {
+  const double least = dt / options.max_substeps;
   for (double left = dt; left > 0;) {
-    // Computes the flow to each neighbour from the current levels.
-    float fastest = 0;
-    for (const std::int32_t i : loaded) {
-      const auto at = static_cast<std::size_t>(i);
-      const Cell& cell = cells[at];
-      content[at] = static_cast<float>(load[at].water * per_kg + (has_solids[at] ? solid_volume(load[at]) : 0));
-      level[at] = cell.height + content[at] * rise[at];
-    }
-    for (const std::int32_t i : loaded) {
-      const auto at = static_cast<std::size_t>(i);
-      const Cell& cell = cells[at];
-      float* out = &flux[at * kMaxNeighbours];
-      std::fill_n(out, kMaxNeighbours, 0.0f);
-      rate[at] = 0;
-      const float thick = content[at] / cell.area - static_cast<float>(options.clinging);
-      const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
-      if (!(thick > 0) || fraction >= options.max_solids) continue;
-      // Viscosity of water / viscosity of the suspension (Krieger & Dougherty 1959)
-      const float thinning =
-          fraction > 0 ? std::pow(static_cast<float>(1 - fraction / options.max_solids), thinned) : 1;
-      const float mobility = of_water * thinning * thick * thick * thick;
-      float sum = 0, levelling = 0;
-      for (int k = 0; k < cell.count; ++k) {
-        const auto to = static_cast<std::size_t>(cell.next[static_cast<std::size_t>(k)]);
-        const float fall = level[at] - level[to];
-        if (fall <= 0) continue;
-        const float conductance = mobility * cell.width[static_cast<std::size_t>(k)];
-        out[k] = conductance * fall;
-        sum += out[k];
-        levelling += conductance * (rise[at] + rise[to]);
-      }
-      rate[at] = std::max(sum / (thick * cell.area), levelling);
-      fastest = std::max(fastest, rate[at]);
-    }
+    const float fastest = find_fluxes();
     if (fastest <= 0) return;
     const double part = std::min(left, std::max(least, static_cast<double>(kStableShare / fastest)));
     left = left - part < 1e-3 * least ? 0 : left - part;
@@ -314,33 +345,31 @@ void Film::State::flow(double dt) {
       if (rate[at] <= 0) continue;
       // Limits the outflow per substep to kStableShare; a faster flow would need a shorter substep.
       const double share = std::min(part, static_cast<double>(kStableShare / rate[at])) / content[at];
+      std::array<double, kMaxNeighbours> fractions;  // of the cell's content that flow through each link
       double kept = 1;
-      for (int k = 0; k < cells[at].count; ++k) {
-        const double fraction = share * flux[at * kMaxNeighbours + static_cast<std::size_t>(k)];
-        if (!(fraction > 0)) continue;
-        const std::int32_t to = cells[at].next[static_cast<std::size_t>(k)];
+      for (std::size_t k = 0; k < links[at].used; ++k) {
+        fractions[k] = share * flux[n][k];
+        kept -= fractions[k];
+        const std::int32_t to = links[at].to[k];
         const auto next = static_cast<std::size_t>(to);
-        gain[next].water += fraction * load[at].water;
-        if (has_solids[at]) {
-          has_solids[next] = 1;
-          for (const std::size_t t : present) gain[next].solids[t] += fraction * load[at].solids[t];
+        if (!is_loaded[next] && fractions[k] > 0) {
+          is_loaded[next] = 1;
+          loaded.push_back(to);
         }
-        kept -= fraction;
-        if (std::exchange(is_loaded[next], std::uint8_t{1}) == 0) loaded.push_back(to);
+        has_solids[next] = static_cast<std::uint8_t>(has_solids[next] | (has_solids[at] & int{fractions[k] > 0}));
       }
-      load[at].water *= kept;
+      move(links[at], fractions, load[at].water, kept, gain);
       if (has_solids[at])
-        for (const std::size_t t : present) load[at].solids[t] *= kept;
+        for (const std::size_t t : present) move(links[at], fractions, load[at].solids[t], kept, gain_solids[t]);
       mark(i);
     }
     for (const std::int32_t i : loaded) {
       const auto at = static_cast<std::size_t>(i);
-      if (gain[at].water <= 0) continue;
+      if (gain[at] <= 0) continue;
       Load& to = cells[at].drains ? ledger.run_off : load[at];
-      to.water += gain[at].water;
-      gain[at].water = 0;
+      to.water += std::exchange(gain[at], 0);
       if (has_solids[at])
-        for (const std::size_t t : present) to.solids[t] += std::exchange(gain[at].solids[t], 0);
+        for (const std::size_t t : present) to.solids[t] += std::exchange(gain_solids[t][at], 0);
       mark(i);
     }
   }
@@ -384,7 +413,7 @@ void Film::State::drop_empty() {
     if (solids >= kDryMass) return false;
     for (std::size_t t = 0; t < kTissueCount; ++t) ledger.run_off.solids[t] += load[at].solids[t];
     load[at] = {};
-    level[at] = cells[at].height;
+    surface[at].level = cells[at].height;
     is_loaded[at] = has_solids[at] = 0;
     mark(i);
     return true;
