@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
@@ -60,13 +61,13 @@ struct Options {
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
-constexpr double kRate = 1000;           // Hz, rate of the servo
-constexpr double kUsualLength = 221;     // s, duration of the shipped scene's session; used to estimate the time left
-constexpr double kDuring = 0.4;          // fraction of strokes before the picture "during" and the short film
-constexpr double kFilmed = 10;           // s, length of the short film
-constexpr double kStep = 1.0 / 25;       // s, time between two updates of the pictures
-constexpr double kPictureEvery = 10;     // s, time between two pictures "at_…"
-constexpr glm::ivec2 kQuick{1280, 720};  // pixels, size of one eye's picture without --film
+constexpr double kRate = 1000;          // Hz, rate of the servo
+constexpr double kUsualLength = 221;    // s, duration of the shipped scene's session; used to estimate the time left
+constexpr double kDuring = 0.4;         // fraction of strokes before the picture "during" and the short film
+constexpr double kFilmed = 10;          // s, length of the short film
+constexpr double kStep = 1.0 / 25;      // s, time between two updates of the pictures
+constexpr double kPictureEvery = 10;    // s, time between two pictures "at_…"
+constexpr glm::ivec2 kQuick{960, 540};  // pixels, size of one eye's picture without --film
 
 /// Running mean of the time for one piece of work, s. Starts with an estimate for two processor cores.
 class Pace {
@@ -214,22 +215,34 @@ void run(const Options& options) {
 
   show_progress();
   double next_look = 0, next_frame = 0, next_picture = kPictureEvery, film_began = options.film ? 0 : -1;
-  while (tick.t + period <= end_t && session.advance(demo_hand)) {
+  // What follows the session's event logs: file, pictures and sound. A second thread does this for the last kStep while
+  // the session advances.
+  const auto follow = [&](Nanos until) {
     recorder.turn();
-    reader.read();
-
+    reader.read(until);
+    recorder.writer().heartbeat();
+    sound.advance(until);
+  };
+  std::future<void> following;
+  while (tick.t + period <= end_t && session.advance(demo_hand)) {
     const double t = to_seconds(tick.t);
     const bool drilled = demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
     const bool filming = film_began >= 0 && (options.film || t < film_began + kFilmed);
     const bool looks = t >= next_look, films = filming && t >= next_frame;
     if (!looks && !films) continue;
+    if (following.valid()) following.get();
+    say();
     if (looks) {
-      recorder.writer().heartbeat();
-      sound.advance(tick.t);
-      say();
       second.took(lap() / kStep);
       next_look += kStep;
     }
+    const bool before = pictures.empty(), during = pictures.size() == 1 && drilled, at = t >= next_picture;
+    if (!films && !before && !during && !at) {
+      following = std::async(std::launch::async, follow, tick.t);
+      show_progress();
+      continue;
+    }
+    follow(tick.t);
     if (films) {
       draw();
       const render::Picture screen = stage.screen(), left = stage.eye(0);
@@ -243,12 +256,12 @@ void run(const Options& options) {
       next_frame += 1 / options.fps;
       frame_pace.took(lap());
     }
-    if (pictures.empty()) take_pictures("before", "Before", {});
-    if (pictures.size() == 1 && drilled) {
+    if (before) take_pictures("before", "Before", {});
+    if (during) {
       take_pictures("during", "While drilling", {});
       if (!options.film) film_began = next_frame = t;
     }
-    if (t >= next_picture) {
+    if (at) {
       draw();
       const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
       write_eye(stage, 0, file);
@@ -258,6 +271,8 @@ void run(const Options& options) {
     }
     show_progress();
   }
+  if (following.valid()) following.get();
+  follow(tick.t);
   world.say(result_text(carver.volume(), header.volumes_before, options.language));
   take_pictures("after", "After", {.debris = false});
   sound.stop(tick.t);
@@ -315,7 +330,7 @@ void add_demo_command(cli::Command& app) {
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--size", *size,
-                      "WIDTHxHEIGHT of one eye's picture; where not given 1280x720, with --film the rig's (full HD)");
+                      "WIDTHxHEIGHT of one eye's picture; where not given 960x540, with --film the rig's (full HD)");
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_flag("--film", options->film,

@@ -168,9 +168,9 @@ void WorldReader::Next<Event>::fetch(int rank) {
   }
 }
 
-void WorldReader::read() {
+void WorldReader::read(Nanos until) {
   const auto apply_if_first = [&](auto& next, const auto&... others) {
-    if (!next.waits || ((others.waits && others.order < next.order) || ...)) return false;
+    if (!next.waits || next.order.first > until || ((others.waits && others.order < next.order) || ...)) return false;
     world_.apply(next.event);
     return !(next.waits = false);
   };
