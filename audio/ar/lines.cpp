@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kProminence = 10;              // dB, smallest prominence of a spectral line
 constexpr double kFineWindow = 8192.0 / 48000;  // s, window in which lines are searched
-constexpr std::size_t kMaxLines = 10;
+constexpr std::size_t kMaxFound = 10;
 constexpr std::size_t kNoiseOrder = 16;  // poles of the models of amplitude and frequency deviations
 // s; changes of a line's frequency that are slower than this count as changes of the spindle's speed.
 constexpr double kDrift = 1;
@@ -223,7 +223,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   // Centre frequency and full width of each band that was already tried, Hz.
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
-    if (lines.size() == kMaxLines) break;
+    if (lines.size() == kMaxFound) break;
     // A line whose frequency varies has several peaks. Peaks in a band that was already tried are skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;

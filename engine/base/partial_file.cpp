@@ -89,10 +89,6 @@ pid_t process_in(std::string_view name, std::string_view prefix, std::string_vie
   return code == std::errc{} && end == name.data() + name.size() && process > 0 ? process : 0;
 }
 
-fs::path folder_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
-
 void remove_what_the_dead_left(const fs::path& file, std::string_view suffix) {
   const std::string prefix = file.filename().string() + ".";
   std::error_code code;

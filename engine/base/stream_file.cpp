@@ -7,13 +7,11 @@
 #include <string>
 #include <system_error>
 
+#include "engine/base/sync.h"
+
 namespace typodont {
 
 namespace fs = std::filesystem;
-
-static fs::path folder_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
 
 std::optional<int> own_descriptor(fs::path file) {
   std::error_code code;

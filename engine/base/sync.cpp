@@ -20,14 +20,17 @@ bool sync(const char* path, int flags) noexcept {
 
 }  // namespace
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
 bool sync_file(const std::filesystem::path& file) noexcept {
   return sync(file.c_str(), 0);
 }
 
 bool sync_folder_of(const std::filesystem::path& file) noexcept {
   try {
-    const std::filesystem::path folder = file.parent_path();
-    return sync(folder.empty() ? "." : folder.c_str(), O_DIRECTORY);
+    return sync(folder_of(file).c_str(), O_DIRECTORY);
   } catch (const std::exception&) {  // no memory for the folder's name
     return false;
   }

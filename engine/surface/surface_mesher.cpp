@@ -36,7 +36,6 @@ struct Brick {
 
 constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
-constexpr int kCells = FieldBrick::kCells;
 
 // Vertex of this brick (owner 0) or of a neighbouring brick with lower coordinates (owner 1 to 7).
 struct Corner {
@@ -58,7 +57,8 @@ struct PolygonBuilder {
   std::vector<Copy> copies;                  // for each vertex of `mesh`: the brick's vertex of which it is a copy
   std::uint32_t* index_end = nullptr;        // end of the indices that were written to `mesh`
   // For each cell with surface: its vertex, or kSeveral.
-  std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
+  std::vector<std::uint16_t> vertex_at =
+      std::vector<std::uint16_t>(FieldBrick::kCells * FieldBrick::kCells * FieldBrick::kCells);
 
   void build(const BrickContour* const around[8]);
 
@@ -205,7 +205,7 @@ inline void PolygonBuilder::quad(const Corner& a, const Corner& b, const Corner&
 // false if they form no polygon.
 inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], BrickContour::Edge edge,
                                          Corner corners[4], int& count) const {
-  static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
+  static constexpr int kStep[3] = {FieldBrick::kCells * FieldBrick::kCells, FieldBrick::kCells, 1};
   // bits of a cell's number that store the cell's coordinate on each axis
   static constexpr int kBits[3] = {0xf00, 0x0f0, 0x00f};
   const int axis = edge.axis, u = axis == 2 ? 0 : axis + 1, v = axis == 0 ? 2 : axis - 1;
@@ -236,7 +236,7 @@ inline bool PolygonBuilder::find_corners(const BrickContour* const around[8], Br
     std::uint32_t owner = 0;
     for (int a = 0; a < 3; ++a) {
       if (cell[a] >= 0) continue;
-      cell[a] += kCells;
+      cell[a] += FieldBrick::kCells;
       owner |= 1u << a;
     }
     const BrickContour* contour = around[owner];

@@ -24,11 +24,10 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
   // p and its neighbours lie in at most 2×2×2 blocks. start[k]: index of block k's first sample; -1: block not stored.
-  constexpr int kEdge = BlockSet::kEdge;
-  const glm::ivec3 first = lo & ~(kEdge - 1);
+  const glm::ivec3 first = lo & ~(BlockSet::kEdge - 1);
   std::ptrdiff_t start[8];
   for (int k = 0; k < 8; ++k) {
-    const glm::ivec3 at = first + kEdge * glm::ivec3(k >> 2, k >> 1 & 1, k & 1);
+    const glm::ivec3 at = first + BlockSet::kEdge * glm::ivec3(k >> 2, k >> 1 & 1, k & 1);
     start[k] = -1;
     if (at.x > hi.x || at.y > hi.y || at.z > hi.z) continue;
     const std::int32_t slot = set.slot[set.block(at)];

@@ -19,7 +19,7 @@ namespace {
 constexpr int kCells = FieldBrick::kCells;
 constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
-constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
+constexpr std::uint16_t kNoSurface = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface needs several vertices
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
 // A cell has a crease of 28° or more if its normals vary by kSmoothSpread and one of them lies more than 14° (cosine
@@ -65,7 +65,7 @@ struct Node {
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
   Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
-  std::uint16_t vertex = kNone;
+  std::uint16_t vertex = kNoSurface;
   glm::u8vec3 color_min{255}, color_max{0};  // range of the surrounding colours; red, blue: 0..31, green: 0..63
 };
 // Largest range of colours in a merged block: 2 of 32 levels (green: 4 of 64). kTissueColor merges only with itself.
@@ -257,7 +257,7 @@ struct Contourer::Scratch {
   std::vector<Node> nodes[kLevels];            // level 0: one node per patch; higher levels: one per merged block
   std::vector<Moments> moments[kLevels];       // one entry per node; empty if blocks are not merged
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
-  std::vector<std::uint16_t> state[kLevels];   // for each block: kNone, kMixed or its node's index
+  std::vector<std::uint16_t> state[kLevels];   // for each block: kNoSurface, kMixed or its node's index
 
   // The results are built in these vectors and then copied once into memory of the right size.
   std::vector<BrickContour::Edge> edges;
@@ -291,7 +291,7 @@ struct Contourer::Scratch {
 Contourer::Contourer() : scratch_(std::make_unique<Scratch>()) {
   for (int level = 0; level < kLevels; ++level) {
     const int n = kCells >> level;
-    scratch_->state[level].assign(static_cast<std::size_t>(n * n * n), kNone);
+    scratch_->state[level].assign(static_cast<std::size_t>(n * n * n), kNoSurface);
   }
 }
 Contourer::~Contourer() = default;
@@ -314,7 +314,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   while (tolerance >= 0 && top + 1 < kLevels && s.merge(top + 1, tolerance)) ++top;
   s.place_vertices(top, out);
   for (int level = 0; level < kLevels; ++level) {
-    for (const std::uint16_t block : s.blocks[level]) s.state[level][block] = kNone;
+    for (const std::uint16_t block : s.blocks[level]) s.state[level][block] = kNoSurface;
     s.blocks[level].clear();
     s.nodes[level].clear();
     s.moments[level].clear();
@@ -506,7 +506,7 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
     for (int y = low.y; y < low.y + size; ++y) {
       for (int z = low.z; z < low.z + size; ++z) {
         const std::uint16_t patch = state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))];
-        if (patch == kNone) continue;
+        if (patch == kNoSurface) continue;
         int config = 0;
         for (int c = 0; c < 8; ++c) config |= solid_at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)) << c;
         const CellShape& shape = shapes[config];
@@ -529,7 +529,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     const int bx = child / (children * children) / 2, by = child / children % children / 2, bz = child % children / 2;
     const int block = (bx * n + by) * n + bz;
     std::uint16_t& mine = state[level][static_cast<std::size_t>(block)];
-    if (mine != kNone) continue;
+    if (mine != kNoSurface) continue;
     blocks[level].push_back(static_cast<std::uint16_t>(block));
     mine = kMixed;
     std::uint16_t members[8];
@@ -555,7 +555,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     Moments sums;
     bool first = true;
     for (int c = 0; c < 8; ++c) {
-      if (members[c] == kNone) continue;
+      if (members[c] == kNoSurface) continue;
       const Node& from = nodes[level - 1][members[c]];
       const float quarter = 0.25f * side;
       sums.add(moments[level - 1][members[c]],
@@ -622,7 +622,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
       block = &nodes[level][up];
     }
     if (block) {
-      if (block->vertex == kNone) {
+      if (block->vertex == kNoSurface) {
         block->vertex = static_cast<std::uint16_t>(vertices.size());
         ContourVertex& vertex = add(*block);
         vertex.position = origin + block->position;

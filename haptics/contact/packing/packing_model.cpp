@@ -13,7 +13,7 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSearchDistance = 10e-3;  // m, largest distance that clearance() can return
+constexpr double kMaxClearance = 10e-3;  // m, largest distance that clearance() can return
 // m; tissue_at() finds spheres whose surfaces are up to this far from the point
 constexpr double kNearby = 0.2e-3;
 // largest number of cut lengths per tick that are tried to find the longest one within the energy budget
@@ -22,8 +22,6 @@ constexpr int kTrials = 8;
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
 constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
-// rad, largest rotation of the tool per cut; a chord then differs from its arc by at most 5e-5 of the tool's reach
-constexpr double kMaxTurn = 0.02;
 // N, force limit of a dental scene. When the proxy moves back along its path, the rate of force equals that of "offset"
 // if the scene's limit is at most this; with a larger limit, the rate is larger in proportion.
 constexpr double kDentalForces = 20;
@@ -130,7 +128,7 @@ double PackingModel::clearance(const Pose& X_WG) noexcept {
   const double reach = proxy().tool().reach;
   // The servo uses only clearances larger than one voxel, so smaller values need not be exact.
   const double least = settings_.frame.voxel;
-  return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kSearchDistance + reach, least + reach) - reach);
+  return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kMaxClearance + reach, least + reach) - reach);
 }
 
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {

@@ -24,8 +24,6 @@ constexpr int kRounds = 60;         // largest number of iterations per projecti
 constexpr double kSettled = 1e-12;  // m; a smaller change of the result ends the iteration of a projection
 // m; the proxy has arrived if its remaining motion is shorter
 constexpr double kArrived = 1e-10;
-// rad, largest rotation per step; treating its arc as a chord then errs by at most 5e-5 of the tool's reach
-constexpr double kMaxTurn = 0.02;
 // m, smallest margin (motion of a tool sphere for which its list of near spheres is valid), as mean of all lists
 constexpr double kMargin = 60e-6;
 // m, largest mean margin (motion for which a list is valid) of lists that are made only when they are needed

@@ -15,6 +15,9 @@ namespace typodont::haptics::packing {
 
 class ComputePasses;
 
+/// rad, largest rotation per step; treating its arc as a chord then errs by at most 5e-5 of the tool's reach.
+inline constexpr double kMaxTurn = 0.02;
+
 struct ProxyOptions {
   double static_friction = 0.2;    // coefficient μ_s of S2, eq. 13
   double dynamic_friction = 0.15;  // coefficient μ_d of S2, eq. 13, at most μ_s
