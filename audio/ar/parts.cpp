@@ -16,7 +16,7 @@ constexpr double kAudible = 25;
 constexpr double kEvenWithin = 1.5;
 constexpr std::ptrdiff_t kEvenOver = 6;
 constexpr double kUnderLoad = 2.5;  // dB, rise of the level above the idle level that counts as load
-constexpr double kShortest = 0.2;   // s, shorter parts of a recording are merged with a neighbour
+constexpr double kShortestPart = 0.2;   // s, shorter parts of a recording are merged with a neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Returns the level of each frame in dB.
@@ -86,8 +86,8 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   if (from == to) return {};
 
   // From the first to the last frame with a constant level, the drill idles or works under load. Parts shorter than
-  // kShortest are joined to a neighbouring part.
-  const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
+  // kShortestPart are joined to a neighbouring part.
+  const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortestPart / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
