@@ -11,7 +11,7 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr std::size_t kBatch = 8;
+constexpr std::size_t kPointBatch = 8;
 // m, rounding error of float coordinates within a centimetre of their origin
 constexpr double kRounding = 1e-8;
 
@@ -20,7 +20,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
   std::size_t found = 0;
-  for (std::size_t k = 0; k < count; k += kBatch) {
+  for (std::size_t k = 0; k < count; k += kPointBatch) {
     F8 px, py, pz;
     std::memcpy(&px, x + k, sizeof px);
     std::memcpy(&py, y + k, sizeof py);
@@ -40,7 +40,7 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_at_most(const float* distance, std::size_t count, float far, std::uint32_t* at) {
   std::size_t found = 0;
-  for (std::size_t k = 0; k < count; k += kBatch) {
+  for (std::size_t k = 0; k < count; k += kPointBatch) {
     F8 d;
     std::memcpy(&d, distance + k, sizeof d);
     const I8 is_near = d <= far;
@@ -56,11 +56,11 @@ std::size_t list_at_most(const float* distance, std::size_t count, float far, st
 
 NearPoints::NearPoints(std::size_t most)
     : most_(most),
-      x_(most + kBatch),
-      y_(most + kBatch),
-      z_(most + kBatch),
-      distance_(most + kBatch),
-      at_(most + kBatch) {
+      x_(most + kPointBatch),
+      y_(most + kPointBatch),
+      z_(most + kPointBatch),
+      distance_(most + kPointBatch),
+      at_(most + kPointBatch) {
   points_.reserve(most);
 }
 
