@@ -16,7 +16,7 @@ namespace typodont {
 namespace {
 
 constexpr double kRange = 70;  // dB, level difference between the darkest and the brightest colour
-constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
+constexpr glm::u8vec3 kGround{255, 255, 255}, kLabelColour{40, 44, 50};
 constexpr double kLetters = 15;  // pixels, height of the text
 constexpr int kTick = 6;         // pixels, length of a tick mark on an axis
 // Margins of the plot, pixels; kBefore: at the left and top; kAfter: at the right and bottom.
@@ -88,23 +88,23 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   for (int i = 0; i * f_step <= to * (1 + 1e-9); ++i) {
     const double f = i * f_step;
     const int y = std::min(hi.y - 1, static_cast<int>(std::lround(hi.y - f / to * size.y)));
-    for (int x = lo.x - kTick; x < lo.x; ++x) put(p, x, y, kInk);
+    for (int x = lo.x - kTick; x < lo.x; ++x) put(p, x, y, kLabelColour);
     const std::string text = fmt::format("{:g}", f / 1e3);
     render::write_text(p, {lo.x - kTick - 5 - render::text_width(text, kLetters), y + 0.35 * kLetters}, kLetters, text,
-                       kInk);
+                       kLabelColour);
   }
   for (int i = 0; i * t_step <= made.seconds * (1 + 1e-9); ++i) {
     const double t = i * t_step;
     const int x = std::min(hi.x - 1, static_cast<int>(std::lround(lo.x + t / made.seconds * size.x)));
-    for (int y = hi.y; y < hi.y + kTick; ++y) put(p, x, y, kInk);
+    for (int y = hi.y; y < hi.y + kTick; ++y) put(p, x, y, kLabelColour);
     const std::string text = fmt::format("{:g}", t);
     render::write_text(p, {x - render::text_width(text, kLetters) / 2, hi.y + kTick + 1.1 * kLetters}, kLetters, text,
-                       kInk);
+                       kLabelColour);
   }
-  render::write_text(p, {10, lo.y - 0.8 * kLetters}, kLetters, "frequency (kHz)", kInk);
+  render::write_text(p, {10, lo.y - 0.8 * kLetters}, kLetters, "frequency (kHz)", kLabelColour);
   const std::string seconds = "time (s)";
   render::write_text(p, {hi.x - render::text_width(seconds, kLetters), hi.y + kTick + 2.4 * kLetters}, kLetters,
-                     seconds, kInk);
+                     seconds, kLabelColour);
   return made;
 }
 

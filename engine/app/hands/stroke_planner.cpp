@@ -16,7 +16,7 @@ namespace typodont {
 namespace {
 
 // Depth to which the head may enter the ideal shape, voxels: the error of the distance field.
-constexpr double kClear = 0.05;
+constexpr double kPlannedClear = 0.05;
 // Depth to which a head that fits the ideal shape exactly (a reamer) may enter this shape, voxels.
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;      // m, distance between the positions of the tool's head that are evaluated
@@ -73,7 +73,7 @@ class StrokePlanner {
         R_WT_(toward(in.axis_W)),
         axes_(R_WT_),
         step_(step),
-        allowed_(kClear + into / in.frame.voxel) {
+        allowed_(kPlannedClear + into / in.frame.voxel) {
     const double h = in.frame.voxel;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
       head_.push_back(R_WT_ * s.p_TQ / h);

@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTurn = 2ms;
+constexpr auto kSendingPause = 2ms;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ void StreamTurns::end() {
 void stream_thread(LiveSession& s, StreamTurns& turns) {
   while (!s.wiring.nothing_more.load()) {
     turns.turn();
-    std::this_thread::sleep_for(kTurn);
+    std::this_thread::sleep_for(kSendingPause);
   }
   turns.end();
 }

@@ -12,7 +12,7 @@ namespace typodont {
 namespace {
 
 // Time constant of the smoothing, s. With it, 90 controller positions per second feel like a continuous motion.
-constexpr double kFollowTime = 10e-3;
+constexpr double kSmoothingTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion back to the hand
 // Admittance, m/(s·N): while tracking is lost, the tool moves away from the tissue with this speed per newton of force.
 // At a stiffness of 1 N/mm, the force fades within 50 ms.
@@ -76,7 +76,7 @@ haptics::HandSample XrHandFilter::next(const XrHandSample& wanted, bool seen, co
     pose_ = interpolate(from_, wanted.X_WT, smooth);
     return {t, pose_, 0};
   }
-  pose_ = interpolate(pose_, wanted.X_WT, 1 - std::exp(-dt / kFollowTime));
+  pose_ = interpolate(pose_, wanted.X_WT, 1 - std::exp(-dt / kSmoothingTime));
   return {t, pose_, released_ ? wanted.pedal : 0};
 }
 

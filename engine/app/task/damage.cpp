@@ -15,7 +15,7 @@ constexpr double kVolume = kCell * kCell * kCell;
 // Motion of the tool's head between two evaluations of the damage, m.
 constexpr double kMoved = 0.01e-3;
 // Cuts of a neighbour or the gum that are less deep than this do not count as damage, m.
-constexpr double kTolerance = 0.01e-3;
+constexpr double kDamageTolerance = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;
@@ -55,10 +55,10 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
       for (int z = lo.z; z <= hi.z; ++z) {
         const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kCell;
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
-        if (shape_.neighbour(p_W) < -kTolerance) {
+        if (shape_.neighbour(p_W) < -kDamageTolerance) {
           if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
           // The gum overlaps the tooth, so a point inside the tooth is no damage to the gum.
-        } else if (shape_.gum(p_W) < -kTolerance && shape_.tooth(p_W) > kTolerance) {
+        } else if (shape_.gum(p_W) < -kDamageTolerance && shape_.tooth(p_W) > kTolerance) {
           if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
         }
       }

@@ -106,8 +106,10 @@ std::vector<Json> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Key of the cached file. Empty if a file cannot be read; the sampling then reports the error.
-std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
+/// Key of the file in the cache `in`. Empty without a cache, or if a file cannot be read; the sampling then reports the
+/// error.
+std::optional<std::uint64_t> key_of(const fs::path& in, const Json& tissue, const haptics::SolidFiles& files) {
+  if (in.empty()) return std::nullopt;
   Sha256 key;
   cache::add_build(key);
   const std::string text = tissue.text();
@@ -137,7 +139,7 @@ haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files
 
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files) {
   const fs::path in = cache::folder("tissue");
-  const auto key = in.empty() ? std::nullopt : key_of(tissue, files);
+  const auto key = key_of(in, tissue, files);
   if (key) {
     haptics::DenseTissue kept;
     if (const fs::path file = cache::find(in, *key, kSuffix); !file.empty() && read(file, kept)) return kept;
