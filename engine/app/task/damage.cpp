@@ -10,8 +10,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;  // m, size of the cells in which the damaged volume is measured
-constexpr double kVolume = kCell * kCell * kCell;
+constexpr double kDamageCell = 0.1e-3;  // m, size of the cells in which the damaged volume is measured
+constexpr double kVolume = kDamageCell * kDamageCell * kDamageCell;
 // Motion of the tool's head between two evaluations of the damage, m.
 constexpr double kMoved = 0.01e-3;
 // Cuts of a neighbour or the gum that are less deep than this do not count as damage, m.
@@ -20,7 +20,7 @@ constexpr double kDamageTolerance = 0.01e-3;
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;
   const auto at = [](double v) {
-    return static_cast<std::uint64_t>(std::clamp(std::floor(v / kCell) + kHalf, 0.0, 2 * kHalf - 1));
+    return static_cast<std::uint64_t>(std::clamp(std::floor(v / kDamageCell) + kHalf, 0.0, 2 * kHalf - 1));
   };
   return at(p_W.x) << 42 | at(p_W.y) << 21 | at(p_W.z);
 }
@@ -35,7 +35,7 @@ void DamageMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const Head& head = heads_[std::min<std::size_t>(tick.tool, heads_.size() - 1)];
     if (!head.turns || !(tick.spindle > 0) || !is_finite(tick.X_WG.p)) continue;
-    const double near = head.reach + kCell;
+    const double near = head.reach + kDamageCell;
     if (shape_.neighbour(tick.X_WG.p) > near && shape_.gum(tick.X_WG.p) > near) continue;
     if (last_ && last_tool_ == tick.tool && displacement_bound(*last_, tick.X_WG, head.reach) < kMoved) continue;
     last_ = tick.X_WG;
@@ -48,17 +48,17 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
   const std::size_t before[2] = {neighbour_.size(), gum_.size()};
   dvec3 place_W[2];
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(tick.X_WG.R));
-  const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kCell)),
-      hi(glm::floor((tick.X_WG.p + head.reach) / kCell));
+  const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kDamageCell)),
+      hi(glm::floor((tick.X_WG.p + head.reach) / kDamageCell));
   for (int x = lo.x; x <= hi.x; ++x) {
     for (int y = lo.y; y <= hi.y; ++y) {
       for (int z = lo.z; z <= hi.z; ++z) {
-        const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kCell;
+        const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kDamageCell;
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kDamageTolerance) {
           if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
           // The gum overlaps the tooth, so a point inside the tooth is no damage to the gum.
-        } else if (shape_.gum(p_W) < -kDamageTolerance && shape_.tooth(p_W) > kTolerance) {
+        } else if (shape_.gum(p_W) < -kDamageTolerance && shape_.tooth(p_W) > kDamageTolerance) {
           if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
         }
       }
