@@ -21,7 +21,7 @@ constexpr double kMinStep = 0.005e-3, kMaxStep = 2e-3;  // m of tool motion per 
 constexpr double kFollowTime = 15e-3;
 constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen's plane, and of the wheel's motion
 // m; a tool that tissue hides is moved this far out of the surface along its shank, so that its tilted head is free.
-constexpr double kClear = 2e-3;
+constexpr double kStartClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
 // Tilt of the tool at the start, away from the user, so that the bur is visible, rad.
@@ -99,7 +99,7 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
     depth_ = depth;
     const dvec3 shank = rotation() * dvec3(0, 0, 1);
     double clear = 0, motion = frame.voxel;
-    for (; motion < kMaxDepth && clear < kClear; motion += frame.voxel)
+    for (; motion < kMaxDepth && clear < kStartClear; motion += frame.voxel)
       clear = free(p + motion * shank) ? clear + frame.voxel : 0;
     slid_W_ = motion * shank;
     return;
