@@ -15,8 +15,8 @@ constexpr double kAudible = 25;
 // dB, largest change of the level within kEvenOver frames that still counts as a constant level
 constexpr double kEvenWithin = 1.5;
 constexpr std::ptrdiff_t kEvenOver = 6;
-constexpr double kUnderLoad = 2.5;  // dB, rise of the level above the idle level that counts as load
-constexpr double kShortestPart = 0.2;   // s, shorter parts of a recording are merged with a neighbour
+constexpr double kUnderLoad = 2.5;     // dB, rise of the level above the idle level that counts as load
+constexpr double kShortestPart = 0.2;  // s, shorter parts of a recording are merged with a neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Returns the level of each frame in dB.

@@ -28,14 +28,14 @@ struct KindOfInput {
 // Each limit is several times the largest useful file: a session of a day at 1 kHz has 20 GiB, 1024³ voxels of two
 // bytes have 2 GiB, half an hour of sound at 192 kHz has 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kInputKinds{{{"a JSON file", 64 * kMiB},
-                                             {"a table (CSV)", kGiB},
-                                             {"a session (.h5)", 32 * kGiB},
-                                             {"a tissue volume (.vdb)", 4 * kGiB},
-                                             {"a scan or a mesh", 8 * kGiB},
-                                             {"a mesh", 2 * kGiB},
-                                             {"a sound file", 4 * kGiB},
-                                             {"a picture", 256 * kMiB},
-                                             {"a file", 32 * kGiB}}};
+                                                  {"a table (CSV)", kGiB},
+                                                  {"a session (.h5)", 32 * kGiB},
+                                                  {"a tissue volume (.vdb)", 4 * kGiB},
+                                                  {"a scan or a mesh", 8 * kGiB},
+                                                  {"a mesh", 2 * kGiB},
+                                                  {"a sound file", 4 * kGiB},
+                                                  {"a picture", 256 * kMiB},
+                                                  {"a file", 32 * kGiB}}};
 
 const KindOfInput& entry(InputKind kind) noexcept {
   return kInputKinds[static_cast<std::size_t>(kind)];

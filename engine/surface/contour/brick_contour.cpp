@@ -19,9 +19,9 @@ namespace {
 constexpr int kCells = FieldBrick::kCells;
 constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
-constexpr std::uint16_t kNoSurface = 0xffff;   // state of a block that contains no surface
-constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface needs several vertices
-constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
+constexpr std::uint16_t kNoSurface = 0xffff;  // state of a block that contains no surface
+constexpr std::uint16_t kMixed = 0xfffe;      // state of a block whose surface needs several vertices
+constexpr int kLevels = 5;                    // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
 // A cell has a crease of 28° or more if its normals vary by kSmoothSpread and one of them lies more than 14° (cosine
 // kCreaseCosine) from their mean.
 constexpr float kCreaseCosine = 0.97f;
