@@ -67,12 +67,12 @@ class InFolder(unittest.TestCase):
 
 class Cases(InFolder):
     def test_a_case_is_the_programs_and_opens_as_a_scene(self):
-        case = typodont.Case("access-front", 3, 0.25, out=self.folder / "case.json", tooth="U1", program=PROGRAM)
+        case = typodont.Case("access-front", 4, 0.25, out=self.folder / "case.json", tooth="U1", program=PROGRAM)
         self.assertEqual(case.tooth, "U1")
         self.assertTrue(18 <= case.parameters["age"] <= 48)
         self.assertTrue(case.careless_points <= 60 and 95 <= case.expert_points)
         with case.scene() as scene:
-            self.assertEqual(scene.json["case"], {"family": "access-front", "seed": 3, "difficulty": 0.25})
+            self.assertEqual(scene.json["case"], {"family": "access-front", "seed": 4, "difficulty": 0.25})
         with self.assertRaisesRegex(typodont.BadInput, "class-1"):
             typodont.Case("class-9", out=self.folder / "bad.json", program=PROGRAM)
 
