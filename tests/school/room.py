@@ -1,6 +1,7 @@
 """A school with two classes, and recordings by the program's scripted hands."""
 import hashlib
 import pathlib
+import shutil
 import subprocess
 import tempfile
 
@@ -38,6 +39,11 @@ def record(name, trainee, seed=0, scene="class-1-cavity", date="2026-01-01T10:00
 
 def sha256(file):
     return hashlib.sha256(pathlib.Path(file).read_bytes()).hexdigest()
+
+
+def empty_folders():
+    for name in ("incoming", "sessions", "derived"):
+        shutil.rmtree(intake.folder(name))
 
 
 def user(name, **more):

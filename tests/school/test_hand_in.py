@@ -21,20 +21,15 @@ import h5py
 from django.test import LiveServerTestCase, TestCase
 from django.utils import timezone
 
-from room import Room, record, sha256
+from room import Room, empty_folders, record, sha256
 from typodont_school import intake, program
 from typodont_school.hand_in import Folder, Later, Service
 from typodont_school.models import Assignment, Session
 
 
-def emptied():
-    for name in ("incoming", "sessions", "derived"):
-        shutil.rmtree(intake.folder(name))
-
-
 class HandIn(LiveServerTestCase):
     def setUp(self):
-        emptied()
+        empty_folders()
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.service = Service(self.live_server_url, self.room.token)
@@ -179,7 +174,7 @@ class HandIn(LiveServerTestCase):
 
 class Hostile(TestCase):
     def setUp(self):
-        emptied()
+        empty_folders()
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 

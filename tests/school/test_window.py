@@ -3,7 +3,6 @@ import json
 import os
 import pathlib
 import random
-import shutil
 import subprocess
 import tempfile
 import threading
@@ -13,7 +12,7 @@ from datetime import timedelta
 from django.test import LiveServerTestCase, TestCase
 from django.utils import timezone
 
-from room import PASSWORD, Room, path_of_hand, record
+from room import PASSWORD, Room, empty_folders, path_of_hand, record
 from typodont_school import hand_in, intake
 from typodont_school.models import Assignment, Session
 
@@ -30,8 +29,7 @@ class Texts(TestCase):
 
 class Window(LiveServerTestCase):
     def setUp(self):
-        for name in ("incoming", "sessions", "derived"):
-            shutil.rmtree(intake.folder(name))
+        empty_folders()
         self.room = Room()
         self.home = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (self.home / "settings.json").write_text('{"language": "en", "scene": "", "hand": "mouse:"}')

@@ -1,12 +1,10 @@
 """Makes films of sessions, one at a time, for people who ask. The queue is in the database."""
-import logging
 import shutil
 import tempfile
-import threading
 from pathlib import Path
 
 from django.conf import settings
-from django.db import close_old_connections, transaction
+from django.db import transaction
 from django.db.models import Sum
 from django.utils import timezone
 
@@ -16,7 +14,6 @@ from .models import Film
 MAX_WAITING = 5  # films that one person may have in the queue
 IN_QUEUE = (Film.WAITING, Film.MAKING)
 RIGS = {"hip": "hip_window"}  # a scene's own rig -> one with a single picture
-log = logging.getLogger("typodont_school")
 
 
 def file_of(sha):
@@ -75,21 +72,4 @@ def make_waiting():
     return done
 
 
-class Maker(threading.Thread):
-    """Makes films beside the pages and the checks."""
-    def __init__(self):
-        super().__init__(daemon=True, name="films")
-        self.wake = threading.Event()
-
-    def run(self):
-        while True:
-            try:
-                make_waiting()
-            except Exception:  # a locked database: the film waits
-                log.exception("films")
-            close_old_connections()
-            self.wake.wait(60)
-            self.wake.clear()
-
-
-maker = Maker()
+maker = intake.Worker("films", make_waiting, 60)

@@ -146,18 +146,22 @@ class Folder:
         left = 0
         for file in self.waiting():
             try:
-                stamp = self.stamp(file)
-                state, sha = service.send(file)
+                state, _ = self.send(service, file)
             except (Later, OSError, subprocess.SubprocessError) as reason:
                 left += 1
                 said(f"{file.name}: later ({reason})")
                 continue
-            self.mark(file, stamp=stamp, sha256=sha, state=state)
             said(f"{file.name}: handed in, {state}")
         return left
 
+    def send(self, service, file):
+        """Sends a recording and remembers what became of it. Returns its state and hash."""
+        stamp = self.stamp(file)
+        state, sha = service.send(file)
+        self.mark(file, stamp=stamp, sha256=sha, state=state)
+        return state, sha
+
     def mark(self, file, **entry):
-        """Remembers what became of a recording that the service has."""
         self.done = self.read()  # window and watch share the list
         self.done[str(file.relative_to(self.path))] = entry
         part = self.list.with_suffix(f".{os.getpid()}.part")
@@ -231,11 +235,9 @@ def hand_in(service, asked):
     folder, file = Folder(asked["folder"]), pathlib.Path(asked["file"])
     say(stage="sending")
     try:
-        stamp = folder.stamp(file)
-        state, sha = service.send(file)
+        state, sha = folder.send(service, file)
     except Later:
         raise Refusal("later")
-    folder.mark(file, stamp=stamp, sha256=sha, state=state)
     say(stage="checking")
     until = time.monotonic() + CHECK_TIME
     while state == "waiting" and time.monotonic() < until:
@@ -253,11 +255,9 @@ def send_wanted(service, asked):
     files = list(folder.wanted())
     for file in files:
         try:
-            stamp = folder.stamp(file)
-            state, sha = service.send(file)
+            folder.send(service, file)
         except (Later, OSError):
             break
-        folder.mark(file, stamp=stamp, sha256=sha, state=state)
         sent += 1
     return {"sent": sent, "left": len(files) - sent}
 

@@ -238,21 +238,25 @@ def process_waiting():
 
 
 class Worker(threading.Thread):
-    """Checks waiting sessions, one at a time, beside the pages."""
-    def __init__(self):
-        super().__init__(daemon=True, name="intake")
-        self.wake = threading.Event()
+    """Does a work beside the pages: when it is woken, and every `period` seconds."""
+    def __init__(self, name, work, period):
+        super().__init__(daemon=True, name=name)
+        self.work, self.period, self.wake = work, period, threading.Event()
 
     def run(self):
         while True:
             try:
-                process_waiting()
-                lti.send_grades()
-            except Exception:  # a full disk or a locked database: the session waits
-                log.exception("intake")
+                self.work()
+            except Exception:  # a full disk or a locked database: the work waits
+                log.exception(self.name)
             close_old_connections()
-            self.wake.wait(15)
+            self.wake.wait(self.period)
             self.wake.clear()
 
 
-worker = Worker()
+def check_and_grade():
+    process_waiting()
+    lti.send_grades()
+
+
+worker = Worker("intake", check_and_grade, 15)
