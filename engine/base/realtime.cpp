@@ -79,8 +79,9 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   return granted;
 }
 
-void lower_priority(int nice) noexcept {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+void lower_priority() noexcept {
+  constexpr int kNice = 5;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
 }
 
 std::string realtime_refusal() {

@@ -26,8 +26,8 @@ struct RealtimeGranted {
 /// ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// Lowers the priority of the calling thread to this nice value (1 to 19). Errors are ignored.
-void lower_priority(int nice) noexcept;
+/// Lowers the priority of the calling thread, so that servo and picture come first. Errors are ignored.
+void lower_priority() noexcept;
 
 /// Why SCHED_FIFO is refused, and how to fix it; empty: it is granted. Tests this in a new thread.
 std::string realtime_refusal();

@@ -143,7 +143,7 @@ TEST_F(NextCommand, ANewTraineeBeginsWithAnEasyCaseWithinTheTeachersLimits) {
   EXPECT_EQ(json["difficulty"].number(), 0.2);
   EXPECT_EQ(json["sessions"].integer(), 0);
   EXPECT_THAT(json["reason"].string(), HasSubstr("Root canal access, front tooth, difficulty 0.20: the first case"));
-  const auto made = case_in(read_text(folder / "case.json"));
+  const auto made = case_in(Json::load(folder / "case.json"));
   ASSERT_TRUE(made);
   EXPECT_EQ(made->family, "access-front");
   EXPECT_EQ(made->difficulty, 0.2);

@@ -120,7 +120,7 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   if (!tooth.type.empty()) description += fmt::format(": {} ({}), {:.0f} years", tooth.name, tooth.type, tooth.age);
   Ordered scene = {{"name", fmt::format("{}-{}", request.family, request.seed)},
                    {"description", description + "."},
-                   {"case", {{"family", request.family}, {"seed", request.seed}, {"difficulty", request.difficulty}}},
+                   {"case", json_of(request)},
                    {"tissue", {{"volume", volume}}}};
   for (const auto& [key, value] : base.items())
     if (!kOwnKeys.contains(key)) scene[key] = value;
@@ -151,12 +151,18 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
 
 }  // namespace
 
-std::optional<CaseIdentity> case_in(const std::string& scene) {
-  if (scene.empty()) return std::nullopt;
-  const auto made = Json::parse(scene, "scene").find("case");
-  if (!made) return std::nullopt;
-  return CaseIdentity{(*made)["family"].string(), static_cast<std::uint64_t>((*made)["seed"].integer(0)),
-                      (*made)["difficulty"].number(0, 1)};
+CaseIdentity read_case(const Json& json) {
+  return {json["family"].string(), static_cast<std::uint64_t>(json["seed"].integer(0)),
+          json["difficulty"].number(0, 1)};
+}
+
+nlohmann::ordered_json json_of(const CaseIdentity& made) {
+  return {{"family", made.family}, {"seed", made.seed}, {"difficulty", made.difficulty}};
+}
+
+std::optional<CaseIdentity> case_in(const Json& scene) {
+  const auto made = scene.find("case");
+  return made ? std::optional(read_case(*made)) : std::nullopt;
 }
 
 std::vector<CaseFamily> case_families() {

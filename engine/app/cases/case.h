@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/cases/tooth.h"
+#include "engine/base/json.h"
 #include "engine/session/task.h"
 
 namespace typodont {
@@ -25,8 +27,11 @@ struct CaseIdentity {
   std::uint64_t seed = 1;
   double difficulty = 0.5;  // 0: easiest, 1: most difficult
 };
-/// Reads the key "case" of a scene's JSON text; empty if the scene is no generated case.
-std::optional<CaseIdentity> case_in(const std::string& scene);
+// The value of the key "case" in scenes, reports and cached scores. read_case() throws Error.
+CaseIdentity read_case(const Json& json);
+nlohmann::ordered_json json_of(const CaseIdentity& made);
+/// The key "case" of a scene; empty if the scene is no generated case. Throws Error.
+std::optional<CaseIdentity> case_in(const Json& scene);
 
 struct CaseRequest : CaseIdentity {
   std::string tooth;  // tooth of the case family; empty: the seed selects one

@@ -54,17 +54,13 @@ PathLimits read_limits(const std::filesystem::path& file, std::span<const CaseFa
 std::vector<TrainedFamily> trained_by(const SkillTable& table, std::span<const CaseFamily> families) {
   std::vector<TrainedFamily> trained;
   for (const CaseFamily& family : families) {
-    std::vector<ItemPoints> items;
     double all = 0;
-    for (const auto& [name, weight] : family.weights) {
-      items.push_back({name, weight, weight});
-      all += weight;
-    }
+    for (const auto& [item, weight] : family.weights) all += weight;
     std::vector<double> shares;
     for (const Skill& skill : table.skills) {
       double full = 0;
-      for (const ItemPoints& item : items)
-        if (std::ranges::find(skill.items, item.name) != skill.items.end()) full += item.full;
+      for (const auto& [item, weight] : family.weights)
+        if (std::ranges::find(skill.items, item) != skill.items.end()) full += weight;
       shares.push_back(all > 0 ? full / all : 0);
     }
     trained.push_back({family.name, std::move(shares)});

@@ -19,7 +19,7 @@ struct PathLimits {
 /// Reads the limits. Throws Error, also for an unknown family.
 PathLimits read_limits(const std::filesystem::path& file, std::span<const CaseFamily> families);
 
-/// A family and the skills that it trains: for each skill of the table, the fraction of the points.
+/// A family and the skills that it trains. `shares`: for each skill of the table, its fraction of the family's points.
 struct TrainedFamily {
   std::string name;
   std::vector<double> shares;

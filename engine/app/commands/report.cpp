@@ -171,8 +171,9 @@ void run(const Options& options) {
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();
-    const std::string& scene = reader.header().scene_json;
-    const auto tooth = scene.empty() ? std::nullopt : tooth_sides(Json::parse(scene, options.session));
+    std::optional<Json> scene;
+    if (const std::string& text = reader.header().scene_json; !text.empty()) scene = Json::parse(text, options.session);
+    const auto tooth = scene ? tooth_sides(*scene) : std::nullopt;
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
                        {"value", item.value},  // JSON null if nothing could be measured
@@ -203,8 +204,7 @@ void run(const Options& options) {
                              {"passed", report.score->counts() && report.score->passed()},
                              {"items", items},
                              {"defects", nlohmann::json::array()}};
-    if (const auto made = case_in(scene))
-      result["case"] = {{"family", made->family}, {"seed", made->seed}, {"difficulty", made->difficulty}};
+    if (const auto made = scene ? case_in(*scene) : std::nullopt) result["case"] = json_of(*made);
     for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt)

@@ -45,11 +45,6 @@ double fraction_in(const std::string& messages) {
   return std::clamp(std::atof(messages.c_str() + (before == std::string::npos ? 0 : before + 1)) / 100, 0.0, 0.99);
 }
 
-std::string last_line(std::string messages) {
-  while (!messages.empty() && messages.back() == '\n') messages.pop_back();
-  return messages.substr(messages.rfind('\n') + 1);
-}
-
 /// A file in memory, at its beginning. −1: there is none.
 int file_in_memory(const std::string& bytes) {
   const int file = memfd_create("input", MFD_CLOEXEC);
@@ -61,6 +56,11 @@ int file_in_memory(const std::string& bytes) {
 }
 
 }  // namespace
+
+std::string last_line(std::string_view text) {
+  while (text.ends_with('\n')) text.remove_suffix(1);
+  return std::string(text.substr(text.rfind('\n') + 1));
+}
 
 std::string run_program(std::vector<std::string> words, Progress& progress, const ChildOptions& options) {
   const std::vector<char*> line = pointers(words);
@@ -167,7 +167,7 @@ std::optional<Started::Failed> Started::look() {
     const off_t size = one->said >= 0 ? lseek(one->said, 0, SEEK_END) : 0;
     const off_t from = std::max<off_t>(0, size - static_cast<off_t>(last.size()));
     const ssize_t n = size > 0 ? pread(one->said, last.data(), last.size(), from) : 0;
-    if (n > 0) failed.words = last_line(std::string(last.data(), static_cast<std::size_t>(n)));
+    if (n > 0) failed.words = last_line({last.data(), static_cast<std::size_t>(n)});
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;

@@ -20,6 +20,9 @@ class NotStarted : public RunFailure {
   using RunFailure::RunFailure;
 };
 
+/// The last line of a process's output or messages, without its end.
+std::string last_line(std::string_view text);
+
 struct ChildOptions {
   int nice = 0;                                             // 0 to 19
   std::string input;                                        // standard input, which no other process sees

@@ -103,7 +103,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
           if (!task.title.empty()) choice.title = task.title.in(s.language);
           choice.description = task.goal.in(s.language);
         }
-        if (const auto made = case_in(json.text())) {
+        if (const auto made = case_in(json)) {
           choice.group = s.text("op.cases");
           choice.title += fmt::format(" · {} · {}", s.number(made->difficulty, 2), made->seed);
         }

@@ -40,11 +40,6 @@ const char* stage_text(std::string_view line) {
   return nullptr;
 }
 
-std::string last_line(std::string_view output) {
-  while (output.ends_with('\n')) output.remove_suffix(1);
-  return std::string(output.substr(output.rfind('\n') + 1));
-}
-
 }  // namespace
 
 SchoolDesk::SchoolDesk(OperatorState& s, InterfaceWindow& w, Choices& choices) : s_(s), window_(w), choices_(choices) {

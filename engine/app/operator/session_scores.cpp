@@ -40,9 +40,7 @@ CachedScore score_from(const Json& json) {
                     json["completion"].number(0, 1), json["date"].string()};
   for (const Json& item : json["items"].items())
     score.items.push_back({item["name"].string(), item["points"].number(), item["full"].number()});
-  if (const Json made = json["case"]; made.is_object())
-    score.made = {made["family"].string(), static_cast<std::uint64_t>(made["seed"].integer(0)),
-                  made["difficulty"].number(0, 1)};
+  if (const Json made = json["case"]; made.is_object()) score.made = read_case(made);
   return score;
 }
 
@@ -61,7 +59,7 @@ CachedScore known(const session::SessionReader& session, const session::Score& s
   const session::SessionHeader& header = session.header();
   CachedScore known{score.points, score.counts(), score.counts() && score.passed(), score.completion, header.date};
   for (const session::ScoreItem& item : score.items) known.items.push_back({item.name, item.points, item.full});
-  known.made = case_in(header.scene_json);
+  if (!header.scene_json.empty()) known.made = case_in(Json::parse(header.scene_json, "scene"));
   return known;
 }
 
@@ -89,8 +87,7 @@ void cache_score(const fs::path& session, const CachedScore& score) {
                          {"date", score.date},
                          {"case", nullptr},
                          {"items", nlohmann::json::array()}};
-  if (score.made)
-    json["case"] = {{"family", score.made->family}, {"seed", score.made->seed}, {"difficulty", score.made->difficulty}};
+  if (score.made) json["case"] = json_of(*score.made);
   for (const ItemPoints& item : score.items)
     json["items"].push_back({{"name", item.name}, {"points", item.points}, {"full", item.full}});
   const std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -21,8 +21,8 @@ std::optional<CachedScore> cached_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
 CachedScore known(const session::SessionReader& session, const session::Score& score);
-/// Computes a score in another process, which a damaged file cannot leave, and stores it in the cache. `nice`: 0 to 19.
-/// Any thread. Throws Cancelled, Error or RunFailure.
+/// Computes a score in a separate process, so that a damaged file cannot affect this one, and stores it in the cache.
+/// `nice`: 0 to 19. Any thread. Throws Cancelled, Error or RunFailure.
 CachedScore score_apart(const std::filesystem::path& session, Progress& progress, int nice = 0);
 /// The scored sessions of the folder in order of time, only the newest if there are many. Computes missing scores;
 /// leaves out unreadable files with a message. Throws Cancelled.

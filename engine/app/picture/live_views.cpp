@@ -19,8 +19,6 @@ constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // Time between two copies of the tissue, ns. A copy blocks the carver thread for some milliseconds.
 constexpr Nanos kBodiesInterval = 120'000'000;
-// Niceness (scheduling priority) of the computing thread. Servo and picture have a higher priority.
-constexpr int kNice = 5;
 // Largest distance between tissue and ideal shape that the difference view computes, m.
 constexpr double kDifferenceReach = 3e-3;
 // Largest number of servo ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are
@@ -244,7 +242,7 @@ std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
 }
 
 void LiveViews::run() {
-  lower_priority(kNice);
+  lower_priority();
   std::optional<TaskEvaluator> judge;
   PerTissue before{};
   if (judged_at_all_) try {

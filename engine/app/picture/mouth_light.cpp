@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kSpacing = 1.25e-3;  // m, grid spacing of the light between bodies
 constexpr int kRefreshed = 40;        // number of cells inside tissue whose light is computed again per frame
-constexpr int kMouthNice = 5;         // niceness of the worker thread, so that pictures come first
 
 /// True if the lights have the same strength, and the same directions within 0.5°.
 bool same_light(const render::Lights& a, const render::Lights& b) {
@@ -70,7 +69,7 @@ void MouthLight::compute(const render::LightSources& sources) {
 bool MouthLight::start(const render::LightSources& sources) {
   done_ = false;
   const auto work = [this, sources] {
-    lower_priority(kMouthNice);
+    lower_priority();
     try {
       compute(sources);
     } catch (const Stopped&) {

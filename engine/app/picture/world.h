@@ -116,8 +116,7 @@ class WorldReader {
         carver_(event_logs.carver),
         view_(event_logs.view),
         left_(event_logs.left) {}
-  /// Applies the new events up to the session time `until`, ns. If all of them are already written, another thread may
-  /// write later events meanwhile.
+  /// Applies the new events up to the session time `until`, ns. Meanwhile, another thread may write later events.
   void read(Nanos until = std::numeric_limits<Nanos>::max());
   /// Number of the servo's events overwritten before they were read.
   std::uint64_t lost() const { return servo_.reader.lost(); }
