@@ -36,7 +36,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// Begins a section with the heading say(key), whose HTML id is "h-" and `id`. A printed section stays on one sheet,
+  /// Begins a section with the heading say(key), whose HTML id is `"h-" + id`. A printed section stays on one sheet,
   /// unless it is long.
   enum class Length { kShort, kLong };
   void begin_section(std::string_view id, std::string_view key, Length length = Length::kShort);

@@ -530,7 +530,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   if (part_.scrapes) {
     met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::min_met, 1.0);
   }
-  // With a shorter advance, the vertex that could not move may be able to.
+  // With a shorter advance, the vertex that could not move may become able to move.
   stride_ = done.held && !done.changed ? std::max(0.5 * stride_, 2 * P::sweep / P::stride) : 1;
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
