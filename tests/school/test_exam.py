@@ -6,6 +6,7 @@ import random
 import shutil
 import subprocess
 import tempfile
+from collections import Counter
 from datetime import timedelta
 
 import h5py
@@ -36,6 +37,7 @@ class Exams(TestCase):
         scene = self.folder / student.pseudonym / "class-1-cavity.json"
         scene.parent.mkdir(exist_ok=True)
         scene.write_text(json.dumps(self.start(student).json()["scene"]))
+        ExamStart.objects.filter(student=student).update(started=timezone.now() - timedelta(minutes=1))  # the program's hand works faster than real time
         return shutil.copy(record(f"exam-{student.pseudonym}-{os.urandom(4).hex()}", student.pseudonym, seed, scene), self.folder)
 
     def sign(self, file, key=None):
@@ -92,55 +94,123 @@ class Exams(TestCase):
         session = self.room.judged(record("anna", "anna"))
         self.assertEqual((session.state, session.assignment), ("accepted", None))
 
-    def test_no_forged_session_gets_a_mark(self):
-        """Edited, truncated, swapped, replayed, unsigned and wrongly signed sessions, at random places."""
-        dice = random.Random(68)
-        own, other = self.record(self.room.anna, 1), self.record(self.room.ben, 2)
-        signatures = {own: self.sign(own), other: self.sign(other)}
-        practice = record("hand5", "anna", 5)
+    def test_another_bench_that_sends_a_copy_first_costs_nobody_the_mark(self):
+        file, (other, _) = self.record(self.room.anna, 4), views.new_bench(self.room.school, "bench 2")
+        own, self.room.bench = self.room.bench, other
+        self.assertIn("without the bench's signature", self.room.judged(file).reason)
+        self.room.bench = own
+        self.assertEqual(self.room.judged(file, self.sign(file)).assignment, self.exam)
 
-        def forge(kind, number):
-            file = pathlib.Path(shutil.copy(own, self.folder / f"forged{number}.h5"))
-            if kind == "flipped byte":
-                with open(file, "r+b") as f:
-                    f.seek(dice.randrange(file.stat().st_size))
-                    byte = f.read(1)[0]
-                    f.seek(-1, 1)
-                    f.write(bytes([byte ^ 1 << dice.randrange(8)]))
-            elif kind == "truncated":
-                os.truncate(file, dice.randrange(1, file.stat().st_size))
-            elif kind in ("edited", "edited by the bench"):
+    def test_no_forged_session_gets_a_mark(self):
+        """At random places of a recording. "Signed" forgeries are signed by the exam's own bench; TYPODONT_STRESS=50 makes 1,000."""
+        dice, room = random.Random(68), self.room
+        own, other = self.record(room.anna, 1), self.record(room.ben, 2)
+        signatures = {file: self.sign(file) for file in (own, other)}
+        practice, unknown = record("hand5", "anna", 5), record("hand6", "anna", 6)
+        self.assertEqual(room.judged(practice).state, "accepted")
+        elsewhere, _ = views.new_bench(room.school, "bench 2")
+        scene = self.start(room.anna).json()["scene"]
+        easier = {**scene, "task": {**scene["task"], "rules": [{**rule, "tolerance": 1000} for rule in scene["task"]["rules"]]}}
+
+        def flip(file):
+            with open(file, "r+b") as f:
+                f.seek(dice.randrange(file.stat().st_size))
+                byte = f.read(1)[0]
+                f.seek(-1, 1)
+                f.write(bytes([byte ^ 1 << dice.randrange(8)]))
+
+        def edit(names):
+            def change(file):
                 with h5py.File(file, "a") as f:
-                    name = dice.choice(("force_x_N", "force_z_N", "depth_mm", "contact_area_mm2", "spindle_krpm"))
-                    column = f["ticks/" + name]
+                    column = f["ticks/" + dice.choice(names)]
                     column[dice.randrange(len(column))] += dice.choice((-1, 1)) * dice.uniform(0.01, 1)
-            elif kind == "another trainee":
+            return change
+
+        def shorten(file):
+            """All columns end after the same tick, as if the recording had."""
+            with h5py.File(file, "a") as f:
+                ticks = dice.randrange(200, 690)
+                cuts = int((f["cuts/tick"][:] <= f["ticks/index"][ticks - 1]).sum())
+                for table, rows in (("ticks", ticks), ("cuts", cuts)):
+                    for name in f[table]:
+                        f[table][name].resize(rows, 0)
+
+        def time_lapse(file):
+            with h5py.File(file, "a") as f:
+                for name in ("ticks/t_s", "ticks/t_ns", "cuts/t_ns"):
+                    f[name][:] = f[name][:] * dice.uniform(0.3, 0.9)
+
+        def text(name, value):
+            def change(file):
                 with h5py.File(file, "a") as f:
-                    f.attrs.create("trainee", b"ben", dtype=h5py.string_dtype("utf-8", 3))
-            elif kind == "the seed in another recording":
-                shutil.copy(practice, file)
-                scene = self.start(self.room.anna).json()["scene"]
+                    f.attrs.create(name, value.encode(), dtype=h5py.string_dtype("utf-8", len(value)))
+            return change
+
+        def with_scene(scene, of=None):
+            def change(file):
+                if of:
+                    shutil.copy(of, file)
                 with h5py.File(file, "a") as f:
                     del f["header/scene"]
-                    f.create_dataset("header/scene", data=json.dumps(scene), dtype=h5py.string_dtype("utf-8"))
-            signature = {"no signature": "", "swapped signature": signatures[other], "signed elsewhere": None, "edited by the bench": None}.get(kind, signatures[own])
-            if signature is None:
-                signature = self.sign(file, None if kind == "edited by the bench" else os.urandom(32).hex())
-            with open(file, "ab") as f:  # HDF5 ignores what follows the end; the same bytes would be the same session
-                f.write(b"" if kind in ("edited by the bench", "signed elsewhere") else bytes([number % 256, number // 256]))
-            return file, signature
+                    data = json.dumps(scene).encode()
+                    f.create_dataset("header/scene", data=data, dtype=h5py.string_dtype("utf-8", len(data)))
+            return change
 
-        kinds = ("flipped byte", "truncated", "edited", "edited by the bench", "another trainee", "the seed in another recording", "no signature",
-                 "swapped signature", "signed elsewhere")
-        for number in range(int(18 * STRESS)):
-            kind = kinds[number % len(kinds)]
-            file, signature = forge(kind, number)
-            session = self.room.judged(file, signature)
-            self.assertEqual((session.state, session.points, session.assignment), ("refused", None, None), f"{kind} {number}")
+        column = ("force_x_N", "force_z_N", "depth_mm", "contact_area_mm2", "spindle_krpm")
+        nothing = lambda file: None
+        SIGNED, ELSEWHERE = "signed by the bench", "signed with another key"
+        differs, unsigned = "replay differs", "no valid signature"
+        kinds = {  # kind: change, signature, reason, circumstances
+            "flipped byte": (flip, signatures[own], "", {}),
+            "truncated": (lambda file: os.truncate(file, dice.randrange(1, file.stat().st_size)), signatures[own], "", {}),
+            "edited tick": (edit(column), signatures[own], unsigned, {}),
+            "edited tick, signed": (edit(column), SIGNED, differs, {}),
+            "edited hand, signed": (edit(("hand_x_m", "hand_z_m")), SIGNED, "", {}),
+            "shortened, signed": (shorten, SIGNED, "", {}),
+            "faster clock, signed": (time_lapse, SIGNED, "", {}),
+            "another trainee": (text("trainee", "ben"), signatures[own], unsigned, {}),
+            "another trainee, signed": (text("trainee", "ben"), SIGNED, "of another student", {}),
+            "easier rules, signed": (with_scene(easier), SIGNED, "another exercise", {}),
+            "the seed in a recording": (with_scene(scene, unknown), signatures[own], unsigned, {}),
+            "the seed in an accepted session, signed": (with_scene(scene, practice), SIGNED, "an earlier session", {}),
+            "the seed in a recording from before the exam, signed": (with_scene(scene, unknown), SIGNED, "longer than", {"started": timezone.now}),
+            "another student's seed, signed": (with_scene(self.start(room.ben).json()["scene"]), SIGNED, "of another student", {}),
+            "no signature": (nothing, "", "without the bench's signature", {}),
+            "another signature": (nothing, signatures[other], unsigned, {}),
+            "another key": (nothing, ELSEWHERE, unsigned, {}),
+            "from another bench": (nothing, SIGNED, "from another bench", {"bench": elsewhere}),
+            "after the end": (text("note", "late"), SIGNED, "after the exam's end", {"due": lambda: timezone.now() - timedelta(seconds=1)}),
+            "second session": (text("note", "second"), SIGNED, "a second session", {"session": lambda: room.judged(practice)}),
+        }
+        found, accepted = Counter(), []
+        for number in range(int(len(kinds) * STRESS)):
+            kind = list(kinds)[number % len(kinds)]
+            change, signature, reason, more = kinds[kind]
+            file = pathlib.Path(shutil.copy(own, self.folder / f"forged{number}.h5"))
+            change(file)
+            with open(file, "ab") as f:  # HDF5 ignores what follows the end; the same bytes would be the same session
+                f.write(number.to_bytes(2, "little"))
+            if signature in (SIGNED, ELSEWHERE):
+                signature = self.sign(file, os.urandom(32).hex() if signature == ELSEWHERE else more.get("bench", room.bench).signing_key)
+            start = ExamStart.objects.filter(student=room.anna)
+            before, due = start.get(), self.exam.due
+            start.update(**{key: more[key]() for key in ("started", "session") if key in more})
+            Assignment.objects.filter(pk=self.exam.pk).update(due=more["due"]() if "due" in more else due)
+            bench, room.bench = room.bench, more.get("bench", room.bench)
+            session = room.judged(file, signature)
+            room.bench = bench
+            start.update(started=before.started, session=before.session)
+            Assignment.objects.filter(pk=self.exam.pk).update(due=due)
+            if (session.state, session.points, session.assignment) == ("refused", None, None) and reason in session.reason:
+                found[kind] += 1
+            else:
+                accepted.append(f"{kind} {number}: {session.state}, {session.points} points {session.reason}")
             file.unlink()
+        print("forged sessions found:", "; ".join(f"{kind} {found[kind]}" for kind in kinds))
+        self.assertEqual(accepted, [])
         self.assertFalse(ExamStart.objects.exclude(session=None).exists())
         for file in (own, other):
-            self.assertEqual(self.room.judged(file, signatures[file]).state, "accepted")
+            self.assertEqual(room.judged(file, signatures[file]).state, "accepted")
 
     def test_every_honest_session_gets_its_mark(self):
         for number in range(int(4 * STRESS)):

@@ -4,16 +4,12 @@ import json
 import os
 import pathlib
 import random
-import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-import urllib.parse
-import urllib.request
 from datetime import timedelta
 from unittest import mock
 
@@ -22,6 +18,7 @@ from django.test import LiveServerTestCase, TestCase
 from django.utils import timezone
 
 from room import Room, empty_folders, record, sha256
+from service import ServiceTest
 from typodont_school import intake, program
 from typodont_school.hand_in import Folder, Later, Service
 from typodont_school.models import Assignment, Session
@@ -155,6 +152,41 @@ class HandIn(LiveServerTestCase):
             intake.process_waiting()
             self.assertEqual(Session.objects.get().state, ("refused", "accepted")[number])
 
+    def test_a_crash_after_the_last_byte_loses_nothing(self):
+        file = self.add("anna", "anna")
+        with mock.patch.object(intake.Session.objects, "get_or_create", side_effect=SystemError("killed")):
+            self.assertEqual(self.send(), 1)
+        self.assertEqual(self.send(), 0)
+        self.assertEqual(intake.recording_of(sha256(file)).read_bytes(), file.read_bytes())
+
+    def test_an_upload_that_another_has_overtaken_changes_nothing(self):
+        """The operator's window and the watch send the same recording."""
+        file = self.add("anna", "anna")
+        sha, data = sha256(file), file.read_bytes()
+        absent, asked = Session.objects.none(), iter((True, False))
+
+        def overtaken(**query):  # the other upload ends after the first question
+            if query == {"pk": sha} and next(asked, False):
+                intake.append(self.room.bench, sha, 0, len(data), data, "")
+                return absent
+            return Session.objects.all().filter(**query)
+        with mock.patch.object(Session.objects, "filter", side_effect=overtaken):
+            intake.append(self.room.bench, sha, len(data) - 9, len(data), data[-9:], "")
+        self.assertEqual(list(intake.folder("incoming").iterdir()), [])
+        intake.process_waiting()
+        self.assertEqual((Session.objects.get().state, intake.recording_of(sha).read_bytes() == data), ("accepted", True))
+
+    def test_abandoned_uploads_do_not_keep_others_out(self):
+        file = self.add("anna", "anna")
+        old, young = (intake.folder("incoming") / (letter * 64) for letter in "ab")
+        for part in (old, young):
+            part.write_bytes(b"abandoned")
+        os.utime(old, (1e9, 1e9))
+        with mock.patch.object(intake, "MAX_INCOMPLETE", 2):
+            self.assertEqual(self.send(), 0)
+        self.assertEqual(list(intake.folder("incoming").iterdir()), [young])
+        self.assertEqual(Session.objects.get().pk, sha256(file))
+
     def test_a_wrong_token_hands_in_nothing(self):
         self.add("anna", "anna")
         self.assertEqual(self.send(Service(self.live_server_url, "guess")), 1)
@@ -238,6 +270,14 @@ class Hostile(TestCase):
         one, two = self.room.judged(record("hand1", "anna", 1)), self.room.judged(record("hand2", "anna", 2))
         self.assertEqual((one.assignment, two.assignment), (task, None))
 
+    def test_a_session_that_cannot_be_checked_now_does_not_stop_the_others(self):
+        first, second = self.room.put(record("anna", "anna")), self.room.put(record("hand1", "anna", 1))
+        intake.recording_of(first.pk).unlink()  # a damaged disk
+        with self.assertRaises(FileNotFoundError):
+            intake.process_waiting()
+        second.refresh_from_db()
+        self.assertEqual(second.state, "accepted")
+
     def test_a_reader_that_hangs_or_eats_memory_is_stopped(self):
         with mock.patch.dict(program.LIMITS, {program.resource.RLIMIT_CPU: 1}), self.assertRaises(program.Refused):
             program.typodont("servo", "crown-preparation", "--hand", "expert:", "--out", self.folder / "x.h5")
@@ -246,7 +286,11 @@ class Hostile(TestCase):
 
     def test_a_full_disk_during_the_checks_keeps_the_session_waiting(self):
         session = self.room.put(record("anna", "anna"))
+        full = shutil.disk_usage("/")._replace(free=1000)
         with mock.patch.object(intake.tempfile, "TemporaryDirectory", side_effect=OSError(errno.ENOSPC, "full")), self.assertRaises(OSError):
+            intake.process_waiting()
+        with mock.patch.object(intake.program, "score", side_effect=program.Refused("cannot write")), \
+                mock.patch.object(intake.shutil, "disk_usage", side_effect=(shutil.disk_usage("/"), full)), self.assertRaises(OSError):
             intake.process_waiting()
         session.refresh_from_db()
         self.assertEqual(session.state, "waiting")
@@ -255,18 +299,7 @@ class Hostile(TestCase):
         self.assertEqual(session.state, "accepted")
 
 
-class Started(TestCase):
-    """The service as a process, started by its one command, and the bench's command."""
-    def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.address = f"http://127.0.0.1:{free.getsockname()[1]}"
-        self.environment = {**os.environ, "PYTHONPATH": str(intake.settings.TREE / "engine/school"), "PYTHONUNBUFFERED": "1",
-                            "TYPODONT_SCHOOL_DATA": str(self.folder / "data"), "TYPODONT_SCHOOL_ADDRESS": self.address,
-                            "TYPODONT_SCHOOL_TOKEN_FILE": str(self.folder / "token")}
-        self.browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
-
+class Started(ServiceTest):
     def test_an_installed_copy_finds_program_texts_and_exercises(self):
         share, tree = self.folder / "share/typodont", intake.settings.TREE
         shutil.copytree(intake.settings.HERE, share / "school/typodont_school")
@@ -282,51 +315,6 @@ class Started(TestCase):
         scenes = len(list((tree / "assets/scenes").glob("*.json")))
         self.assertEqual(found, [str(self.folder / "bin/typodont"), str(scenes), "Time"])
 
-    def start(self):
-        """Returns the process and what it said until it listens."""
-        process = subprocess.Popen([sys.executable, "-m", "typodont_school"], env=self.environment, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        said = ""
-        while "typodont-school:" not in said:
-            line = process.stdout.readline()
-            self.assertTrue(line, "ended: " + said)
-            said += line
-        while True:
-            try:
-                self.get("/sign-in")
-                return process, said
-            except OSError:
-                self.assertIsNone(process.poll())
-
-    def get(self, path, **form):
-        data = urllib.parse.urlencode(form).encode() if form else None
-        with self.browser.open(self.address + path, data) as answer:
-            return answer.read().decode()
-
-    def post(self, path, page, **form):
-        token = re.search(r'csrfmiddlewaretoken" value="(\w+)"', self.get(page))[1]
-        return self.get(path, csrfmiddlewaretoken=token, **form)
-
-    def start_with_bench(self, recordings):
-        """Returns the process, and the command that hands in these recordings."""
-        server, said = self.start()
-        self.post("/sign-in", "/sign-in", username="admin", password=re.search(r"password (\S+),", said)[1])
-        shown = self.post("/administration/bench", "/administration", name="bench 1")
-        (self.folder / "token").write_text(re.search(r"<pre[^>]*>(\S+)</pre>", shown)[1])
-        folder = self.folder / "recordings"
-        folder.mkdir()
-        for number in range(recordings):
-            shutil.copy(record(f"hand{number}", "nobody", number), folder)
-        return server, [sys.executable, intake.settings.TREE / "engine/school/typodont_school/hand_in.py", folder, "once"]
-
-    def wait_for_checks(self, server, count):
-        while (page := self.get("/administration")).count("state accepted") < count:  # checked by the service itself
-            self.assertNotIn("state refused", page)
-            self.assertIsNone(server.poll())
-            time.sleep(0.2)
-
     def test_one_command_starts_it_and_a_kill_at_any_point_loses_nothing(self):
         server, bench = self.start_with_bench(3)
         sent = subprocess.Popen(bench, env=self.environment, stdout=subprocess.PIPE, text=True)
@@ -337,18 +325,3 @@ class Started(TestCase):
         server, _ = self.start()
         self.assertEqual(subprocess.run(bench, env=self.environment, capture_output=True).returncode, 0)
         self.wait_for_checks(server, 3)
-
-    def test_a_copy_of_the_folder_of_a_stopped_service_is_a_backup(self):
-        server, bench = self.start_with_bench(1)
-        subprocess.run(bench, env=self.environment, check=True, capture_output=True)
-        self.wait_for_checks(server, 1)
-        server.terminate()
-        server.wait()
-        shutil.copytree(self.folder / "data", self.folder / "restored")
-        shutil.rmtree(self.folder / "data")
-        self.environment["TYPODONT_SCHOOL_DATA"] = str(self.folder / "restored")
-        self.start()
-        sha = sha256(record("hand0", "nobody", 0))
-        self.assertIn(f"/session/{sha}", self.get("/administration"))  # still signed in
-        with self.browser.open(f"{self.address}/session/{sha}/recording.h5") as answer:
-            self.assertEqual(answer.read(), record("hand0", "nobody", 0).read_bytes())

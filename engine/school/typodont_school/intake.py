@@ -1,21 +1,25 @@
 """Takes recordings in: bytes first, then the checks. Every step can be repeated after a crash."""
+import errno
 import fcntl
-import hashlib
 import logging
 import os
 import shutil
 import tempfile
 import threading
+import time
 from pathlib import Path
 
 from django.conf import settings
 from django.db import close_old_connections, transaction
 
 from . import lti, program
+from .hand_in import sha256
 from .models import Assignment, ExamStart, Exercise, ScoreItem, Session, Student
 
 MAX_CHUNK = 4 << 20
 MAX_INCOMPLETE = 64  # uploads
+ABANDONED = 86400  # s since the last byte of an upload that its bench begins again
+RATE_ERROR = 0.02  # of a recording's time, which `replay --check` allows
 log = logging.getLogger("typodont_school")
 
 
@@ -35,33 +39,64 @@ def recording_of(sha):
     return folder("sessions/" + sha[:2]) / (sha + ".h5")
 
 
+def need_disk():
+    """On a full disk, the program fails for reasons that say nothing about the recording."""
+    if shutil.disk_usage(folder("work")).free < settings.MIN_FREE_BYTES:
+        raise OSError(errno.ENOSPC, "the disk is full")
+
+
 def derived(sha, name):
     """A file that was computed from a recording."""
     return folder(f"derived/{sha[:2]}/{sha}") / name
 
 
-def state(sha, signature=""):
-    """Returns what is known of a session. One that was refused is checked again with another signature."""
-    session = Session.objects.filter(pk=sha).first()
+def state(sha, bench, signature):
+    """Returns what is known of a session. One that was refused is checked again with another signature, or of another bench."""
+    part = folder("incoming") / sha
+    received = part.stat().st_size if part.exists() else 0
+    session = Session.objects.filter(pk=sha).first() or (received and enter(bench, sha, signature))
     if session:
-        if session.state == Session.REFUSED and signature not in ("", session.signature):
-            session.signature, session.state = signature[:300], Session.WAITING
-            session.save(update_fields=["signature", "state"])
+        if session.state == Session.REFUSED and signature and (signature, bench) != (session.signature, session.bench):
+            session.bench, session.signature, session.state = bench, signature[:300], Session.WAITING
+            session.save(update_fields=["bench", "signature", "state"])
             worker.wake.set()
         return {"state": session.state, "received": session.size, "reason": session.reason}
+    return {"state": "incomplete", "received": received, "reason": ""}
+
+
+def enter(bench, sha, signature):
+    """Returns the session of an upload whose bytes are complete; also after a crash between the last byte and the row."""
     part = folder("incoming") / sha
-    return {"state": "incomplete", "received": part.stat().st_size if part.exists() else 0, "reason": ""}
+    if sha256(part) != sha:
+        return None
+    session, _ = Session.objects.get_or_create(pk=sha, defaults={"bench": bench, "size": part.stat().st_size, "signature": signature[:300]})
+    settle(sha)
+    worker.wake.set()
+    return session
+
+
+def incomplete(incoming):
+    """Returns the number of incomplete uploads, after a clean-up if there are too many."""
+    uploads = list(incoming.iterdir())
+    if len(uploads) >= MAX_INCOMPLETE:
+        for part in uploads:
+            if Session.objects.filter(pk=part.name).exists():
+                settle(part.name)
+            elif time.time() - part.stat().st_mtime > ABANDONED:
+                part.unlink(missing_ok=True)
+        uploads = list(incoming.iterdir())
+    return len(uploads)
 
 
 def append(bench, sha, first, total, chunk, signature):
     """Appends bytes to an upload; with the last one, the session waits for its checks."""
     if Session.objects.filter(pk=sha).exists():
-        return state(sha, signature)
+        return state(sha, bench, signature)
     if not 0 < total <= settings.MAX_SESSION_BYTES or first + len(chunk) > total:
         raise Problem(413, "too large")
     incoming = folder("incoming")
     part = incoming / sha
-    if not part.exists() and sum(1 for _ in incoming.iterdir()) >= MAX_INCOMPLETE:
+    if not part.exists() and incomplete(incoming) >= MAX_INCOMPLETE:
         raise Problem(429, "too many incomplete uploads")
     if shutil.disk_usage(incoming).free < total - first + settings.MIN_FREE_BYTES:
         raise Problem(507, "the disk is full")
@@ -70,6 +105,9 @@ def append(bench, sha, first, total, chunk, signature):
             fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise Problem(409, "another upload of this session is running")
+        if Session.objects.filter(pk=sha).exists():  # another upload was faster
+            settle(sha)
+            return state(sha, bench, signature)
         have = os.fstat(out.fileno()).st_size
         if first != have:
             raise Problem(409, "not the next byte", received=have)
@@ -81,26 +119,23 @@ def append(bench, sha, first, total, chunk, signature):
             os.ftruncate(out.fileno(), have)
             raise Problem(507, "the disk is full", received=have)
         if first + len(chunk) < total:
-            return state(sha)
-        digest = hashlib.sha256()
-        with open(part, "rb") as whole:
-            for block in iter(lambda: whole.read(1 << 20), b""):
-                digest.update(block)
-        if digest.hexdigest() != sha:
+            return {"state": "incomplete", "received": first + len(chunk), "reason": ""}
+        if not enter(bench, sha, signature):
             part.unlink()
             raise Problem(422, "the bytes do not have this SHA-256")
-        Session.objects.get_or_create(pk=sha, defaults={"bench": bench, "size": total, "signature": signature[:300]})
-    settle(sha)
-    worker.wake.set()
-    return state(sha)
+    return state(sha, bench, signature)
 
 
 def settle(sha):
     """Moves a complete upload, whose row exists, to its place; also after a crash between row and move."""
+    part = folder("incoming") / sha
     try:
-        os.replace(folder("incoming") / sha, recording_of(sha))
-    except FileNotFoundError:  # there already
+        os.link(part, recording_of(sha))
+    except FileExistsError:  # the part is of a second, slower upload
         pass
+    except FileNotFoundError:  # moved already
+        return
+    part.unlink(missing_ok=True)
 
 
 def own_rules(scene):
@@ -140,8 +175,6 @@ def judge(session):
         if not check["identical"]:
             raise program.Refused("the replay differs: " + str(check.get("difference", ""))[:250])
         header = program.header(copy)
-        page = Path(room) / "en.html"
-        score = program.score(copy, page)
         session.student = Student.objects.filter(pseudonym=header["trainee"]).first() if header["trainee"] else None
         session.exercise = exercise_of(header)
         session.scene_name = str(header["scene"].get("name", ""))[:100]
@@ -154,6 +187,8 @@ def judge(session):
         exam = exam_of(session, header)
         if exam:
             _judge_exam(session, exam)
+        page = Path(room) / "en.html"
+        score = program.score(copy, page)
         if session.exercise and score["full"] > 0:
             session.points = 100 * score["points"] / score["full"]
             session.passed, session.completion = score["passed"], score["completion"]
@@ -177,6 +212,8 @@ def _judge_exam(session, exam):
         raise program.Refused("a second session of one exam")
     if session.received > exam.assignment.due:
         raise program.Refused("after the exam's end")
+    if session.seconds * (1 - RATE_ERROR) > (session.received - exam.started).total_seconds():
+        raise program.Refused("longer than the time since the exam's start")
 
 
 def attach(session):
@@ -192,10 +229,12 @@ def attach(session):
 
 def process(session):
     settle(session.pk)
+    need_disk()
     try:
         score, exam = judge(session)
         session.state, session.reason = Session.ACCEPTED, ""
     except (program.Refused, ValueError, KeyError, TypeError, AttributeError) as refusal:
+        need_disk()
         session.state, session.reason = Session.REFUSED, (str(refusal) or "unreadable")[:300]
         score, exam, session.points, session.passed = None, None, None, None
     with transaction.atomic():
@@ -229,11 +268,16 @@ def item_of(session, item):
 
 
 def process_waiting():
-    """Handles every waiting session; returns their number."""
-    done = 0
-    while session := Session.objects.filter(state=Session.WAITING).order_by("received").first():
-        process(session)
-        done += 1
+    """Handles every waiting session; returns their number. One that cannot be handled now does not stop the others."""
+    done, failed, waiting = 0, {}, Session.objects.filter(state=Session.WAITING).order_by("received")
+    while session := waiting.exclude(pk__in=list(failed)).first():
+        try:
+            process(session)
+            done += 1
+        except Exception as problem:
+            failed[session.pk] = problem
+    for problem in failed.values():
+        raise problem
     return done
 
 

@@ -47,7 +47,7 @@ def interface(*methods):
 def hand_in(request, bench, sha):
     signature = request.headers.get("X-Signature", "")
     if request.method == "GET":
-        return intake.state(sha, signature)
+        return intake.state(sha, bench, signature)
     try:
         kind, _, span = request.headers.get("Content-Range", "").partition(" ")
         first, last, total = (int(n) for n in span.replace("/", "-").split("-"))
