@@ -12,7 +12,7 @@ if(NOT TYPODONT_SANITIZE AND TARGET typodont)
     list(APPEND pages window)
   endif()
   execute_process(COMMAND unshare -rm true RESULT_VARIABLE no_namespace OUTPUT_QUIET ERROR_QUIET)
-  foreach(module roles hand_in bench films exam standards load ${pages})
+  foreach(module roles hand_in bench films exam standards keeping load ${pages})
     set(namespace)
     if(module STREQUAL load AND no_namespace EQUAL 0)
       set(namespace unshare -rm)  # may mount a small disk

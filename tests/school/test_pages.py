@@ -21,7 +21,7 @@ from django.utils import timezone
 from crowd import crowd
 from room import PASSWORD, Room, record
 from typodont_school import charts, films, intake, program
-from typodont_school.models import Assignment, Class, Remark, Session, Student
+from typodont_school.models import Assignment, Class, Remark, Rescore, Session, Student
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "acceptance"))
 from page_accessibility import CONTRAST, Browser  # noqa: E402
@@ -66,6 +66,7 @@ class Pages(LiveServerTestCase):
         Assignment.objects.create(group=self.group, exercise=self.room.exercise, due=timezone.now() + timedelta(days=5))
         Assignment.objects.create(group=self.group, exercise=self.room.exercise, due=timezone.now() + timedelta(days=9), attempts=1, sealed=True)
         Remark.objects.create(session=self.session, author=self.room.teacher_A, text="The floor is even. Next time, keep the bur upright at the lingual wall.")
+        Rescore.objects.create(session=self.session, program="0.2.0 (9c91fdf9299b)", points=72, passed=True)
         self.profile = self.enterContext(tempfile.TemporaryDirectory())
         self.browser = Browser(shutil.which("chromium-headless-shell"), self.profile)
         self.addCleanup(self.browser.process.kill)

@@ -1,7 +1,8 @@
-"""Starts the service: python3 -m typodont_school [serve | migrate]."""
+"""Starts the service: python3 -m typodont_school [serve]. Other commands: migrate, backup FOLDER, rescore [DASK]."""
 import hashlib
 import json
 import os
+import pathlib
 import secrets
 import sys
 
@@ -64,10 +65,35 @@ def serve():
     server.run()
 
 
-if __name__ == "__main__":
-    task = sys.argv[1] if len(sys.argv) > 1 else "serve"
-    if task not in ("serve", "migrate"):
-        sys.exit("usage: python3 -m typodont_school [serve | migrate]")
+def back_up(folder):
+    import django
+    django.setup()
+    from typodont_school import backup
+    try:
+        print(f"{backup.back_up(pathlib.Path(folder).resolve())} new recordings")
+    except (backup.Unusable, OSError) as problem:
+        sys.exit(str(problem))
+
+
+def rescore(scheduler=None):
     set_up()
-    if task == "serve":
-        serve()
+    from typodont_school import rescoring
+    try:
+        print(f"{rescoring.rescore_all(scheduler)} sessions scored again")
+    except rescoring.NoDoor as problem:
+        sys.exit(f"{problem}; ./run library and docs/doors/python.md install the Python package of typodont")
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case [] | ["serve"]:
+            set_up()
+            serve()
+        case ["migrate"]:
+            set_up()
+        case ["backup", folder]:
+            back_up(folder)
+        case ["rescore", *scheduler] if len(scheduler) < 2:
+            rescore(*scheduler)
+        case _:
+            sys.exit("usage: python3 -m typodont_school [serve | migrate | backup FOLDER | rescore [DASK-SCHEDULER]]")

@@ -192,6 +192,7 @@ def judge(session):
         if session.exercise and score["full"] > 0:
             session.points = 100 * score["points"] / score["full"]
             session.passed, session.completion = score["passed"], score["completion"]
+            session.program = program.version()
         session.defects = [defect_of(defect) for defect in score["defects"]]
         page.replace(derived(session.sha256, "en.html"))
     return score, exam

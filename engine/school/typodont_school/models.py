@@ -81,6 +81,7 @@ class Session(models.Model):
     field_hash = models.CharField(max_length=16, blank=True)
     force_hash = models.CharField(max_length=16, blank=True, db_index=True)
     defects = models.JSONField(default=list)  # with their strokes, of `typodont report`
+    program = models.CharField(max_length=60, blank=True)  # that gave the points
 
     class Meta:
         indexes = [models.Index(fields=["student", "exercise", "attempt"]), models.Index(fields=["student", "received"]),
@@ -108,6 +109,23 @@ class ScoreItem(models.Model):
     points = models.FloatField()
     full = models.FloatField()
     place = models.CharField(max_length=60, blank=True)  # of the largest deviation: part.wall side.lingual third.middle
+
+
+class Rescore(models.Model):
+    """Points that a later program gives."""
+    session = models.ForeignKey(Session, models.CASCADE, related_name="rescores")
+    program = models.CharField(max_length=60)
+    at = models.DateTimeField(default=timezone.now)
+    points = models.FloatField(null=True)
+    passed = models.BooleanField(null=True)
+    error = models.CharField(max_length=300, blank=True)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["session", "program"], name="one_rescore_a_program")]
+
+    @property
+    def differs(self):
+        return self.points is None or abs(self.points - self.session.points) > 1e-6 or self.passed != self.session.passed
 
 
 class Remark(models.Model):

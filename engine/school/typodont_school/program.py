@@ -4,9 +4,12 @@ import json
 import os
 import pathlib
 import resource
+import shutil
 import subprocess
 
 from django.conf import settings
+
+from .hand_in import sha256
 
 LIMITS = {resource.RLIMIT_AS: 8 << 30, resource.RLIMIT_CPU: 600, resource.RLIMIT_FSIZE: 512 << 20, resource.RLIMIT_CORE: 0}
 FILM_LIMITS = {resource.RLIMIT_CPU: 3600, resource.RLIMIT_FSIZE: 256 << 20}
@@ -26,18 +29,21 @@ def run(*command, limits={}, seconds=900, nice=0):
         for resource_name, value in {**LIMITS, **limits}.items():
             resource.setrlimit(resource_name, (value, value))
 
-    keep = {name: value for name, value in os.environ.items() if name.startswith("TYPODONT_") and not name.startswith("TYPODONT_SCHOOL_")}
-    environment = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": str(settings.DATA), **keep,
-                   "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache"),
-                   "TYPODONT_FILES": str(settings.DATA / "cases")}
     try:
         # The child ends with the service, so that a restarted service runs it once.
-        done = subprocess.run(["setpriv", "--pdeathsig", "KILL", *(str(part) for part in command)], capture_output=True, timeout=seconds, env=environment,
+        done = subprocess.run(["setpriv", "--pdeathsig", "KILL", *(str(part) for part in command)], capture_output=True, timeout=seconds, env=environment(),
                               stdin=subprocess.DEVNULL, preexec_fn=limit, start_new_session=True)
     except subprocess.TimeoutExpired:
         raise Refused("reading took too long")
     messages = done.stderr.decode(errors="replace").strip().splitlines() or [""]
     return done.returncode, done.stdout, messages[-1][:MAX_REASON]
+
+
+def environment():
+    keep = {name: value for name, value in os.environ.items() if name.startswith("TYPODONT_") and not name.startswith("TYPODONT_SCHOOL_")}
+    return {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": str(settings.DATA), **keep,
+            "TYPODONT_HOME": str(settings.DATA / "home"), "TYPODONT_CACHE": str(settings.DATA / "cache"),
+            "TYPODONT_FILES": str(settings.DATA / "cases")}
 
 
 def typodont(*arguments, fine=(0,)):
@@ -75,6 +81,12 @@ def header(recording):
     if status:
         raise Refused(message)
     return json.loads(output)
+
+
+@functools.cache
+def version():
+    """Returns the program's version, and the start of its file's SHA-256, which differs between builds."""
+    return f"{typodont('--version').decode().strip()} ({sha256(shutil.which(settings.PROGRAM))[:12]})"
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from django.conf import settings
 from django.contrib import auth
 from django.contrib.auth import password_validation, update_session_auth_hash
 from django.core.exceptions import ValidationError
+from django.core.serializers.json import DjangoJSONEncoder
 from django.db import transaction
 from django.db.models import Avg, Count, OuterRef, Subquery
 from django.http import FileResponse, HttpResponse, JsonResponse, StreamingHttpResponse
@@ -288,6 +289,7 @@ def session(request, key):
         item.lost = item.full - item.points
         item.percent = 100 * item.points / item.full if item.full else None
     return render(request, "session.html", {"session": one, "film": Film.objects.filter(pk=one.pk).first(), "items": [i for i in items if i.full > 0], "others": [i for i in items if i.full <= 0],
+                                            "rescores": [again for again in one.rescores.order_by("at") if again.differs],
                                             "remarks": one.remarks.order_by("written").select_related("author")})
 
 
@@ -416,13 +418,13 @@ def export(request, key):
     rows = [{"sha256": s.sha256, "received": s.received.isoformat(), "bench": s.bench.name, "bench_date": s.bench_date, "state": s.state, "reason": s.reason,
              "exercise": s.exercise and s.exercise.name, "attempt": s.attempt, "points": s.points, "passed": s.passed, "seconds": s.seconds,
              "items": list(s.items.values("name", "value", "unit", "target", "points", "full", "place")),
-             "defects": s.defects, "remarks": [r.row() for r in s.remarks.all()]}
+             "defects": s.defects, "program": s.program, "rescores": list(s.rescores.values("program", "at", "points", "passed", "error")), "remarks": [r.row() for r in s.remarks.all()]}
             for s in one.session_set.select_related("exercise", "bench").prefetch_related("items", "remarks")]
     about = {"pseudonym": one.pseudonym, "identifier": one.source_id, "user": one.user and one.user.username,
              "classes": [c.name for c in one.classes.all()], "sessions": rows}
     out = tempfile.TemporaryFile(dir=intake.folder("work"))
     with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as packed:
-        packed.writestr("student.json", json.dumps(about, ensure_ascii=False, indent=1))
+        packed.writestr("student.json", json.dumps(about, ensure_ascii=False, indent=1, cls=DjangoJSONEncoder))
         for row in rows:
             file = intake.recording_of(row["sha256"])
             if file.exists():

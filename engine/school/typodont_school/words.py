@@ -92,6 +92,8 @@ TEXTS = {
                      "Der Server hat diese Aufzeichnung Bit für Bit wiederholt und die Punkte daraus berechnet.",
                      "服务器已逐位重放此记录，并据此计算得分。"),
     "truncated": ("The recording was cut off.", "Die Aufzeichnung brach ab.", "记录不完整。"),
+    "scored_again": ("Scored again", "Erneut bewertet", "重新评分"),
+    "program": ("Program", "Programm", "程序"),
     "remarks": ("Remarks", "Bemerkungen", "评语"),
     "remark": ("Remark", "Bemerkung", "评语"),
     "write_remark": ("Write a remark", "Bemerkung schreiben", "写评语"),
