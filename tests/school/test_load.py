@@ -1,4 +1,4 @@
-"""A room of benches that hand in while everything fails."""
+"""A day of a room of benches in which everything fails, and the times of pages with many sessions."""
 import contextlib
 import os
 import pathlib
@@ -12,16 +12,26 @@ import subprocess
 import threading
 import time
 from collections import Counter
+from datetime import timedelta
 
 import h5py
 from django.conf import settings
+from django.contrib.auth.models import User
+from django.db import connection
+from django.test import Client, TestCase
+from django.test.utils import CaptureQueriesContext
+from django.urls import reverse
+from django.utils import timezone
 
-from room import record, sha256
+from crowd import crowd
+from room import Room, empty_folders, record, sha256, user
 from service import ServiceTest
-from typodont_school import hand_in
+from typodont_school import hand_in, interface
+from typodont_school.models import Class, ScoreItem, Session, Student
 
 STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
 DAY = 8 * 3600  # s
+HAND_USES = 8  # recordings of one hand, of which the service accepts one
 hand_in.CHUNK = 60_000
 WRONG_CLOCKS = ("1970-01-01T00:00:00Z", "2099-12-31T23:59:59Z", "2026-02-30T25:61:00Z", "")
 
@@ -167,7 +177,7 @@ class Campaign(ServiceTest):
 
     def recordings(self, count, students):
         """Returns real recordings, and copies of their hands under other names, dates and clocks."""
-        hands = [record(f"hand{seed}", self.dice.choice(students), seed) for seed in range(count // 4)]
+        hands = [record(f"hand{seed}", self.dice.choice(students), seed) for seed in range(count // HAND_USES)]
         files = list(hands)
         (self.folder / "made").mkdir()
         while len(files) < count:
@@ -230,7 +240,7 @@ class Campaign(ServiceTest):
         self.assertEqual(list((data / "incoming").iterdir()), [])
         self.assertEqual({row[2] for row in rows if row[1] == "refused"}, {"the hand of an earlier session"})
         hands = Counter(row[6] for row in rows if row[1] == "accepted")
-        self.assertEqual((len(hands), set(hands.values())), (len(files) // 4, {1}))
+        self.assertEqual((len(hands), set(hands.values())), (len(files) // HAND_USES, {1}))
         numbers = {}
         for _, state, _, student, exercise, attempt, _ in rows:
             if state == "accepted":
@@ -238,3 +248,72 @@ class Campaign(ServiceTest):
         for attempts in numbers.values():
             self.assertEqual(sorted(attempts), list(range(1, len(attempts) + 1)))
         self.assertEqual((self.asked("pragma integrity_check"), self.asked("pragma foreign_key_check")), ([("ok",)], []))
+
+
+class Pages(TestCase):
+    def test_the_number_of_queries_of_a_page_does_not_grow_with_sessions(self):
+        """With TYPODONT_STRESS=50 up to 100,000 sessions. The times are printed, not judged: they depend on the machine."""
+        empty_folders()
+        room, queries = Room(), []
+        models = [room.judged(record("anna", "anna")), room.judged(record("crown", "anna", 4, "remove-caries"))]
+        for sessions in sorted({1000, int(200 * STRESS), int(2000 * STRESS)}):
+            ScoreItem.objects.exclude(session__student=room.anna).delete()
+            Session.objects.exclude(student=room.anna).delete()
+            Student.objects.filter(pseudonym__startswith="s-").delete()
+            User.objects.filter(username__startswith="s-").delete()
+            Class.objects.filter(name__startswith="Year").delete()
+            people = crowd(room, models, 20, 25, sessions)
+            with connection.cursor() as cursor:
+                cursor.execute("analyze")
+            rows, asked = {}, {}
+            for person in people[::23]:
+                for name, client, path, headers in self.pages(room, person):
+                    with CaptureQueriesContext(connection) as counted:
+                        begin, cpu = time.perf_counter(), time.thread_time()
+                        answer = client.get(path, **headers)
+                        self.assertEqual(answer.status_code, 200, name)
+                        b"".join(answer) if answer.streaming else answer.content
+                        rows.setdefault(name, []).append((1000 * (time.perf_counter() - begin), 1000 * (time.thread_time() - cpu)))
+                    asked[name] = len(counted)
+                    connection.queries_log.clear()
+            queries.append(asked)
+            for name, times in rows.items():
+                wall, own = (sorted(column) for column in zip(*times))
+                at = lambda row, share: row[int(share * len(row))]
+                print(f"| {sessions} | {name} | {at(wall, 0.5):.0f} | {at(wall, 0.95):.0f} | {at(own, 0.5):.0f} | {at(own, 0.95):.0f} | {asked[name]} |")
+            print(f"database: {os.path.getsize(connection.settings_dict['NAME']) / sessions:.0f} bytes a session")
+        for row in queries[1:]:
+            self.assertEqual(row, queries[0])
+
+    def test_the_list_of_classes_gives_each_class_its_own_numbers(self):
+        empty_folders()
+        room = Room()
+        crowd(room, [room.judged(record("anna", "anna"))], 3, 5, 200)
+        Student.objects.get(pseudonym="s-0201").classes.add(Class.objects.get(name="Year 3, group 1"))  # in two classes
+        client = Client()
+        client.force_login(room.admin)
+        month = timezone.now() - timedelta(days=30)
+        for row in client.get("/classes").context["rows"]:
+            of_class = [session for student in row.students.all() for session in student.session_set.all()]
+            points = [session.points for session in of_class if session.received > month]
+            self.assertEqual((row.size, row.last, row.recent), (row.students.count(), max((s.received for s in of_class), default=None), len(points)))
+            self.assertAlmostEqual(row.mean or 0, sum(points) / max(1, len(points)))
+
+    def pages(self, room, person):
+        """Every page that grows with what is stored: name, client, address, headers."""
+        group, shown = person.classes.get(), person.session_set.first()
+        person.user = person.user or user(person.pseudonym)
+        person.save()
+        teacher, admin, student, bench = (Client() for _ in range(4))
+        for client, account in ((teacher, room.teacher_A), (admin, room.admin), (student, person.user)):
+            client.force_login(account)
+        token = {"HTTP_AUTHORIZATION": "Bearer " + room.token, "HTTP_X_STUDENT": interface.token_of(person, room.bench)}
+        own, one = reverse("student", args=[person.pk]), reverse("session", args=[shown.pk])
+        yield from ((name, client, path, {}) for name, client, path in (
+            ("classes, administrator", admin, "/classes"), ("classes, teacher", teacher, "/classes"), ("class", teacher, reverse("class", args=[group.pk])),
+            ("exercise", teacher, reverse("exercise", args=[group.pk, shown.exercise_id])), ("student, teacher", teacher, own), ("student, own", student, own),
+            ("session, teacher", teacher, one), ("session, own", student, one), ("administration", admin, "/administration"),
+            ("scores.csv", teacher, reverse("scores_csv", args=[group.pk])), ("statements.json", teacher, reverse("statements", args=[group.pk])),
+            ("export.zip", student, reverse("export", args=[person.pk]))))
+        yield "bench: a student's scores", bench, "/api/me", token
+        yield "bench: hand-in", bench, reverse("hand_in", args=[shown.pk]), token

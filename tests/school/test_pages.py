@@ -1,4 +1,4 @@
-"""The pages in a real browser, and under load."""
+"""The pages in a real browser."""
 import base64
 import json
 import os
@@ -11,28 +11,24 @@ import time
 from datetime import timedelta
 from unittest import mock
 
-from django.contrib.auth.models import User
-from django.db import connection
-from django.test import Client, LiveServerTestCase, TestCase
-from django.test.utils import CaptureQueriesContext
+from django.test import Client, LiveServerTestCase, SimpleTestCase
 from django.urls import reverse
 from django.utils import timezone
 
 from crowd import crowd
 from room import PASSWORD, Room, record
 from typodont_school import charts, films, intake, program
-from typodont_school.models import Assignment, Class, Remark, Rescore, Session, Student
+from typodont_school.models import Assignment, Remark, Rescore
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "acceptance"))
 from page_accessibility import CONTRAST, Browser  # noqa: E402
 
 AXE = os.environ.get("TYPODONT_AXE")  # axe.min.js of axe-core, which is not shipped
 PICTURES = os.environ.get("TYPODONT_PICTURES")
-STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
 AXE_RUN = "axe.run(document,{resultTypes:['violations']}).then(r=>r.violations.filter(v=>['serious','critical'].includes(v.impact)).map(v=>v.id+': '+v.nodes[0].html))"
 
 
-class Numbers(TestCase):
+class Numbers(SimpleTestCase):
     def test_the_interval_of_a_mean_is_students(self):
         for freedom, quantile in ((3, 3.1824), (5, 2.5706), (10, 2.2281), (30, 2.0423), (1000, 1.9623)):
             self.assertAlmostEqual(charts.student_t(0.975, freedom) / quantile, 1, delta=0.01)
@@ -166,39 +162,3 @@ class Pages(LiveServerTestCase):
             reached.add(self.browser.run("[...document.querySelectorAll('*')].indexOf(document.activeElement)"))
         controls = self.browser.run("[...document.querySelectorAll('*')].map((e,i)=>[e,i]).filter(([e])=>e.matches('a[href],button,textarea,canvas,summary')&&e.checkVisibility()).map(([,i])=>i)")
         self.assertLessEqual(set(controls), reached)
-
-
-class Load(TestCase):
-    def test_the_number_of_queries_of_a_page_does_not_grow_with_sessions(self):
-        """With TYPODONT_STRESS=50 there are 100,000 sessions. The times are printed, not judged: they depend on the machine."""
-        shutil.rmtree(intake.folder("sessions"))
-        room = Room()
-        models = [room.judged(record("anna", "anna")), room.judged(record("crown", "anna", 4, "remove-caries"))]
-        client = Client()
-        client.login(username="teacherA", password=PASSWORD)
-        queries = []
-        for sessions in (1000, int(2000 * STRESS)):
-            Session.objects.exclude(student=room.anna).delete()
-            Student.objects.filter(pseudonym__startswith="s-").delete()
-            User.objects.filter(username="s-0101").delete()
-            Class.objects.filter(name__startswith="Year").delete()
-            people = crowd(room, models, 20, 25, sessions)
-            queries.append({})
-            for name, path in self.pages(room, people[7]).items():
-                with CaptureQueriesContext(connection) as asked:
-                    self.assertEqual(client.get(path).status_code, 200)
-                queries[-1][name] = len(asked)
-        self.assertEqual(*queries)
-        times = {}
-        for person in people[::23]:
-            for name, path in self.pages(room, person).items():
-                begin = time.perf_counter()
-                client.get(path)
-                times.setdefault(name, []).append(1000 * (time.perf_counter() - begin))
-        for name, row in times.items():
-            print(f"{sessions} sessions, {name}: median {sorted(row)[len(row) // 2]:.0f} ms, 95 % {sorted(row)[int(0.95 * len(row))]:.0f} ms")
-
-    def pages(self, room, person):
-        group, shown = person.classes.get(), person.session_set.first()
-        return {"classes": "/classes", "class": reverse("class", args=[group.pk]), "exercise": reverse("exercise", args=[group.pk, room.exercise.pk]),
-                "student": reverse("student", args=[person.pk]), "session": reverse("session", args=[shown.pk])}

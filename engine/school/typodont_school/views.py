@@ -99,13 +99,16 @@ def accepted(students):
 @page(*STAFF)
 def classes(request):
     month = timezone.now() - timedelta(days=30)
-    rows = visible(request.user, Class).order_by("name").select_related("school")
+    rows = list(visible(request.user, Class).order_by("name").select_related("school"))
+    last = Session.objects.filter(student=OuterRef("pk")).order_by("-received").values("received")[:1]
+    handed_in = defaultdict(list)
+    for key, received in Student.objects.filter(classes__in=rows).annotate(last=Subquery(last)).values_list("classes", "last"):
+        handed_in[key].append(received)
+    recent = {key: (count, mean) for key, count, mean in accepted(Student.objects.all()).filter(received__gt=month, student__classes__in=rows)
+              .values_list("student__classes").annotate(Count("pk"), Avg("points"))}
     for row in rows:
-        last = Session.objects.filter(student=OuterRef("pk")).order_by("-received").values("received")[:1]
-        handed_in = list(row.students.annotate(last=Subquery(last)).values_list("last", flat=True))
-        row.size, row.last = len(handed_in), max(filter(None, handed_in), default=None)
-        recent = accepted(row.students.all()).filter(received__gt=month).aggregate(mean=Avg("points"), count=Count("pk"))
-        row.recent, row.mean = recent["count"], recent["mean"]
+        row.size, row.last = len(handed_in[row.pk]), max(filter(None, handed_in[row.pk]), default=None)
+        row.recent, row.mean = recent.get(row.pk, (0, None))
     return render(request, "classes.html", {"rows": rows})
 
 
@@ -130,7 +133,7 @@ def group(request, key):
         scored = by_exercise[exercise.pk]
         exercise.count, exercise.mean = len(scored), fmean(points for points, _ in scored)
         exercise.passed = 100 * sum(bool(passed) for _, passed in scored) / len(scored)
-    assignments = list(one.assignments.order_by("-due").select_related("exercise"))
+    assignments = list(one.assignments.order_by("-due").prefetch_related("exercise"))
     for assignment in assignments:
         assignment.done = Session.objects.filter(assignment=assignment, state=Session.ACCEPTED).values("student").distinct().count()
     return render(request, "class.html", {"group": one, "students": students, "exercises": exercises, "assignments": assignments,
@@ -249,8 +252,12 @@ def plain_cell(cell):
 @page(*STAFF)
 def statements(request, key):
     one = get(request.user, Class, key)
-    found = accepted(one.students.all()).select_related("student", "exercise").prefetch_related("items").order_by("received")
-    return JsonResponse([xapi.statement(session) for session in found], safe=False)
+    found = accepted(one.students.all())
+    items = defaultdict(dict)
+    for sha, name, value in ScoreItem.objects.filter(session__in=found).values_list("session", "name", "value"):
+        items[sha][name] = value
+    sessions = found.select_related("student").prefetch_related("exercise").defer("defects").order_by("received")
+    return JsonResponse([xapi.statement(session, items[session.pk]) for session in sessions], safe=False)
 
 
 # Students' pages.
@@ -259,7 +266,7 @@ def statements(request, key):
 def student(request, key):
     one = get(request.user, Student, key)
     language = words.language_of(request)
-    sessions = list(Session.objects.filter(student=one).order_by("-received").select_related("exercise")[:100])
+    sessions = list(Session.objects.filter(student=one).order_by("-received").prefetch_related("exercise").defer("defects")[:100])
     by_exercise = defaultdict(list)
     for task, attempt, points, sha in accepted([one]).filter(attempt__lte=20).order_by("attempt").values_list(
             "exercise", "attempt", "points", "sha256"):
@@ -273,7 +280,7 @@ def student(request, key):
             others = [row for row in others if row[4] >= charts.MIN_VALUES]
         curves.append({"title": task.title(language), "own": own, "chart": charts.learning_curve(
             task.title(language), [row[:4] for row in others], own, words.say(language, "attempt"), words.say(language, "points"))})
-    assignments = list(Assignment.objects.filter(group__students=one).order_by("-due").select_related("exercise"))
+    assignments = list(Assignment.objects.filter(group__students=one).order_by("-due").prefetch_related("exercise"))
     for assignment in assignments:
         mine = [s for s in sessions if s.assignment_id == assignment.pk and s.state == Session.ACCEPTED]
         assignment.done, assignment.best = len(mine), max((s.points for s in mine if s.points is not None), default=None)
@@ -411,15 +418,19 @@ def remarks(request, key):
     return answer
 
 
+def plain(rows, names):
+    return [{name: getattr(row, name) for name in names.split()} for row in rows.all()]
+
+
 @page(*ALL)
 def export(request, key):
     """Everything stored about a student: one zip file."""
     one = get(request.user, Student, key)
     rows = [{"sha256": s.sha256, "received": s.received.isoformat(), "bench": s.bench.name, "bench_date": s.bench_date, "state": s.state, "reason": s.reason,
              "exercise": s.exercise and s.exercise.name, "attempt": s.attempt, "points": s.points, "passed": s.passed, "seconds": s.seconds,
-             "items": list(s.items.values("name", "value", "unit", "target", "points", "full", "place")),
-             "defects": s.defects, "program": s.program, "rescores": list(s.rescores.values("program", "at", "points", "passed", "error")), "remarks": [r.row() for r in s.remarks.all()]}
-            for s in one.session_set.select_related("exercise", "bench").prefetch_related("items", "remarks")]
+             "items": plain(s.items, "name value unit target points full place"), "defects": s.defects, "program": s.program,
+             "rescores": plain(s.rescores, "program at points passed error"), "remarks": [r.row() for r in s.remarks.all()]}
+            for s in one.session_set.select_related("bench").prefetch_related("exercise", "items", "rescores", "remarks__author")]
     about = {"pseudonym": one.pseudonym, "identifier": one.source_id, "user": one.user and one.user.username,
              "classes": [c.name for c in one.classes.all()], "sessions": rows}
     out = tempfile.TemporaryFile(dir=intake.folder("work"))
