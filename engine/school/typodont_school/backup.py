@@ -32,7 +32,8 @@ def back_up(out):
         raise Unusable(f"{out} has other files than a backup of this service")
     if settings.DATA in (out, *out.parents):
         raise Unusable(f"{out} is inside the data folder")
-    out.mkdir(parents=True, exist_ok=True, mode=0o700)
+    out.mkdir(parents=True, exist_ok=True)
+    out.chmod(0o700)
     for name in KEYS:
         if (settings.DATA / name).exists():
             copy(settings.DATA / name, out / name)
