@@ -251,12 +251,15 @@ class Hostile(TestCase):
         session = self.room.judged(record("soft", "anna", 3, soft))
         self.assertEqual((session.state, session.exercise, session.points), ("accepted", None, None))
 
-    def test_the_hand_of_an_earlier_session_counts_once(self):
+    def test_the_hand_of_an_earlier_session_counts_once_also_without_its_end(self):
         self.assertEqual(self.room.judged(record("anna", "anna")).state, "accepted")
-        def other_name(file):
+        def other_name(file, ticks):
             with h5py.File(file, "a") as f:
                 f.attrs.create("trainee", b"ben", dtype=h5py.string_dtype("utf-8", 3))
-        self.assertIn("earlier session", self.refused(other_name))
+                for column in f["ticks"].values():
+                    column.resize(ticks, 0)
+        for ticks in (701, 700, 690):  # the replay of each is identical
+            self.assertIn("earlier session", self.refused(lambda file: other_name(file, ticks)))
 
     def test_a_wrong_clock_of_the_bench_changes_no_order_and_no_deadline(self):
         late = timezone.now() - timedelta(days=1)

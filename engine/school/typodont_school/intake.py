@@ -180,8 +180,8 @@ def judge(session):
         session.scene_name = str(header["scene"].get("name", ""))[:100]
         session.bench_date = header["date"]
         session.seconds, session.truncated = check["seconds"], check["truncated"]
-        session.field_hash, session.force_hash = check["field_hash"], check["force_hash"]
-        twin = Session.objects.filter(force_hash=session.force_hash, state=Session.ACCEPTED).exclude(pk=session.pk)
+        session.field_hash, session.force_hash = check["field_hash"], header["first_forces"] or check["force_hash"]
+        twin = Session.objects.filter(force_hash__in=(session.force_hash, check["force_hash"]), state=Session.ACCEPTED).exclude(pk=session.pk)
         if twin.exists():
             raise program.Refused("the hand of an earlier session")
         exam = exam_of(session, header)
