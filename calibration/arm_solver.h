@@ -8,46 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/pose.h"
+#include "engine/base/arm_geometry.h"
 
 namespace typodont::calibration {
 
-/// Readings of the encoders A to F before calibration.
-struct ArmReading {
-  std::array<double, 6> angle{};  // rad, angles of the joints A to F
-};
-
-/// Serial arm with the published kinematics of WoodenHaptics and Polhem. The angles of the joints B and C are measured
-/// from the vertical; x points to the user, y right, z up. True angle = scale · reading + offset.
-struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of the links La, Lb, Lc
-  // Origin of the haptic frame H relative to the arm's foot, m.
-  dvec3 origin{0.220, 0, 0.080};
-  std::array<double, 6> offset{};        // rad, added to the scaled readings of the encoders A to F
-  std::array<double, 3> scale{1, 1, 1};  // factors on the readings of the encoders A, B, C
-  dvec3 tip_S{0.12, 0, 0};               // m, position of the tip relative to the wrist's centre; x along the stylus
-};
-
-inline constexpr std::size_t kArmParameters = 18;
-/// Names of the parameters in the order of to_vector.
-std::span<const char* const> arm_parameter_names();
-/// Unit of a parameter in files and reports: its value in SI, its name ("" for a factor), its suffix in keys.
-struct ArmUnit {
-  double si;
-  const char *name, *suffix;
-};
-ArmUnit arm_parameter_unit(std::string_view parameter);
-/// Plausible errors of the parameters before calibration: 1 mm, 1°, 0.5 %. The solver scales parameters by them.
+/// Plausible errors of the parameters before calibration: 1 mm, 1°, 0.5 %, 1°/m. The solver scales parameters by them.
 std::array<double, kArmParameters> arm_parameter_scales();
-std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
-ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
-
-// Pose X_HS of the stylus; S has its origin in the wrist's centre.
-Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
-// Position of the tip in the haptic frame H, m.
-dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
 /// Derivatives of the tip's position with respect to the arm's parameters, in the order of to_vector(): m per m, m per
-/// rad, m per unit of scale.
+/// rad, m per unit of scale, m per rad/m.
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// Capture of a resting tip. Captures of one group belong to the same socket (`known` is empty) or the same plate.

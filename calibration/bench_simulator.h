@@ -13,7 +13,10 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss their target by millimetres
-  bool arm_errors = true;     // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
+  // 0: a rigid bench. 1: a panel bent by up to 0.6 mm, a mirror that sags by up to 0.5 mm, an arm that bends by up to
+  // 0.5°/m, a tip that slips by up to 0.4 mm between the steps.
+  double soft = 0;
+  bool arm_errors = true;  // true: the arm's parameters have errors of ±1 mm, ±1° and ±0.5 % (scales)
   // Largest displacement per axis (m) and rotation (rad) from the nominal poses; panel, base, eyes: twice the rotation.
   double placement_error = 0.02;
   // Position at which the user feels a point minus position at which the user sees it, m.
@@ -57,6 +60,7 @@ class BenchSimulator {
   SimulationOptions options_;
   Noise random_;
   ArmGeometry arm_;
+  dvec3 slip() { return random_.in_box(dvec3(-4e-4 * options_.soft), dvec3(4e-4 * options_.soft)); }
   RigGeometry truth_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "engine/base/line_of_sight.h"
 #include "engine/base/pose.h"
 
 namespace typodont::calibration {
@@ -10,16 +11,25 @@ namespace typodont::calibration {
 /// The display panel. u runs to the right and v upwards in the picture, 0..1.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
-  dvec3 at(double u, double v) const {
-    return lower_left + u * (lower_right - lower_left) + v * (upper_left - lower_left);
+  dvec3 bow{0, 0, 0};  // m, bend of the panel (sight::Panel)
+  dvec3 at(double u, double v) const { return sight::plain(shape().at(u, v)); }
+  sight::Panel<double> shape() const {
+    using sight::vec;
+    return {vec<double>(lower_left), vec<double>(lower_right - lower_left), vec<double>(upper_left - lower_left),
+            vec<double>(bow)};
   }
 };
 
-/// Plane n·x = offset with unit normal n.
+/// Plane n·x = offset with unit normal n, which may be slightly curved about its point nearest to `middle`.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
-  double offset = 0;  // m, distance of the plane from the origin along n
+  double offset = 0;                          // m, distance of the plane from the origin along n
+  dvec3 middle{0, 0, 0}, curvature{0, 0, 0};  // m; 1/m (sight::Mirror)
   dvec3 reflect(const dvec3& p) const { return p - 2 * (glm::dot(normal, p) - offset) * normal; }
+  sight::Mirror<double> shape() const {
+    using sight::vec;
+    return sight::Mirror<double>::make(vec<double>(normal), offset, vec<double>(middle), vec<double>(curvature));
+  }
 };
 
 struct EyePair {
@@ -35,10 +45,13 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Position at which a pixel appears: behind the mirror, if there is one.
-  dvec3 appears(double u, double v) const {
+  /// Position at which a pixel appears to an eye: behind the mirror, if there is one.
+  dvec3 appears(double u, double v, const dvec3& eye) const {
     const dvec3 p = panel.at(u, v);
-    return mirror ? mirror->reflect(p) : p;
+    if (!mirror) return p;
+    if (mirror->curvature == dvec3(0)) return mirror->reflect(p);
+    using sight::vec;
+    return sight::plain(sight::seen_in(mirror->shape(), vec<double>(eye), vec<double>(p)));
   }
 };
 

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/arm_geometry.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont::haptics {
@@ -20,6 +21,7 @@ struct HandOptions {
   bool paced = true;               // a scripted hand waits for each sample's time; false: it runs as fast as possible
   Pose X_WH;                       // pose of the device's base on the workbench, from the rig file
   Pose X_ST;                       // pose of the tool's head in the stylus
+  std::optional<ArmGeometry> arm;  // measured geometry of a serial arm, from the rig file; empty: its preset's
   std::vector<std::string> tools;  // names of the session's tools, for scripts
   std::string pedal;               // "auto", device path or serial number; empty: none
   std::filesystem::path assets;    // folder that contains devices/*.json

@@ -151,7 +151,13 @@ std::string report_page(const BenchState& bench, const std::string& title) {
             fmt::format("({:.2f}, {:.2f}, {:.2f}) ± ({:.2f}, {:.2f}, {:.2f}) mm, felt minus seen",
                         r->user_offset_W.x * 1e3, r->user_offset_W.y * 1e3, r->user_offset_W.z * 1e3,
                         r->user_offset_sigma.x * 1e3, r->user_offset_sigma.y * 1e3, r->user_offset_sigma.z * 1e3)) +
-        row("interpupillary distance", mm(r->eyes.ipd) + " ± " + mm(r->ipd_sigma)) + "</table>";
+        row("interpupillary distance", mm(r->eyes.ipd) + " ± " + mm(r->ipd_sigma));
+    for (const JointResult::Term& term : r->terms) {
+      const std::string text = in_words(term);
+      const std::size_t colon = text.find(": ");
+      table += row(text.substr(0, colon), text.substr(colon + 2));
+    }
+    table += "</table>";
     body += section("All touches together", "Arm, panel, mirror and eyes fitted to all captures together.", table);
   }
   if (const auto& r = bench.eyes_result) {

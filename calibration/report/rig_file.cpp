@@ -34,27 +34,13 @@ Value screen_corners(const Panel& panel) {
           {"upper_left", mm_value(panel.upper_left)}};
 }
 
-/// Key of a parameter of the arm in a rig file, for example "tip_x_mm".
-std::string key_of(std::string name) {
-  const char* const suffix = arm_parameter_unit(name).suffix;
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name + suffix;
-}
-
 Value arm_value(const ArmGeometry& arm) {
   Value value;
   const auto v = to_vector(arm);
   const auto names = arm_parameter_names();
-  for (std::size_t i = 0; i < v.size(); ++i) value[key_of(names[i])] = v[i] / arm_parameter_unit(names[i]).si;
-  return value;
-}
-
-ArmGeometry read_arm(const Json& json) {
-  std::array<double, kArmParameters> v = to_vector(ArmGeometry{});
-  const auto names = arm_parameter_names();
   for (std::size_t i = 0; i < v.size(); ++i)
-    if (const auto found = json.find(key_of(names[i]))) v[i] = found->number() * arm_parameter_unit(names[i]).si;
-  return to_geometry(v);
+    value[arm_parameter_key(names[i])] = v[i] / arm_parameter_unit(names[i]).si;
+  return value;
 }
 
 Pose read_pose(const Json& json) {
@@ -128,11 +114,21 @@ Value steps_value(const BenchState& bench) {
                        {"before_rms_mm", mm(kind.before_rms)},
                        {"after_rms_mm", mm(kind.after_rms)}});
     }
+    Value terms = Value::array();
+    for (const auto& term : r->terms) {
+      const bool curvature = term.name == kMirrorCurved;
+      const double unit = curvature ? 1 : kMillimetre;
+      terms.push_back({{"name", term.name},
+                       {curvature ? "curvature_per_m" : "size_mm", vec3_value(term.value / unit)},
+                       {"sigma", vec3_value(term.sigma / unit)},
+                       {"evidence", term.evidence}});
+    }
     steps["joint"] = {{"user_offset_mm", mm_value(r->user_offset_W)},
                       {"user_offset_sigma_mm", mm_value(r->user_offset_sigma)},
                       {"eye_center_sigma_mm", mm_value(r->eye_center_sigma)},
                       {"ipd_sigma_mm", mm(r->ipd_sigma)},
-                      {"kinds", kinds}};
+                      {"kinds", kinds},
+                      {"terms", terms}};
   }
   if (const auto& r = bench.registration) {
     Value step = Value::parse(registration_json(*r, {}));
@@ -192,8 +188,9 @@ BenchState RigFile::bench() const {
   if (const auto screen = json.find("screen"); screen && screen->has("corners_mm")) {
     const Json corners = (*screen)["corners_mm"];
     corners.allow_only({"lower_left", "lower_right", "upper_left"});
+    const auto bow = screen->find("bow_mm");
     bench.rig.panel = {corners["lower_left"].vec3() * kMillimetre, corners["lower_right"].vec3() * kMillimetre,
-                       corners["upper_left"].vec3() * kMillimetre};
+                       corners["upper_left"].vec3() * kMillimetre, bow ? bow->vec3() * kMillimetre : dvec3(0)};
     const Panel& p = bench.rig.panel;
     if (glm::length(glm::cross(p.lower_right - p.lower_left, p.upper_left - p.lower_left)) < 1e-6) {
       corners.fail("three corners that span a rectangle");
@@ -203,6 +200,10 @@ BenchState RigFile::bench() const {
     const dvec3 normal = (*mirror)["normal"].vec3();
     if (glm::length(normal) < 1e-6) (*mirror)["normal"].fail("a direction");
     bench.rig.mirror = MirrorPlane{glm::normalize(normal), mirror->number_or("offset_mm", 0) * kMillimetre};
+    if (const auto curvature = mirror->find("curvature_per_m")) {
+      bench.rig.mirror->curvature = curvature->vec3();
+      bench.rig.mirror->middle = (*mirror)["middle_mm"].vec3() * kMillimetre;
+    }
   }
   if (const auto head = json.find("head")) {
     bench.rig.eyes.center = (*head)["eye_center_mm"].vec3() * kMillimetre;
@@ -214,7 +215,7 @@ BenchState RigFile::bench() const {
   }
   if (const auto X_WH = json.find("X_WH")) bench.rig.X_WH = read_pose(*X_WH);
   if (const auto block = json.find("calibration")) {
-    if (const auto arm = block->find("arm")) bench.arm = read_arm(*arm);
+    if (const auto arm = block->find("arm")) bench.arm = read_arm_geometry(*arm);
     if (const auto box = block->find("workspace_mm")) {
       const auto v = box->numbers(6);
       bench.workspace_D = {dvec3(v[0], v[1], v[2]) * kMillimetre, dvec3(v[3], v[4], v[5]) * kMillimetre};
@@ -267,9 +268,16 @@ void RigFile::set(const BenchState& bench) {
   Value& root = document_->root;
   require_usable(document_->file, bench, root.value(nlohmann::json_pointer<std::string>("/screen/pixels"), Value()));
   root["screen"]["corners_mm"] = screen_corners(bench.rig.panel);
+  root["screen"].erase("bow_mm");
+  if (bench.rig.panel.bow != dvec3(0)) root["screen"]["bow_mm"] = mm_value(bench.rig.panel.bow);
   if (bench.rig.mirror) {
     root["mirror"]["normal"] = vec3_value(bench.rig.mirror->normal);
     root["mirror"]["offset_mm"] = mm(bench.rig.mirror->offset);
+    root["mirror"].erase("middle_mm"), root["mirror"].erase("curvature_per_m");
+    if (bench.rig.mirror->curvature != dvec3(0)) {
+      root["mirror"]["middle_mm"] = mm_value(bench.rig.mirror->middle);
+      root["mirror"]["curvature_per_m"] = vec3_value(bench.rig.mirror->curvature);
+    }
   }
   root["head"]["eye_center_mm"] = mm_value(bench.rig.eyes.center);
   root["head"]["ipd_mm"] = mm(bench.rig.eyes.ipd);

@@ -45,6 +45,8 @@ BenchSimulator::BenchSimulator(const SimulationOptions& options) : options_(opti
     auto parameters = to_vector(arm_);
     const auto scales = arm_parameter_scales();
     for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i] += random_.uniform(-1, 1) * scales[i];
+    for (std::size_t i = kArmParameters - 2; i < kArmParameters; ++i)
+      parameters[i] = 0.5 * options.soft * random_.uniform(-1, 1) * scales[i];
     arm_ = to_geometry(parameters);
   }
   truth_ = drawn_rig();
@@ -63,6 +65,14 @@ BenchSimulator::BenchSimulator(const SimulationOptions& options) : options_(opti
   truth_.eyes.ipd += random_.uniform(-0.2, 0.2) * e;
   truth_.eyes.right = small_turn(random_, 2 * e) * truth_.eyes.right;
   truth_.X_WH = Pose{shift(), small_turn(random_, 2 * e)} * truth_.X_WH;
+  if (options.soft > 0) {
+    truth_.panel.bow = random_.in_box(dvec3(-6e-4), dvec3(6e-4)) * options.soft;
+    // A plate of 0.3 m whose middle is lower than its edges.
+    constexpr double kHalf = 0.15;  // m
+    truth_.mirror->curvature =
+        random_.in_box(dvec3(0, -5e-5, 0), dvec3(5e-4, 5e-5, 5e-4)) * (options.soft * 2 / (kHalf * kHalf));
+    truth_.mirror->middle = truth_.mirror->normal * truth_.mirror->offset + random_.in_box(dvec3(-0.02), dvec3(0.02));
+  }
 }
 
 BenchState BenchSimulator::drawings() const {
@@ -133,6 +143,7 @@ void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
 }
 
 void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench) {
+  arm_.tip_S += slip();
   const double places[3] = {0.03, 0.5, 0.97};
   for (std::size_t i = 0; i < many(90); ++i) {
     const PanelPoint mark{places[i % 3], places[i / 3 % 3]};
@@ -140,12 +151,14 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
   }
   const dvec3 n = truth_.mirror->normal, a = glm::normalize(glm::cross(n, dvec3(0, 0, 1))), b = glm::cross(n, a);
   for (std::size_t i = 0; i < many(90); ++i) {
-    const dvec3 p = n * truth_.mirror->offset + a * random_.uniform(-0.12, 0.12) + b * random_.uniform(-0.1, 0.12);
+    dvec3 p = n * truth_.mirror->offset + a * random_.uniform(-0.12, 0.12) + b * random_.uniform(-0.1, 0.12);
+    p -= n * truth_.mirror->shape().height(sight::vec<double>(p));
     captures.mirror.push_back(touch(p, bench.arm));
   }
 }
 
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
+  arm_.tip_S += slip();
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
     // Shows a dot that, on the bench as estimated, this eye would see in the direction of `wanted`. The user holds the
@@ -155,13 +168,14 @@ void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);
     capture.dot = pixel_for(bench.rig, capture.right ? bench.rig.eyes.right_eye() : bench.rig.eyes.left_eye(), wanted);
     const dvec3 eye = capture.right ? truth_.eyes.right_eye() : truth_.eyes.left_eye();
-    const dvec3 sight = glm::normalize(truth_.appears(capture.dot.u, capture.dot.v) - eye);
+    const dvec3 sight = glm::normalize(truth_.appears(capture.dot.u, capture.dot.v, eye) - eye);
     capture.touch = touch(eye + sight * glm::dot(sight, wanted - eye), bench.arm);
     captures.eyes.push_back(capture);
   }
 }
 
 void BenchSimulator::capture_register(Captures& captures, const BenchState& bench) {
+  arm_.tip_S += slip();
   const Box& box = bench.workspace_D;
   // Corners and edges of the workspace determine the rotation best.
   const double places[3] = {0, 0.5, 1};

@@ -18,15 +18,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<const char*, kArmParameters> kNames = {
-    "upper link", "fore link", "offset A", "offset B", "offset C", "scale A", "scale B",  "scale C",  "base height",
-    "origin x",   "origin y",  "origin z", "tip x",    "tip y",    "tip z",   "offset D", "offset E", "offset F"};
-
-dquat about(const dvec3& axis, double angle) {
-  const double s = std::sin(0.5 * angle);
-  return {std::cos(0.5 * angle), s * axis.x, s * axis.y, s * axis.z};
-}
-
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
@@ -36,98 +27,43 @@ struct Group {
 
 }  // namespace
 
-std::span<const char* const> arm_parameter_names() {
-  return kNames;
-}
-
-ArmUnit arm_parameter_unit(std::string_view parameter) {
-  if (parameter.starts_with("offset")) return {kDegree, "deg", "_deg"};
-  if (parameter.starts_with("scale")) return {1, "", ""};
-  return {kMillimetre, "mm", "_mm"};
-}
-
 std::array<double, kArmParameters> arm_parameter_scales() {
   std::array<double, kArmParameters> scales{};
   for (std::size_t i = 0; i < kArmParameters; ++i) {
-    const double unit = arm_parameter_unit(kNames[i]).si;
+    const double unit = arm_parameter_unit(arm_parameter_names()[i]).si;
     scales[i] = unit == 1 ? 0.005 : unit;
   }
   return scales;
 }
 
-std::array<double, kArmParameters> to_vector(const ArmGeometry& g) {
-  return {g.upper,    g.fore,     g.offset[0], g.offset[1], g.offset[2], g.scale[0],
-          g.scale[1], g.scale[2], g.base,      g.origin.x,  g.origin.y,  g.origin.z,
-          g.tip_S.x,  g.tip_S.y,  g.tip_S.z,   g.offset[3], g.offset[4], g.offset[5]};
-}
-
-ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
-  return {v[8],
-          v[0],
-          v[1],
-          {v[9], v[10], v[11]},
-          {v[2], v[3], v[4], v[15], v[16], v[17]},
-          {v[5], v[6], v[7]},
-          {v[12], v[13], v[14]}};
-}
-
-namespace {
-
-/// True joint angles (rad), and the axes of the joints D, E, F in the haptic frame H.
-struct Joints {
-  std::array<double, 6> q;
-  dvec3 tilt_axis, axis[3];
-  dquat R;
-
-  Joints(const ArmGeometry& g, const ArmReading& reading) {
-    for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
-    // Orientation: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
-    const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-    const dquat turn = about(z, q[0]);
-    tilt_axis = turn * y;
-    R = turn * about(y, 0.5 * kPi - q[2]);
-    axis[0] = R * x, R = R * about(x, q[3]);
-    axis[1] = R * y, R = R * about(y, q[4]);
-    axis[2] = R * x, R = R * about(x, q[5]);
-  }
-};
-
-dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
-  // Kinematics of WoodenHaptics: x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz, r = Lb sinB + Lc
-  // sinC.
-  const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
-  return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
-         g.origin;
-}
-
-}  // namespace
-
-Pose stylus_pose(const ArmGeometry& g, const ArmReading& reading) {
-  const Joints joints(g, reading);
-  return {wrist(g, joints.q), joints.R};
-}
-
-dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading) {
-  return stylus_pose(geometry, reading) * geometry.tip_S;
-}
-
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const ArmReading& reading) {
-  const Joints joints(g, reading);
+  const ArmJoints joints = arm_joints(g, reading);
   const auto& q = joints.q;
-  const dvec3 stylus = joints.R * g.tip_S, foot_to_tip = wrist(g, q) + g.origin + stylus;
-  const dvec3 out(std::cos(q[0]), std::sin(q[0]), 0), z(0, 0, 1);
+  const Pose X_HS = stylus_pose(g, reading);
+  const dvec3 stylus = X_HS.rotate(g.tip_S), foot_to_tip = X_HS.p + g.origin + stylus;
+  const dvec3 out(std::cos(q[0]), std::sin(q[0]), 0), z(0, 0, 1), tilt(-out.y, out.x, 0);
   const dvec3 by_a = glm::cross(z, foot_to_tip);
+  // By the true angles B and C.
   const dvec3 by_b = g.upper * (std::cos(q[1]) * out - std::sin(q[1]) * z);
-  const dvec3 by_c = g.fore * (std::cos(q[2]) * out + std::sin(q[2]) * z) - glm::cross(joints.tilt_axis, stylus);
-  const glm::dmat3 R = glm::mat3_cast(joints.R);
-  return {std::sin(q[1]) * out + std::cos(q[1]) * z,
-          std::sin(q[2]) * out - std::cos(q[2]) * z,
+  const dvec3 by_c = g.fore * (std::cos(q[2]) * out + std::sin(q[2]) * z) - glm::cross(tilt, stylus);
+  // Sag: B = b + sag_B (Lb sin b + Lc sin c), C = c + sag_C Lc sin c; b, c: angles without sag.
+  const auto [b, c] = joints.before;
+  const dvec3 fore_bends = g.sag[0] * by_b + g.sag[1] * by_c;
+  const dvec3 by_angle_b = by_b * (1 + g.sag[0] * g.upper * std::cos(b));
+  const dvec3 by_angle_c = by_c + g.fore * std::cos(c) * fore_bends;
+  const glm::dmat3 R = glm::mat3_cast(X_HS.R);
+  // Axes of the joints D, E, F: x after C, y after D, x after E.
+  const dvec3 axis_f = R[0];
+  const glm::dmat3 before_f = R * glm::mat3_cast(glm::angleAxis(-q[5], dvec3(1, 0, 0)));
+  const glm::dmat3 before_e = before_f * glm::mat3_cast(glm::angleAxis(-q[4], dvec3(0, 1, 0)));
+  return {std::sin(q[1]) * out + std::cos(q[1]) * z + g.sag[0] * std::sin(b) * by_b,
+          std::sin(q[2]) * out - std::cos(q[2]) * z + std::sin(c) * fore_bends,
           by_a,
-          by_b,
-          by_c,
+          by_angle_b,
+          by_angle_c,
           by_a * reading.angle[0],
-          by_b * reading.angle[1],
-          by_c * reading.angle[2],
+          by_angle_b * reading.angle[1],
+          by_angle_c * reading.angle[2],
           z,
           dvec3(-1, 0, 0),
           dvec3(0, -1, 0),
@@ -135,9 +71,11 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
           R[0],
           R[1],
           R[2],
-          glm::cross(joints.axis[0], stylus),
-          glm::cross(joints.axis[1], stylus),
-          glm::cross(joints.axis[2], stylus)};
+          glm::cross(before_e[0], stylus),
+          glm::cross(before_f[1], stylus),
+          glm::cross(axis_f, stylus),
+          by_b * joints.lever[0],
+          by_c * joints.lever[1]};
 }
 
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
@@ -291,8 +229,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   }
   for (std::size_t p = 0; p < kArmParameters; ++p) {
     const auto index = static_cast<Eigen::Index>(p);
-    result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
-                                 1 - covariance(index, index)});
+    result.parameters.push_back({arm_parameter_names()[p], start[p], values[p],
+                                 scales[p] * std::sqrt(covariance(index, index)), 1 - covariance(index, index)});
   }
   // A hand holds the tip still to about 1 mm. Larger noise means another type of arm, another plate, or slipped tips.
   if (result.sigma > 2e-3) {
@@ -326,7 +264,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     for (Eigen::Index row = 0; row < basis.rows(); ++row) {
       std::vector<std::string> names;
       for (Eigen::Index p = 0; p < basis.cols(); ++p) {
-        if (std::abs(basis(row, p)) > 0.1) names.emplace_back(kNames[static_cast<std::size_t>(p)]);
+        if (std::abs(basis(row, p)) > 0.1) names.emplace_back(arm_parameter_names()[static_cast<std::size_t>(p)]);
       }
       result.not_observable.push_back(fmt::format("{}", fmt::join(names, " with ")));
     }

@@ -25,7 +25,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   const LeastSquares solved =
       solve_least_squares(x, scale, alignments.size(), 2, [&](const Eigen::VectorXd& at, std::size_t i, double* r) {
         const EyeAlignment& a = alignments[i];
-        const dvec3 eye = eye_of(at, a.right), dot = rig.appears(a.dot.u, a.dot.v);
+        const dvec3 eye = eye_of(at, a.right), dot = rig.appears(a.dot.u, a.dot.v, eye);
         const dvec3 sight = glm::normalize(dot - eye);
         // Residual along two axes perpendicular to the line of sight.
         const dvec3 across = glm::normalize(glm::cross(sight, dvec3(0.36, 0.48, 0.8)));

@@ -12,8 +12,9 @@ namespace typodont::calibration {
 
 dvec3 PairCapture::shown(const RigGeometry& rig) const {
   if (!dots) return shown_D;
-  return closest_point(rig.eyes.left_eye(), rig.appears(dots->left.u, dots->left.v), rig.eyes.right_eye(),
-                       rig.appears(dots->right.u, dots->right.v));
+  const dvec3 left = rig.eyes.left_eye(), right = rig.eyes.right_eye();
+  return closest_point(left, rig.appears(dots->left.u, dots->left.v, left), right,
+                       rig.appears(dots->right.u, dots->right.v, right));
 }
 
 namespace {

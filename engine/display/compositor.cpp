@@ -43,8 +43,8 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // First index: Mix; second index: whether source and target have the same size.
-  std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
+  // First index: Mix; second index: 0 or 1: whether source and target have the same size; 2: a warped picture.
+  std::array<std::array<VkPipeline, 3>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
@@ -62,13 +62,17 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
+  std::shared_ptr<const Warp> warp;  // null: panel and mirror are plane
+
   // Text of both eyes; frames in flight with the same text share it.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
   std::array<ivec2, 2> region_sizes{};  // pixels, size of each eye's region of the target
   struct OnDevice {
     Writings holds;
-    gpu::Buffer pixels;                                // pixels of all text panels, one after the other
+    gpu::Buffer pixels;  // pixels of all text panels, one after the other
+    std::shared_ptr<const Warp> warp_of;
+    gpu::Buffer warp;
     std::array<std::vector<std::int32_t>, 2> first{};  // index in `pixels` of each text panel's first pixel
   };
   std::array<OnDevice, kSlots> on_device;
@@ -85,21 +89,23 @@ struct Compositor::Impl {
     Rects parts;         // parts of the target to compose
     bool waits = false;  // true if this frame must still be composed
     Writings writing;
+    std::shared_ptr<const Warp> warp;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
   std::array<CpuJob, kSlots> cpu_jobs;
   ProcessorComposer composer;
 
   explicit Impl(gpu::Device& d) : device(d) {
-    inputs =
-        gpu::ShaderInputs::create(d, {{}, {.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}}, kSlots, sizeof(glm::ivec4));
+    inputs = gpu::ShaderInputs::create(
+        d, {{}, {.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}, {.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}}, kSlots,
+        sizeof(glm::ivec4));
     sampler = gpu::create_sampler(d);
   }
   ~Impl() {
     vkDeviceWaitIdle(device.device);
     destroy_pipelines();
     for (CpuJob& b : cpu_jobs) b.eyes.destroy(device);
-    for (OnDevice& o : on_device) o.pixels.destroy(device);
+    for (OnDevice& o : on_device) o.pixels.destroy(device), o.warp.destroy(device);
     vkDestroySampler(device.device, sampler, nullptr);
     inputs.destroy(device);
   }
@@ -193,6 +199,24 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
+  /// Copies the warp to this frame's buffer; without a warp, the buffer is bound, but not read.
+  void put_warp_on_device(int slot) {
+    OnDevice& there = on_device[static_cast<std::size_t>(slot)];
+    if (there.warp.buffer && there.warp_of == warp) return;
+    if (!there.warp.buffer) {
+      there.warp = gpu::Buffer::create(device, sizeof(glm::vec2) * 2 * kWarpSide * kWarpSide,
+                                       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+      inputs.fill(device, static_cast<std::size_t>(slot), 2, there.warp);
+    }
+    there.warp_of = warp;
+    std::byte* to = reinterpret_cast<std::byte*>(there.warp.memory.mapped);
+    for (std::size_t e = 0; warp && e < 2; ++e) {
+      const std::size_t bytes = sizeof(glm::vec2) * (*warp)[e].size();
+      std::memcpy(to, (*warp)[e].data(), bytes);
+      to += bytes;
+    }
+  }
+
   /// Part of the target in which a part of the picture appears; two pixels larger if the picture is stretched.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
@@ -256,9 +280,9 @@ struct Compositor::Impl {
   }
   VkPipeline pipeline(VkFormat target_format, Mix mix, bool fits) {
     gpu::PipelineOptions o = pipeline_options(target_format, kSpirv_compose_frag);
-    VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][fits];
+    VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][warp ? 2 : fits];
     if (made) return made;
-    o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u};
+    o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u, warp ? 1u : 0u};
     return made = gpu::create_pipeline(device, o);
   }
 
@@ -302,6 +326,7 @@ struct Compositor::Impl {
     job.target = target.size;
     job.waits = true;
     job.writing = writing;
+    job.warp = warp;
     job.panels = panels;
     for (std::size_t eye = 0; eye < 2; ++eye) {
       const Place place = place_of(static_cast<int>(eye), how, target.size);
@@ -356,7 +381,7 @@ struct Compositor::Impl {
       const int eye = mix_of(job.layout) == Mix::kRows ? job.first_row : static_cast<int>(e);
       for (const VkRect2D& r : job.parts[e])
         composer.compose(eyes, mix_of(job.layout), place_of(static_cast<int>(e), job.layout, job.target), eye,
-                         part_of(r), job.to.first, job.to.pitch);
+                         part_of(r), job.to.first, job.to.pitch, job.warp.get());
     }
     for (std::size_t e = 0; e < 2; ++e)
       for (const std::size_t i : job.panels[e])
@@ -368,10 +393,15 @@ struct Compositor::Impl {
 Compositor::Compositor(gpu::Device& device) : impl_(std::make_unique<Impl>(device)) {}
 Compositor::~Compositor() = default;
 
+void Compositor::bend(std::optional<Warp> warp) {
+  impl_->warp = warp ? std::make_shared<const Warp>(std::move(*warp)) : nullptr;
+}
+
 std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                                     const Target& target, int slot, int first_row,
                                                     const std::array<std::vector<Part>, 2>* changed, const Huds& huds) {
   Impl& m = *impl_;
+  if (m.warp) changed = nullptr;  // every part may have moved
   auto parts = m.missing_parts(pictures, layout, target, first_row, changed, m.write(huds, layout, target));
   const auto listed = [&]() -> std::optional<std::vector<Part>> {
     if (!parts) return std::nullopt;
@@ -390,6 +420,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   }
   const auto panels = m.panels_over(parts, layout, target);
   m.put_on_device(slot);
+  m.put_warp_on_device(slot);
   m.inputs.fill(m.device, static_cast<std::size_t>(slot), 0, m.sampler, pictures.alias_view);
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
 

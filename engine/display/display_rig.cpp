@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/line_of_sight.h"
 #include "engine/base/units.h"
 #include "engine/display/head_tracker.h"
 
@@ -37,7 +38,7 @@ dvec3 point_mm(const Json& json) {
 }
 
 Screen parse_screen(const Json& json) {
-  json.allow_only({"corners_mm", "pixels", "layout"});
+  json.allow_only({"corners_mm", "pixels", "layout", "bow_mm"});
   Screen screen;
   const Json corners = json["corners_mm"];
   corners.allow_only({"lower_left", "lower_right", "upper_left"});
@@ -52,6 +53,12 @@ Screen parse_screen(const Json& json) {
   if (off_square > 2 * kDegree)
     corners.fail(fmt::format("edges {:.1f} degrees off a right angle", off_square / kDegree),
                  "the corners of a rectangle, within 2 degrees");
+  if (const auto bow = json.find("bow_mm")) {
+    screen.bow = point_mm(*bow);
+    for (int i = 0; i < 3; ++i)
+      if (std::abs(screen.bow[i]) > 0.05 * std::min(width, height))
+        bow->fail("a twentieth of the panel's height or less");
+  }
   if (const auto pixels = json.find("pixels")) {
     const std::vector<Json> items = pixels->items();
     if (items.size() != 2) pixels->fail("[width, height]");
@@ -62,12 +69,18 @@ Screen parse_screen(const Json& json) {
 }
 
 Mirror parse_mirror(const Json& json) {
-  json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
+  json.allow_only({"normal", "offset_mm", "middle_mm", "curvature_per_m", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
   // The plane n·p = c is the same as (n/|n|)·p = c/|n|, so both n and c are divided by |n|.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
+  if (const auto curvature = json.find("curvature_per_m")) {
+    mirror.curvature = curvature->vec3();
+    for (int i = 0; i < 3; ++i)
+      if (std::abs(mirror.curvature[i]) > 0.5) curvature->fail("a radius of at least 2 m");
+    mirror.middle = point_mm(json["middle_mm"]);
+  }
   mirror.glass_thickness = json.number_or("glass_thickness_mm", 0, 0, 50) * kMillimetre;
   mirror.glass_index = json.number_or("glass_index", mirror.glass_index, 1, 3);
   return mirror;
@@ -155,6 +168,12 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
+  if (const auto calibration = json.find("calibration"); calibration && calibration->is_object()) {
+    const auto steps = calibration->find("steps");
+    const auto step = steps && steps->is_object() ? steps->find("arm") : std::nullopt;
+    const auto arm = calibration->find("arm");
+    if (arm && step && step->is_object() && !step->has("misfit")) rig.arm = read_arm_geometry(*arm);
+  }
   if (const auto hmd = json.find("hmd")) rig.hmd = parse_hmd(*hmd, rig.X_WH);
   if (const auto base = json.find("left_X_WH")) rig.left_X_WH = parse_pose(*base);
   rig.hand = json.string_or("hand", "");
@@ -185,9 +204,12 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
        {&shrunk.screen.lower_left, &shrunk.screen.lower_right, &shrunk.screen.upper_left, &shrunk.head.eye_center})
     *p = c + s * (*p - c);
   shrunk.head.ipd *= s;
+  shrunk.screen.bow *= s;
   if (shrunk.mirror) {
     const double middle = glm::dot(shrunk.mirror->normal, c);
     shrunk.mirror->offset = middle + s * (shrunk.mirror->offset - middle);
+    shrunk.mirror->middle = c + s * (shrunk.mirror->middle - c);
+    shrunk.mirror->curvature /= s;
     shrunk.mirror->glass_thickness *= s;
   }
   shrunk.scale *= s;
@@ -315,6 +337,38 @@ std::array<EyeView, 2> eye_views(const DisplayRig& rig) {
   const dvec3 shift = rig.mirror ? glass_shift(rig.screen, *rig.mirror, rig.head.eye_center) : dvec3(0);
   return {eye_view(rig.screen, rig.mirror, eyes[0], range, shift),
           eye_view(rig.screen, rig.mirror, eyes[1], range, shift)};
+}
+
+std::optional<Warp> warp(const DisplayRig& rig) {
+  const Screen& s = rig.screen;
+  const bool curved = rig.mirror && rig.mirror->curvature != dvec3(0);
+  if (s.bow == dvec3(0) && !curved) return std::nullopt;
+  using sight::vec;
+  const sight::Panel<double> panel{vec<double>(s.lower_left), vec<double>(s.lower_right - s.lower_left),
+                                   vec<double>(s.upper_left - s.lower_left), vec<double>(s.bow)};
+  sight::Panel<double> plane = panel;
+  plane.bow = {};
+  std::optional<sight::Mirror<double>> mirror, plane_mirror;
+  if (rig.mirror) {
+    const Mirror& m = *rig.mirror;
+    mirror =
+        sight::Mirror<double>::make(vec<double>(m.normal), m.offset, vec<double>(m.middle), vec<double>(m.curvature));
+    plane_mirror = mirror;
+    plane_mirror->curvature = {};
+  }
+  Warp result;
+  const auto eyes = eye_positions(rig.head, s.layout);
+  for (std::size_t e = 0; e < 2; ++e) {
+    for (int row = 0; row < kWarpSide; ++row) {
+      for (int column = 0; column < kWarpSide; ++column) {
+        const sight::Vec<double> p = panel.at(column / (kWarpSide - 1.0), 1 - row / (kWarpSide - 1.0));
+        const dvec3 seen = sight::plain(mirror ? sight::seen_in(*mirror, vec<double>(eyes[e]), p) : p);
+        const auto [u, v] = sight::pixel_through(plane, plane_mirror ? &*plane_mirror : nullptr, eyes[e], seen);
+        result[e].push_back({static_cast<float>(u), static_cast<float>(1 - v)});
+      }
+    }
+  }
+  return result;
 }
 
 dmat2 upright(const DisplayRig& rig) {

@@ -8,7 +8,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "engine/base/arm_geometry.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
 
@@ -30,6 +32,7 @@ struct Screen {
   dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
+  dvec3 bow{0};  // m, bend of the panel (engine/base/line_of_sight.h, Panel)
 };
 
 /// A mirror in the plane normal · p = offset (frame W). The glass displaces the image of the hand; glass_shift()
@@ -39,6 +42,8 @@ struct Mirror {
   double offset = 0;           // m, distance of the plane from W's origin along the normal
   double glass_thickness = 0;  // m, thickness of the glass in front of the hand
   double glass_index = 1.52;
+  // The mirror is curved about its point nearest to `middle` (m): engine/base/line_of_sight.h, Mirror; 1/m.
+  dvec3 middle{0}, curvature{0};
 };
 
 struct Head {
@@ -71,8 +76,9 @@ struct DisplayRig {
   Screen screen;
   std::optional<Mirror> mirror;
   Head head;
-  Pose X_WH;       // pose of the haptic base (frame H) in frame W
-  Pose left_X_WH;  // pose of the base of the second hand's device in frame W
+  Pose X_WH;                       // pose of the haptic base (frame H) in frame W
+  std::optional<ArmGeometry> arm;  // measured geometry of the hand's arm; empty: that of the device's preset
+  Pose left_X_WH;                  // pose of the base of the second hand's device in frame W
   // Addresses of devices with serial number, "woodenhaptics:1234567"; empty: not specified.
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;  // s, largest time that a pedal may be pressed without a break; 0: default
@@ -140,6 +146,14 @@ bool sees(const DisplayRig& rig, const Head& head) noexcept;
 ClipRange clip_range(const DisplayRig& rig);
 /// Returns the views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
+
+/// The pictures of a bent panel or mirror, for each eye: place in the eye's picture (0..1 from its left and upper edge)
+/// whose colour the panel must show, at kWarpSide × kWarpSide places of the panel, row by row from its upper left
+/// corner.
+using Warp = std::array<std::vector<glm::vec2>, 2>;
+inline constexpr int kWarpSide = 33;
+/// Empty if panel and mirror are plane.
+std::optional<Warp> warp(const DisplayRig& rig);
 
 /// Columns: the user's right and up in coordinates of the picture, ±1 or 0; a mirror reverses one axis.
 dmat2 upright(const DisplayRig& rig);

@@ -54,6 +54,9 @@ class Compositor {
   /// Texts for both eyes; null: no text. If both eyes share a region, only the first is used.
   using Huds = std::array<const Hud*, 2>;
 
+  /// Shows the pictures on a bent panel, or in a curved mirror, from the next record() on. Empty: both are plane.
+  void bend(std::optional<Warp> warp);
+
   /// Records the composition. `pictures`: one or two layers, layout SHADER_READ_ONLY; `first_row`: for
   /// interleaved rows, the screen's row that shows the target's first row; `changed`: parts changed since the last
   /// record(). Returns the parts drawn; nullopt: all.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 
@@ -142,6 +143,29 @@ dvec3 body_angles(const Arm& arm, const Counts& counts) {
   return theta;
 }
 
+void use_measured(Arm& arm, const ArmGeometry& geometry) {
+  if (arm.linkage != Arm::Linkage::kSerial || !arm.has_stylus())
+    throw Error("calibration.arm", "", "the geometry of another arm than " + arm.name,
+                "a serial arm with encoders of the stylus, or no step `arm` in the rig");
+  arm.measured = geometry;
+  arm.La = geometry.base, arm.Lb = geometry.upper, arm.Lc = geometry.fore, arm.origin = geometry.origin;
+}
+
+namespace {
+
+ArmReading reading_of(const Arm& arm, const Counts& counts) {
+  const dvec3 body = body_angles(arm, counts), stylus = stylus_angles(arm, counts);
+  return {{body.x, body.y, body.z, stylus.x, stylus.y, stylus.z}};
+}
+
+}  // namespace
+
+dvec3 true_angles(const Arm& arm, const Counts& counts) {
+  if (!arm.measured) return body_angles(arm, counts);
+  const auto q = arm_joints(*arm.measured, reading_of(arm, counts)).q;
+  return {q[0], q[1], q[2]};
+}
+
 dvec3 stylus_position(const Arm& arm, const dvec3& theta) {
   double r = 0, z = 0;
   if (arm.linkage == Arm::Linkage::kFiveBar) {
@@ -164,6 +188,10 @@ dvec3 stylus_angles(const Arm& arm, const Counts& counts) {
 }
 
 Pose stylus_pose(const Arm& arm, const Counts& counts) {
+  if (arm.measured) {
+    const Pose X_HS = typodont::stylus_pose(*arm.measured, reading_of(arm, counts));
+    return {X_HS * arm.measured->tip_S, X_HS.R};
+  }
   const dvec3 theta = body_angles(arm, counts);
   Pose pose{stylus_position(arm, theta), {1, 0, 0, 0}};
   if (!arm.has_stylus()) return pose;
@@ -196,7 +224,7 @@ glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
 }
 
 double position_step(const Arm& arm) {
-  const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
+  const glm::dmat3 J = jacobian(arm, true_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
     // Rotation of body i per encoder count, rad.

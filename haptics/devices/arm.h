@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
+#include <optional>
 #include <string>
 
-#include "engine/base/pose.h"
+#include "engine/base/arm_geometry.h"
 
 namespace typodont::haptics {
 
@@ -35,6 +36,9 @@ struct Arm {
   // Mass of bodies B and C, and distance of their centres of mass from their joints, for gravity compensation.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, kg, m, m
 
+  // Measured geometry, which replaces lengths and origin, and gives the tip; empty: not calibrated.
+  std::optional<ArmGeometry> measured;
+
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
   /// Largest plausible change of encoder i in dt seconds, counts.
@@ -46,13 +50,18 @@ Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
-/// Angles of the bodies A, B, C, rad.
+/// Uses the measured geometry of an arm from now on. Throws Error if the arm is not serial or has no stylus encoders.
+void use_measured(Arm& arm, const ArmGeometry& geometry);
+
+/// Angles of the bodies A, B, C as the encoders state them, rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
 /// Angles of the stylus D, E, F, rad; invalid without stylus encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
 /// Pose of the stylus tip in the base frame H. The orientation was not verified on hardware.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
+/// True angles of the bodies A, B, C: body_angles(), corrected if the arm was measured.
+dvec3 true_angles(const Arm& arm, const Counts& counts);
 /// Columns ∂p/∂A, ∂p/∂B, ∂p/∂C, m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
 /// Motion of the tip per encoder count in the home position, m: root of the sum of squares over A, B and C.

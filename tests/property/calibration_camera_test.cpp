@@ -52,7 +52,7 @@ struct Studio {
       for (int i = 0; i < 54; ++i) {
         const PanelPoint c{0.1 + 0.1 * (i % 9), 0.15 + 0.14 * (i / 9)};
         see({0, SeenOn::kPanel, c, {}, 0, 0}, truth.panel.at(c.u, c.v));
-        see({0, SeenOn::kPanelInMirror, c, {}, 0, 0}, truth.appears(c.u, c.v));
+        see({0, SeenOn::kPanelInMirror, c, {}, 0, 0}, truth.appears(c.u, c.v, truth.eyes.center));
       }
       for (int i = 0; i < 24; ++i)
         see({0, SeenOn::kTouchedPoint, {}, touched[static_cast<std::size_t>(i)], 0, 0},
@@ -118,9 +118,9 @@ TEST(CameraLaws, MissingSightingsAreReported) {
 // Writes a picture of the board as a pinhole camera takes it. Each pixel is the mean of 5×5 rays.
 void render(const std::filesystem::path& file, const BoardPicture& board, const RigGeometry& rig, bool in_mirror,
             const CameraIntrinsics& camera, const Pose& X_WK) {
-  const dvec3 corner = in_mirror ? rig.appears(0, 0) : rig.panel.at(0, 0);
-  const dvec3 u = (in_mirror ? rig.appears(1, 0) : rig.panel.at(1, 0)) - corner,
-              v = (in_mirror ? rig.appears(0, 1) : rig.panel.at(0, 1)) - corner;
+  const dvec3 corner = in_mirror ? rig.appears(0, 0, rig.eyes.center) : rig.panel.at(0, 0);
+  const dvec3 u = (in_mirror ? rig.appears(1, 0, rig.eyes.center) : rig.panel.at(1, 0)) - corner,
+              v = (in_mirror ? rig.appears(0, 1, rig.eyes.center) : rig.panel.at(0, 1)) - corner;
   const dvec3 n = glm::cross(u, v);
   std::string bytes = "P5\n640 480\n255\n";
   for (int y = 0; y < 480; ++y) {
@@ -152,7 +152,7 @@ TEST(BoardDetection, CornersAreFoundToATenthOfAPixelDirectUpsideDownAndInTheMirr
   for (const bool in_mirror : {false, true}) {
     for (const double roll : {0.1, 3.0}) {
       // The camera is in front of the panel or of its mirror image, and looks at its middle.
-      const dvec3 middle = in_mirror ? rig.appears(0.5, 0.5) : rig.panel.at(0.5, 0.5);
+      const dvec3 middle = in_mirror ? rig.appears(0.5, 0.5, rig.eyes.center) : rig.panel.at(0.5, 0.5);
       dvec3 front = glm::normalize(
           glm::cross(rig.panel.lower_right - rig.panel.lower_left, rig.panel.upper_left - rig.panel.lower_left));
       if (in_mirror) front -= 2 * glm::dot(front, rig.mirror->normal) * rig.mirror->normal;
@@ -166,7 +166,8 @@ TEST(BoardDetection, CornersAreFoundToATenthOfAPixelDirectUpsideDownAndInTheMirr
       ASSERT_EQ(found.size(), board.corners.size()) << in_mirror << " " << roll;
       for (std::size_t i = 0; i < found.size(); ++i) {
         const PanelPoint& c = board.corners[i];
-        const Pixel truth = project(camera, X_WK, in_mirror ? rig.appears(c.u, c.v) : rig.panel.at(c.u, c.v));
+        const Pixel truth =
+            project(camera, X_WK, in_mirror ? rig.appears(c.u, c.v, rig.eyes.center) : rig.panel.at(c.u, c.v));
         EXPECT_NEAR(found[i].x, truth.x, 0.1) << in_mirror << " " << roll << " corner " << i;
         EXPECT_NEAR(found[i].y, truth.y, 0.1) << in_mirror << " " << roll << " corner " << i;
       }

@@ -25,6 +25,24 @@ TEST(RigGeometry, AWiderEyeDistanceBringsThePointNearer) {
   EXPECT_NEAR(perceived(believed, truth, dvec3(0, 0, 0.05)).z - 0.05, 0.70e-3, 0.03e-3);
 }
 
+TEST(RigGeometry, AnEyeSeesAPixelOfABentPanelInACurvedMirrorAlongTheLineOfSightThatEndsInThisPixel) {
+  Noise random(7);
+  for (int n = 0; n < 200; ++n) {
+    RigGeometry rig = BenchSimulator({.seed = static_cast<std::uint64_t>(n + 1)}).truth();
+    rig.panel.bow = random.in_box(dvec3(-2e-3), dvec3(2e-3));
+    rig.mirror->curvature = random.in_box(dvec3(-0.2), dvec3(0.2));
+    rig.mirror->middle = random.in_box(dvec3(-0.1), dvec3(0.1));
+    const PanelPoint pixel{random.uniform(0, 1), random.uniform(0, 1)};
+    const dvec3 eye = rig.eyes.left_eye(), seen = rig.appears(pixel.u, pixel.v, eye);
+    const PanelPoint found = pixel_for(rig, eye, eye + random.uniform(0.3, 1.2) * (seen - eye));
+    EXPECT_NEAR(found.u, pixel.u, 1e-7);
+    EXPECT_NEAR(found.v, pixel.v, 1e-7);
+    rig.mirror->curvature = dvec3(0), rig.panel.bow = dvec3(0);
+    EXPECT_LT(glm::distance(rig.appears(pixel.u, pixel.v, eye), rig.mirror->reflect(rig.panel.at(pixel.u, pixel.v))),
+              1e-15);
+  }
+}
+
 TEST(ArmGeometry, TheTipMovesWithEachParameterAsItsDerivativesSay) {
   Noise random(4);
   const auto scales = arm_parameter_scales();
@@ -89,7 +107,7 @@ TEST(Eyes, AlignmentsAtOneDepthDoNotDetermineTheDistance) {
     // All touched points are within a millimetre of the panel's image. So these alignments do not determine the
     // direction in which the eye sees.
     const PanelPoint dot{random.uniform(0.45, 0.55), random.uniform(0.45, 0.55)};
-    const dvec3 image = rig.appears(dot.u, dot.v);
+    const dvec3 image = rig.appears(dot.u, dot.v, eye);
     alignments.push_back({right, dot, image + 1e-3 * glm::normalize(eye - image) + random.normal3(2e-4)});
   }
   rig.eyes.center += dvec3(0.01, -0.02, 0.01);
@@ -282,7 +300,7 @@ TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
       if (step == Step::kEyes) {
         const dvec3 eye = asked.right_eye ? truth.eyes.right_eye() : truth.eyes.left_eye();
         const PanelPoint dot = asked.right_eye ? asked.dots->right : asked.dots->left;
-        const dvec3 sight = glm::normalize(truth.appears(dot.u, dot.v) - eye);
+        const dvec3 sight = glm::normalize(truth.appears(dot.u, dot.v, eye) - eye);
         aim = eye + sight * glm::dot(sight, *asked.target_D - eye);
       }
       if (step == Step::kRegister || step == Step::kVerify) aim = bench.reached_for(guide.bench().rig, *asked.target_D);

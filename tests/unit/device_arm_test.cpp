@@ -64,6 +64,23 @@ TEST(Arm, JacobianIsTheDerivativeOfThePosition) {
   }
 }
 
+TEST(Arm, AMeasuredArmStatesItsCalibratedTipAndItsForceActsAtTheCalibratedAngles) {
+  Arm arm = read_arm(kPresets[0]);
+  ArmGeometry geometry{.upper = 0.206, .fore = 0.244, .origin = {0.221, 0.001, 0.079}};
+  geometry.offset = {0.01, -0.02, 0.015, 0.1, 0, 0}, geometry.scale = {1.002, 0.998, 1.001},
+  geometry.sag = {0.01, -0.005};
+  EXPECT_NE(test::refusal([&] { use_measured(arm, geometry); }).find("encoders of the stylus"), std::string::npos);
+  arm.counts[3] = arm.counts[4] = arm.counts[5] = 4096;
+  use_measured(arm, geometry);
+  const Counts counts{310, -170, 480, 200, -300, 90};
+  const dvec3 body = body_angles(arm, counts), stylus = stylus_angles(arm, counts);
+  const ArmReading reading{{body.x, body.y, body.z, stylus.x, stylus.y, stylus.z}};
+  EXPECT_LT(glm::distance(stylus_pose(arm, counts).p, tip_position(geometry, reading)), 1e-12);
+  const dvec3 theta = true_angles(arm, counts);
+  EXPECT_NEAR(theta.x, 1.002 * body.x + 0.01, 1e-12);
+  EXPECT_LT(glm::distance(stylus_position(arm, theta), typodont::stylus_pose(geometry, reading).p), 1e-12);
+}
+
 TEST(Arm, MotorWorkEqualsTheWorkOnTheHand) {
   // The power of the motors must equal the power at the tip (τ·dθ = F·dp) for any signs and ratios of the transmission.
   std::mt19937 random(2);

@@ -51,5 +51,43 @@ TEST(ProcessorComposer, AStretchedPictureDiffersFromExactInterpolationByAtMostTw
   EXPECT_LE(worst, 2);
 }
 
+TEST(ProcessorComposer, AWarpedPictureDiffersFromExactInterpolationByAtMostTwoOf255Levels) {
+  // A warp that stretches the picture by 0.9 in x, and moves the picture by a tenth of its height.
+  constexpr ivec2 kSize{64, 48}, kTarget{97, 80};
+  Warp warp;
+  for (auto& places : warp)
+    for (int row = 0; row < kWarpSide; ++row)
+      for (int column = 0; column < kWarpSide; ++column)
+        places.push_back({0.05f + 0.9f * static_cast<float>(column) / (kWarpSide - 1),
+                          0.1f + static_cast<float>(row) / (kWarpSide - 1)});
+  std::mt19937 random(12);
+  std::vector<std::uint8_t> eye(static_cast<std::size_t>(4 * kSize.x * kSize.y));
+  for (std::uint8_t& byte : eye) byte = static_cast<std::uint8_t>(random());
+  std::vector<std::uint8_t> out(static_cast<std::size_t>(4 * kTarget.x * kTarget.y));
+  ProcessorComposer composer;
+  composer.compose({{eye.data(), eye.data()}, kSize}, Mix::kOneEye, {{0, 0}, kTarget}, 1, {0, 0, kTarget.x, kTarget.y},
+                   out.data(), static_cast<std::size_t>(4 * kTarget.x), &warp);
+  double worst = 0;
+  for (int y = 0; y < kTarget.y; ++y) {
+    for (int x = 0; x < kTarget.x; ++x) {
+      const double u = std::clamp((0.05 + 0.9 * (x + 0.5) / kTarget.x) * kSize.x - 0.5, 0.0, kSize.x - 1.0),
+                   v = std::clamp((0.1 + (y + 0.5) / kTarget.y) * kSize.y - 0.5, 0.0, kSize.y - 1.0);
+      const int left = static_cast<int>(u), top = static_cast<int>(v);
+      for (int channel = 0; channel < 3; ++channel) {
+        const auto at = [&](int px, int py) {
+          return static_cast<double>(eye[static_cast<std::size_t>(
+              4 * (std::min(py, kSize.y - 1) * kSize.x + std::min(px, kSize.x - 1)) + channel)]);
+        };
+        const double a = u - left, b = v - top;
+        const double right = (1 - b) * ((1 - a) * at(left, top) + a * at(left + 1, top)) +
+                             b * ((1 - a) * at(left, top + 1) + a * at(left + 1, top + 1));
+        const std::uint8_t drawn = out[static_cast<std::size_t>(4 * (y * kTarget.x + x) + 2 - channel)];
+        worst = std::max(worst, std::abs(drawn - right));
+      }
+    }
+  }
+  EXPECT_LE(worst, 2);
+}
+
 }  // namespace
 }  // namespace typodont::display

@@ -124,5 +124,34 @@ TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
   }
 }
 
+TEST_F(Layouts, CpuAndShaderWarpThePicturesOfABentPanelAlike) {
+  display::DisplayRig rig;
+  rig.screen.bow = {8e-3, -6e-3, 5e-3};
+  const auto warp = display::warp(rig);
+  ASSERT_TRUE(warp);
+  stage.hud = {};
+  for (const Layout layout : {Layout::kSideBySide, Layout::kRowInterleaved, Layout::kAnaglyph}) {
+    stage.compositor->bend({});
+    stage.draw(frame, layout);
+    const render::Picture plane = stage.screen;
+    stage.compositor->bend(warp);
+    stage.draw(frame, layout);
+    const render::Picture bent = stage.screen;
+    EXPECT_GT(compare(bent, plane, 8).pixels, 100) << static_cast<int>(layout);
+    std::vector<std::uint8_t> memory(bent.rgba.size());
+    display::Target target;
+    target.memory = {memory.data(), 4 * static_cast<std::size_t>(bent.size.x)};
+    target.size = bent.size;
+    gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
+      stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, nullptr,
+                               {&stage.hud, &stage.hud});
+    });
+    stage.compositor->compose(0);
+    for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
+    const Difference d = compare({bent.size, memory}, bent, 2);
+    EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " worst " << d.worst;
+  }
+}
+
 }  // namespace
 }  // namespace typodont::test

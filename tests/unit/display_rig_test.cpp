@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 
+#include "engine/base/line_of_sight.h"
 #include "tests/support/folder.h"
 
 namespace typodont::display {
@@ -85,6 +87,47 @@ TEST(MirrorPlane, ThickGlassMovesThePictureTowardsTheEyeByItsApparentShift) {
   const dvec3 shift = dvec3(thick.view[3]) - dvec3(thin.view[3]);
   EXPECT_NEAR(shift.z, 2e-3, 1e-12);  // towards the eye is +z in its frame
   EXPECT_NEAR(std::hypot(shift.x, shift.y), 0, 1e-12);
+}
+
+TEST(Warp, ThePixelOnTheLineOfSightToAPointShowsThePlaceOfThisPointInTheEyesPicture) {
+  DisplayRig rig = load_rig("assets/rigs/mirror.json");
+  EXPECT_FALSE(warp(rig));
+  rig.screen.bow = {0.7e-3, -0.5e-3, 0.4e-3};
+  rig.mirror->curvature = {0.03, 0.005, 0.05};
+  rig.mirror->glass_thickness = 0;  // warp() does not include the glass, which shifts the eye's view
+  const auto bent = warp(rig);
+  ASSERT_TRUE(bent);
+  const Screen& s = rig.screen;
+  const sight::Panel<double> panel{sight::vec<double>(s.lower_left), sight::vec<double>(s.lower_right - s.lower_left),
+                                   sight::vec<double>(s.upper_left - s.lower_left), sight::vec<double>(s.bow)};
+  const auto mirror =
+      sight::Mirror<double>::make(sight::vec<double>(rig.mirror->normal), rig.mirror->offset,
+                                  sight::vec<double>(rig.mirror->middle), sight::vec<double>(rig.mirror->curvature));
+  const auto views = eye_views(rig);
+  const Screen image = reflect(*rig.mirror, s);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> part(0.1, 0.9), depth(0.85, 1.1);
+  double moved = 0;
+  for (int n = 0; n < 400; ++n) {
+    const EyeView& eye = views[static_cast<std::size_t>(n % 2)];
+    const dvec3 behind = image.lower_left + part(random) * (image.lower_right - image.lower_left) +
+                         part(random) * (image.upper_left - image.lower_left);
+    const dvec3 p = eye.position + depth(random) * (behind - eye.position);
+    const glm::dvec4 clip = eye.projection * eye.view * glm::dvec4(p, 1);
+    const dvec2 drawn = 0.5 + 0.5 * dvec2(clip) / clip.w;  // place in the eye's picture
+    const auto [u, v] = sight::pixel_through(panel, &mirror, eye.position, p);
+    const double x = u * (kWarpSide - 1), y = (1 - v) * (kWarpSide - 1);
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    const auto at = [&](int i, int j) {
+      return dvec2(
+          (*bent)[static_cast<std::size_t>(n % 2)][static_cast<std::size_t>((row + j) * kWarpSide + column + i)]);
+    };
+    const dvec2 shown =
+        glm::mix(glm::mix(at(0, 0), at(1, 0), x - column), glm::mix(at(0, 1), at(1, 1), x - column), y - row);
+    EXPECT_LT(glm::distance(shown, drawn), 2e-5) << n;  // a thirtieth of a pixel
+    moved = std::max(moved, glm::distance(drawn, dvec2(u, 1 - v)));
+  }
+  EXPECT_GT(moved, 2e-3);
 }
 
 TEST(Upright, WritingIsMirroredInExactlyOneAxisByAMirror) {

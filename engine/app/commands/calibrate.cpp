@@ -287,6 +287,7 @@ std::string summary(const BenchState& bench) {
     text += fmt::format(
         "together  eyes {:.2f} ± {:.2f} mm apart; this user feels points ({}) mm from where they are seen\n",
         r->eyes.ipd * 1e3, r->ipd_sigma * 1e3, words(r->user_offset_W * 1e3));
+    for (const JointResult::Term& term : r->terms) text += fmt::format("          {}\n", in_words(term));
   }
   if (const auto& r = bench.registration) {
     text += fmt::format("register  {:.3f} mm per axis, {:.3f} mm predicted error, {} pairs, {} set aside{}\n",
@@ -696,6 +697,7 @@ void add_calibrate_command(cli::Command& app) {
     std::string out;
     bool json = false;
     double noise_mm = 0.2, outliers = 0.02;
+    bool soft = false;
     std::uint64_t seed = 1;
   };
   auto options = std::make_shared<Options>();
@@ -711,6 +713,9 @@ void add_calibrate_command(cli::Command& app) {
   calibrate->add_option("--outliers", options->outliers, "with --simulate: fraction of touches that slip")
       ->show_default()
       ->check(cli::range(0.0, 0.4));
+  calibrate->add_flag(
+      "--soft", options->soft,
+      "with --simulate: a bent panel, a sagging mirror and arm, and a tip that slips between the steps");
   calibrate->add_option("--seed", options->seed, "with --simulate: seed of the bench")->show_default();
   calibrate->footer(
       "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
@@ -729,7 +734,7 @@ void add_calibrate_command(cli::Command& app) {
   add_camera(*calibrate);
   calibrate->expect_commands(0, 1);
   calibrate->callback([calibrate, options] {
-    calibrate->refuse_without({"--out", "--json", "--noise-mm", "--outliers", "--seed"}, options->simulate,
+    calibrate->refuse_without({"--out", "--json", "--noise-mm", "--outliers", "--soft", "--seed"}, options->simulate,
                               "--simulate");
     if (calibrate->named_command()) {
       if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
@@ -741,6 +746,7 @@ void add_calibrate_command(cli::Command& app) {
     simulation.seed = options->seed;
     simulation.touch_noise = options->noise_mm * kMillimetre;
     simulation.slipped = options->outliers;
+    simulation.soft = options->soft ? 1 : 0;
     simulate(options->out, simulation, options->json);
   });
 }

@@ -45,6 +45,7 @@ Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const
   options.rate = choice.rate;
   options.assets = assets_folder();
   options.X_WH = from.X_WH;
+  options.arm = from.arm;
   options.pedal_limit = from.pedal_limit;
   options.window = window;
   options.tools = choice.tools;
@@ -57,6 +58,7 @@ Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const
   if (!left.empty()) {
     if (left == choice.hand) throw Error("--left-hand", "", left, "another device than --hand");
     options.X_WH = from.left_X_WH;
+    options.arm.reset();
     options.pedal.clear();
     hands.left = haptics::open_live_hand(left, options);
   }

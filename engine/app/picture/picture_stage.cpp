@@ -389,7 +389,7 @@ render::Frame PictureStage::look() const {
   for (std::size_t e = 0; e < 2; ++e) {
     frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
   }
-  frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
+  frame.views = one_eye_ || rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
   // For every display rig, the lamp is over the user's left shoulder, 20° from the line of sight, so that it reaches
   // the floor of a cavity. It is fixed relative to the screen and does not follow the head.
@@ -409,6 +409,14 @@ bool PictureStage::in_sight(const std::optional<render::BoxInWorld>& box) const 
   return (!output_ || output_->visible()) && (!box || render::in_sight(look(), *box));
 }
 
+void PictureStage::follow_bend() {
+  if (!compositor_) return;
+  const std::array eyes = display::eye_positions(rig_.head, rig_.screen.layout);
+  if (bent_for_ == eyes) return;
+  bent_for_ = eyes;
+  compositor_->bend(display::warp(rig_));
+}
+
 render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
@@ -417,6 +425,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   }
   follow_size();
   follow_head();
+  follow_bend();
   render::Frame frame = look();
   if (light_) light_->follow(frame.lights, *renderer_);
   frame.view = view_;
@@ -455,9 +464,9 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   timing_.gpu = 1e-3 * gpu_times_.frame;
   timing_.record = to_seconds(now() - began);
   timing_.shown = timing_.record + timing_.gpu;
-  if (!output_) {
+  if (!output_ || one_eye_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately: they must be finished
+    ring_.wait_idle(device_);  // the caller uses the pictures immediately: they must be finished
     timing_.shown = to_seconds(now() - began);
     return stats;
   }

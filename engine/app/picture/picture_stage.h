@@ -143,6 +143,10 @@ class PictureStage {
   /// Options::embedded is true. True if the size changed.
   bool resize(glm::ivec2 eye_size);
 
+  /// True: the next frames are drawn for the left eye only; eye(0) returns them, the screen does not show them.
+  void draw_one_eye(bool on) { one_eye_ = on; }
+  bool draws_one_eye() const { return one_eye_; }
+
   /// Sets the quality from the next frame on.
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
@@ -187,6 +191,7 @@ class PictureStage {
   render::Frame look() const;
   void follow_size();
   void follow_head();
+  void follow_bend();
   void follow_pixels(double pixel);
   /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the drawn particles.
   void add_cursor(const haptics::Tool& tool, const Pose& X_WG, render::Frame& frame);
@@ -206,6 +211,8 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   Timing timing_;
   render::GpuTimes gpu_times_;
+  bool one_eye_ = false;
+  std::optional<std::array<dvec3, 2>> bent_for_;  // positions of the eyes for which the compositor bends the pictures
   bool blank_ = true;    // true: no frame was drawn since the size or the quality of the pictures changed
   bool missed_ = false;  // true: last frame not shown, or window minimised
   glm::ivec2 screen_size_{0};

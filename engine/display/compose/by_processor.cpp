@@ -52,6 +52,40 @@ void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __rest
   for (int i = 0; i < count; ++i) out[i] = (red[i] & 0x00ff0000) | (cyan[i] & 0xff00ffff);
 }
 
+/// Writes a row of the target, whose place in the region is 0..1 from its upper edge. `places`: one eye's part of a
+/// Warp.
+void warp_row(const std::vector<glm::vec2>& places, const std::uint32_t* source, const ivec2& size, float down,
+              float first, float step, std::uint32_t* out, int count) {
+  constexpr int kCells = kWarpSide - 1;
+  const float row = down * kCells;
+  const int upper = std::min(static_cast<int>(row), kCells - 1);
+  const float lower_share = row - static_cast<float>(upper);
+  std::array<glm::vec2, kWarpSide> at;  // pixels of the source
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const std::size_t k = static_cast<std::size_t>(upper * kWarpSide) + i;
+    at[i] = glm::mix(places[k], places[k + kWarpSide], lower_share) * glm::vec2(size) - 0.5f;
+  }
+  const glm::vec2 last = glm::vec2(size - 1);
+  for (int x = 0; x < count; ++x) {
+    const float column = (first + static_cast<float>(x) * step) * kCells;
+    const int cell = std::min(static_cast<int>(column), kCells - 1);
+    const auto c = static_cast<std::size_t>(cell);
+    const glm::vec2 p = glm::clamp(glm::mix(at[c], at[c + 1], column - static_cast<float>(cell)), glm::vec2(0), last);
+    const ivec2 lo = glm::min(ivec2(p), size - 2);
+    const auto wx = static_cast<std::uint32_t>(256 * (p.x - static_cast<float>(lo.x)) + 0.5f),
+               wy = static_cast<std::uint32_t>(256 * (p.y - static_cast<float>(lo.y)) + 0.5f);
+    const std::uint32_t* const s = source + static_cast<std::size_t>(lo.y) * static_cast<std::size_t>(size.x) + lo.x;
+    std::uint32_t pixel = 0;
+    for (int byte = 0; byte < 32; byte += 8) {
+      const auto of = [&](std::uint32_t rgba) { return rgba >> byte & 0xff; };
+      const std::uint32_t top = of(s[0]) * (256 - wx) + of(s[1]) * wx,
+                          bottom = of(s[size.x]) * (256 - wx) + of(s[size.x + 1]) * wx;
+      pixel |= (top * (256 - wy) + bottom * wy + 0x8000) >> 16 << byte;
+    }
+    out[x] = swapped(pixel);
+  }
+}
+
 std::uint8_t* bytes(std::uint32_t* p) {
   return reinterpret_cast<std::uint8_t*>(p);
 }
@@ -95,7 +129,7 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
 }
 
 void ProcessorComposer::compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part,
-                                std::uint8_t* out, std::size_t pitch) {
+                                std::uint8_t* out, std::size_t pitch, const Warp* warp) {
   if (part.width <= 0 || part.height <= 0) return;
   across_.fit(eyes.size.x, place.size.x);
   down_.fit(eyes.size.y, place.size.y);
@@ -103,6 +137,13 @@ void ProcessorComposer::compose(const EyePixels& eyes, Mix mix, const Place& pla
     for (Row& row : of_eye) row.of = -1;
   const int first = part.x - place.lo.x;
   const auto row_of = [&](int of_eye, int y, std::uint32_t* to) {
+    if (warp) {
+      const auto e = static_cast<std::size_t>(of_eye);
+      const float step = 1 / static_cast<float>(place.size.x);
+      return warp_row((*warp)[e], reinterpret_cast<const std::uint32_t*>(eyes.first[e]), eyes.size,
+                      (static_cast<float>(y) + 0.5f) / static_cast<float>(place.size.y),
+                      (static_cast<float>(first) + 0.5f) * step, step, to, part.width);
+    }
     const auto i = static_cast<std::size_t>(y);
     const std::uint32_t on = down_.on[i];
     const int upper = down_.from[i] + (on == 256 ? 1 : 0);

@@ -22,8 +22,9 @@ class ProcessorComposer {
  public:
   /// Writes the piece `part` of the output's region `place`. `eye`: the eye shown there; with alternating rows: the eye
   /// shown in the first row. `out`: BGRA, rows `pitch` bytes apart.
+  /// `warp`: null if panel and mirror are plane.
   void compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part, std::uint8_t* out,
-               std::size_t pitch);
+               std::size_t pitch, const Warp* warp = nullptr);
 
  private:
   // For each target pixel: first source pixel, and weight of the second one, 0..256.

@@ -84,8 +84,9 @@ class ArmDevice : public HapticDevice {
       spacing_.taken(t);
       Counts counts;
       for (std::size_t i = 0; i < 6; ++i) counts[i] = encoders_[i].value();
-      theta_ = body_angles(arm_, counts);
-      for (int i = 0; i < 3; ++i) joints_[static_cast<std::size_t>(i)] = theta_[i];
+      theta_ = true_angles(arm_, counts);
+      const dvec3 body = body_angles(arm_, counts);
+      for (int i = 0; i < 3; ++i) joints_[static_cast<std::size_t>(i)] = body[i];
       if (arm_.has_stylus()) {
         const dvec3 stylus = stylus_angles(arm_, counts);
         for (int i = 0; i < 3; ++i) joints_[static_cast<std::size_t>(3 + i)] = stylus[i];
@@ -263,6 +264,7 @@ std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& o
   const ArmHello hello = greet_arm(*link, is_serial, path);
   if (preset.empty()) preset = hello.model == 1 ? "polhem_v3" : "woody";
   Arm arm = read_arm(options.assets / "devices" / (preset + ".json"));
+  if (options.arm) use_measured(arm, *options.arm);
   DeviceInfo identity{"woodenhaptics:" + rest, arm.name, serial};
   return make_arm_device(std::move(link), hello.protocol, std::move(arm), std::move(identity));
 }
