@@ -77,9 +77,8 @@ TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheL
   EXPECT_THAT(html, HasSubstr("data:image/png;base64,"));
   EXPECT_EQ(html.find("src=\"http"), std::string::npos);
   if (session::find_ffmpeg()) {
-    EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
-    EXPECT_GT(std::filesystem::file_size(out + "/session_mono.mp4"), 20'000u);
-    EXPECT_THAT(ran.out, HasSubstr("stereo film with sound, 10 frames"));
+    EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 20'000u);
+    EXPECT_THAT(ran.out, HasSubstr("film with sound, 10 frames"));
   }
 }
 

@@ -55,7 +55,7 @@ struct Options {
   // pixels, size of one eye's picture; empty: kQuick, or with `film` the rig's size
   std::optional<glm::ivec2> eye_size;
   std::string model;                                         // contact model; empty: the scene's model
-  bool film = false;                                         // films the whole session, in the rig's size
+  bool film = false;                                         // films the whole session, in the rig's size and in stereo
   double fps = 25;                                           // frames per second of the film
   double seconds = 1e9;                                      // s, limit of the session's duration
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
@@ -103,12 +103,15 @@ void write_pictures(PictureStage& stage, World& world, const Look& look, const f
                     const std::string& name, std::vector<session::SessionPicture>& kept, const std::string& title) {
   // The pictures of the demo have the best quality. The film has a lower quality because of its many frames.
   const render::Quality of_film = stage.quality();
+  const bool one_eye = stage.draws_one_eye();
   stage.set_quality(render::kQualityLadder[0]);
+  stage.draw_one_eye(false);
   stage.draw(world, look);
   for (const int eye : {0, 1}) write_eye(stage, eye, folder / (name + (eye == 0 ? "_left.png" : "_right.png")));
   render::write_png(folder / (name + "_screen.png"), stage.screen());
   kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
   stage.set_quality(of_film);
+  stage.draw_one_eye(one_eye);
 }
 
 /// Describes the result of the exercise by comparing the remaining tissue with the tissue at the start.
@@ -118,8 +121,8 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
                   session::number_text(100 * tissue.volumes()[kCaries] / before[kCaries], 1, language));
 }
 
-/// Runs the demonstration. Writes pictures, films (stereo and mono), sound, session and report to the folder `out`, and
-/// prints their names. Throws Error or RunFailure.
+/// Runs the demonstration. Writes pictures, film, sound, session and report to the folder `out`, and prints their
+/// names. Throws Error or RunFailure.
 void run(const Options& options) {
   const Nanos began = now();
   Progress progress("demo");
@@ -146,6 +149,7 @@ void run(const Options& options) {
   look.handpieces = scene.handpieces;
   look.language = options.language;
   PictureStage stage(rig, scene.servo, look);
+  stage.draw_one_eye(!options.film);
   World world(scene, session.settings().soft);
   if (scene.needs("debris")) world.add_debris(carver.volume());
   stage.surround(world.surroundings());
@@ -158,7 +162,7 @@ void run(const Options& options) {
   log::info("drawing with {}: {} triangles", stage.device_name(), triangles);
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
-                 mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
+                 mp4 = options.out / "session.mp4", stereo_mp4 = options.out / "session_stereo.mp4";
   SoundLink sound("wav:" + wav.string(), voice_of(scene), session.event_logs(), /*live=*/false);
   session::SessionHeader header = session_header(scene, rig_file, demo_hand.info(), carver.volume(), kRate);
   header.streams.push_back(sound_stream());
@@ -168,15 +172,15 @@ void run(const Options& options) {
   recorder.writer().event(0, session::EventKind::kNote, sound.about());
   WorldReader reader(world, session.event_logs());
   sound.water(world.water().spray, world.suction_flow());
-  std::optional<session::FilmWriter> film, mono;
+  std::optional<session::FilmWriter> film, stereo;
   std::string end;  // text that the last pictures show
 
   std::vector<session::SessionPicture> pictures;
   const ServoTick& tick = session.last();
   const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
-  // Initial estimates on two cores, s: for a second of the session, a frame of the film, and a stereo picture in the
-  // best quality.
-  Pace second(0.35), frame_pace(options.film ? 0.25 : 0.12), moment(4);
+  // Initial estimates on two cores, s: for a second of the session, for a frame of the film with the ticks until the
+  // next one, and for a stereo picture in the best quality.
+  Pace second(0.3), frame_pace(options.film ? 0.25 : 0.08), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;
   Nanos last = now();
@@ -185,16 +189,13 @@ void run(const Options& options) {
   double fraction = 0;
   const auto show_progress = [&] {
     const double t = to_seconds(tick.t), filmed = options.film ? length : std::min(length, kFilmed);
-    const double frames_left = std::max(0.0, filmed * options.fps - static_cast<double>(frames));
-    const double left = std::max(0.0, length - t) * second.each() + frames_left * frame_pace.each() +
+    const double unfilmed = std::max(0.0, filmed - static_cast<double>(frames) / options.fps);
+    const double left = std::max(0.0, length - t - unfilmed) * second.each() +
+                        unfilmed * options.fps * frame_pace.each() +
                         (kMoments - static_cast<int>(pictures.size())) * moment.each() + kEnding;
     const double passed = to_seconds(now() - began);
     fraction = std::max(fraction, passed / (passed + left));
     progress.at(fraction);
-  };
-  const auto draw = [&] {
-    stage.show(view.update(carver), frame.origin);
-    stage.draw(world);
   };
   const auto take_pictures = [&](const std::string& name, const char* title, const Look& shown) {
     lap();
@@ -215,60 +216,70 @@ void run(const Options& options) {
 
   show_progress();
   double next_look = 0, next_frame = 0, next_picture = kPictureEvery, film_began = options.film ? 0 : -1;
-  // What follows the session's event logs: file, pictures and sound. A second thread does this for the last kStep while
-  // the session advances.
+  // File, pictures and sound follow the session's event logs.
   const auto follow = [&](Nanos until) {
     recorder.turn();
     reader.read(until);
     recorder.writer().heartbeat();
     sound.advance(until);
   };
+  const auto add_frame = [&] {
+    stage.draw(world);
+    render::Picture left = stage.eye(0);
+    stage.write_over(left);
+    if (!film) film.emplace(mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
+    film->add(left.rgba);
+    if (!options.film) return;
+    const render::Picture screen = stage.screen();
+    if (!stereo) stereo.emplace(stereo_mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+    stereo->add(screen.rgba);
+  };
+  // A second thread follows, and draws the film, while the session advances to the next stop.
   std::future<void> following;
+  bool filming = false;
   while (tick.t + period <= end_t && session.advance(demo_hand)) {
     const double t = to_seconds(tick.t);
-    const bool drilled = demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
-    const bool filming = film_began >= 0 && (options.film || t < film_began + kFilmed);
-    const bool looks = t >= next_look, films = filming && t >= next_frame;
+    const bool films = film_began >= 0 && (options.film || t < film_began + kFilmed) && t >= next_frame;
+    const bool looks = t >= next_look;
     if (!looks && !films) continue;
     if (following.valid()) following.get();
-    say();
-    if (looks) {
-      second.took(lap() / kStep);
-      next_look += kStep;
-    }
-    const bool before = pictures.empty(), during = pictures.size() == 1 && drilled, at = t >= next_picture;
-    if (!films && !before && !during && !at) {
-      following = std::async(std::launch::async, follow, tick.t);
-      show_progress();
-      continue;
-    }
-    follow(tick.t);
-    if (films) {
-      draw();
-      const render::Picture screen = stage.screen(), left = stage.eye(0);
-      if (!film) {
-        film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
-        mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
-      }
-      film->add(screen.rgba);
-      mono->add(left.rgba);
-      ++frames;
-      next_frame += 1 / options.fps;
+    if (filming) {
       frame_pace.took(lap());
+    } else {
+      second.took(lap() / kStep);
     }
-    if (before) take_pictures("before", "Before", {});
-    if (during) {
-      take_pictures("during", "While drilling", {});
-      if (!options.film) film_began = next_frame = t;
-    }
-    if (at) {
-      draw();
-      const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
-      write_eye(stage, 0, file);
-      log::info("drew {}", file.string());
-      next_picture += kPictureEvery;
+    say();
+    if (looks) next_look += kStep;
+    const bool before = pictures.empty();
+    const bool during =
+        pictures.size() == 1 && demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
+    if (before || during || t >= next_picture) {
+      follow(tick.t);
+      if (before) take_pictures("before", "Before", {});
+      if (during) {
+        take_pictures("during", "While drilling", {});
+        if (!options.film) film_began = next_frame = t;
+      }
+      if (t >= next_picture) {
+        stage.show(view.update(carver), frame.origin);
+        stage.draw(world);
+        const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
+        write_eye(stage, 0, file);
+        log::info("drew {}", file.string());
+        next_picture += kPictureEvery;
+      }
       lap();
     }
+    filming = films;
+    if (films) {
+      stage.show(view.update(carver), frame.origin);
+      ++frames;
+      next_frame += 1 / options.fps;
+    }
+    following = std::async(std::launch::async, [&follow, &add_frame, films, until = tick.t] {
+      follow(until);
+      if (films) add_frame();
+    });
     show_progress();
   }
   if (following.valid()) following.get();
@@ -282,7 +293,7 @@ void run(const Options& options) {
   result.pictures = pictures;
   if (!recorder.writer().finish(result)) throw RunFailure(recorder.writer().status().message);
   const session::FilmSound heard{wav, std::max(0.0, film_began)};
-  const bool filmed = film && film->finish(heard), filmed_mono = mono && mono->finish(heard);
+  const bool filmed = film && film->finish(heard), filmed_stereo = stereo && stereo->finish(heard);
   const session::SessionReader recorded(session_file);
   const fs::path report = options.out / "report.html";
   write_file_atomically(report, session::report_html(recorded, report_of(recorded)), FileKind::kPage);
@@ -300,14 +311,14 @@ void run(const Options& options) {
   fmt::print("  before_*.png during_*.png after_*.png  stereo pictures: left, right, and the screen as composed\n");
   fmt::print("  at_*_s.png    the left eye every {:.0f} seconds of the session\n", kPictureEvery);
   if (filmed) {
-    fmt::print("  session.mp4   stereo film with sound, {} frames\n", frames);
+    fmt::print("  session.mp4   film with sound, {} frames\n", frames);
   } else {
     fmt::print("  (no session.mp4: {})\n", film ? film->message() : "nothing was drawn");
   }
-  if (filmed_mono) {
-    fmt::print("  session_mono.mp4   the same for one eye\n");
-  } else {
-    fmt::print("  (no session_mono.mp4: {})\n", mono ? mono->message() : "nothing was drawn");
+  if (filmed_stereo) {
+    fmt::print("  session_stereo.mp4   the same for both eyes\n");
+  } else if (options.film) {
+    fmt::print("  (no session_stereo.mp4: {})\n", stereo ? stereo->message() : "nothing was drawn");
   }
   fmt::print("  drill.wav     the drill's sound\n");
   fmt::print("  session.h5    the recording: typodont replay {} --check\n", session_file.string());
@@ -334,7 +345,7 @@ void add_demo_command(cli::Command& app) {
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_flag("--film", options->film,
-                    "film the whole session in the rig's size, stereo and mono: ten minutes on two cores");
+                    "film the whole session in the rig's size, also in stereo: ten minutes on two cores");
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();
