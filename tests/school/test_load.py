@@ -13,6 +13,7 @@ import threading
 import time
 from collections import Counter
 from datetime import timedelta
+from unittest import mock
 
 import h5py
 from django.conf import settings
@@ -26,7 +27,7 @@ from django.utils import timezone
 from crowd import crowd
 from room import Room, empty_folders, record, sha256, user
 from service import ServiceTest
-from typodont_school import hand_in, interface
+from typodont_school import hand_in, interface, views
 from typodont_school.models import Class, ScoreItem, Session, Student
 
 STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
@@ -299,6 +300,22 @@ class Pages(TestCase):
             points = [session.points for session in of_class if session.received > month]
             self.assertEqual((row.size, row.last, row.recent), (row.students.count(), max((s.received for s in of_class), default=None), len(points)))
             self.assertAlmostEqual(row.mean or 0, sum(points) / max(1, len(points)))
+
+    def test_a_page_of_an_exercise_shows_the_defects_of_its_last_sessions(self):
+        empty_folders()
+        room = Room()
+        model = room.judged(record("anna", "anna"))
+        people = crowd(room, [model], 1, 5, 60)
+        client = Client()
+        client.force_login(room.admin)
+        with mock.patch.object(views, "DEFECT_SESSIONS", 10):
+            page = client.get(reverse("exercise", args=[people[0].classes.get().pk, model.exercise_id]))
+        last = Session.objects.filter(student__in=people).order_by("-received")[:10]
+        for defect in page.context["defects"]:
+            items = [session.items.get(name=defect["name"]) for session in last]
+            self.assertAlmostEqual(defect["lost"], sum(item.full - item.points for item in items) / 10)
+            self.assertAlmostEqual(defect["mean"], sum(item.value for item in items) / 10)
+        self.assertContains(page, "Of the last 10 sessions.")
 
     def pages(self, room, person):
         """Every page that grows with what is stored: name, client, address, headers."""

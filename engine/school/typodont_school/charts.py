@@ -1,5 +1,6 @@
 """Charts as SVG, and the statistics behind them."""
 import math
+from collections import Counter
 from statistics import NormalDist, fmean, stdev
 from xml.sax.saxutils import escape
 
@@ -108,9 +109,8 @@ def histogram(title, values, x_label, y_label, target=None, target_label=""):
     step = round_step(high - low, 14)
     first = math.floor(low / step)
     count = max(1, math.floor(high / step) - first + 1)
-    counts = [0] * count
-    for value in values:
-        counts[min(count - 1, math.floor(value / step) - first)] += 1
+    bins = Counter(math.floor(value / step) for value in values)
+    counts = [bins[first + i] for i in range(count)]
     edges = [round((first + i) * step, 10) for i in range(count + 1)]
     plot = Plot(title, (edges[0], edges[-1]), (0, max(counts)), x_label, y_label)
     plot.grid(ticks(edges[0], edges[-1], 8), [t for t in ticks(0, max(counts), 4) if t == int(t)])

@@ -17,7 +17,7 @@ from .hand_in import sha256
 from .models import Assignment, ExamStart, Exercise, ScoreItem, Session, Student
 
 MAX_CHUNK = 4 << 20
-MAX_INCOMPLETE = 64  # uploads
+MAX_INCOMPLETE = 256  # uploads
 ABANDONED = 86400  # s since the last byte of an upload that its bench begins again
 RATE_ERROR = 0.02  # of a recording's time, which `replay --check` allows
 log = logging.getLogger("typodont_school")

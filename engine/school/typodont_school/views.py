@@ -29,6 +29,9 @@ from . import charts, films, intake, oneroster, program, words, xapi
 from .access import ADMIN, ALL, STAFF, STUDENT, get, known, page, public, visible
 from .models import (Assignment, Bench, Class, Exercise, Film, Platform, Remark, School, ScoreItem, Session, Student)
 
+DEFECT_SESSIONS = 1000  # last sessions whose defects a page of an exercise shows
+
+
 def refused(request, exception=None):
     return render(request, "message.html", {"title": "not_allowed", "text": "not_allowed_text"}, status=403)
 
@@ -157,21 +160,21 @@ def exercise(request, key, exercise_key):
     scored = accepted(list(one.students.all())).filter(exercise=task)
     points = list(scored.values_list("points", flat=True))
     items = defaultdict(list)
-    for name, value, unit, target, got, full, place in ScoreItem.objects.filter(session__in=scored, full__gt=0).values_list(
-            "name", "value", "unit", "target", "points", "full", "place"):
-        items[name].append((value, unit, target, full - got, place))
+    recent = scored.order_by("-received").values("pk")[:DEFECT_SESSIONS]
+    for row in ScoreItem.objects.filter(session__in=recent, full__gt=0).values_list("name", "value", "place", "points", "full", "unit", "target"):
+        items[row[0]].append(row)
     defects = []
     for name, rows in items.items():
-        values = [row[0] for row in rows if row[0] is not None]
-        places = Counter(row[4] for row in rows if row[4])
-        title, unit = words.item(language, name), rows[0][1]
-        defects.append({"name": name, "title": title, "unit": unit, "lost": fmean(row[3] for row in rows), "mean": fmean(values) if values else None,
-                        "target": rows[0][2], "place": words.place(language, places.most_common(1)[0][0]) if places else "",
-                        "chart": charts.histogram(title, values, f"{title} ({unit})" if unit else title, say("count"), rows[0][2], say("target"))})
+        _, values, places, points_of, full, (unit, *_), (target, *_) = zip(*rows)
+        values, places = [value for value in values if value is not None], Counter(filter(None, places))
+        title = words.item(language, name)
+        defects.append({"name": name, "title": title, "unit": unit, "lost": fmean(full) - fmean(points_of), "mean": fmean(values) if values else None,
+                        "target": target, "place": words.place(language, places.most_common(1)[0][0]) if places else "",
+                        "chart": charts.histogram(title, values, f"{title} ({unit})" if unit else title, say("count"), target, say("target"))})
     defects.sort(key=lambda row: -row["lost"])
     curve = class_curve(one.students.all(), task)
     return render(request, "exercise.html", {
-        "group": one, "exercise": task, "curve": curve, "defects": defects, "count": len(points),
+        "group": one, "exercise": task, "curve": curve, "defects": defects, "count": len(points), "most": DEFECT_SESSIONS,
         "curve_chart": charts.learning_curve(say("learning_curve"), [row[:4] for row in curve], [], say("attempt"), say("points")),
         "points_chart": charts.histogram(say("distribution"), points, say("points"), say("count"))})
 

@@ -59,6 +59,7 @@ TEXTS = {
     "distribution": ("Distribution of scores", "Verteilung der Punkte", "得分分布"),
     "defects": ("Defects", "Fehler", "缺陷"),
     "defect": ("Defect", "Fehler", "缺陷"),
+    "of_last": ("Of the last {count} sessions.", "Aus den letzten {count} Sitzungen.", "取自最近 {count} 次练习。"),
     "lost": ("Points lost, mean", "Verlorene Punkte, Mittel", "平均失分"),
     "commonest_place": ("Commonest place", "Häufigste Stelle", "最常见位置"),
     "value": ("Value", "Wert", "数值"),
