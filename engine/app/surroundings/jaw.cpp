@@ -121,7 +121,9 @@ double Jaw::ridge(const Place& p) const {
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {
     d = smooth_min(d, (p.beside > 0 ? kBuccalFold : kLingualFold) - p.depth, kFoldRound);
-    if (plan_.mouth == Mouth::kNone) d = smooth_max(d, std::abs(p.beside) - kJawEdge, 2e-3);
+    // The floor ends at the jaw's edge, or inside cheek and lip.
+    const double beyond = plan_.mouth == Mouth::kNone ? std::abs(p.beside) - kJawEdge : from_curve(p) - kLipFrom;
+    d = smooth_max(d, beyond, 2e-3);
   }
   if (plan_.row) d = smooth_max(d, back_ - 3e-3 - p.x, 2e-3);
   return smooth_max(d, p.depth - depth_, 2e-3);
