@@ -21,8 +21,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
-constexpr const char* kHardness = "hardness";
-constexpr const char* kColor = "color";
+constexpr const char* kHardnessGrid = "hardness";
+constexpr const char* kColorGrid = "color";
 constexpr double kFarthestOrigin = 100;  // m, largest coordinate of the origin of a volume
 // Largest number of voxels in the box around the tissue; memory and time depend on it. kSmallBox is always allowed,
 // otherwise kBoxPerVoxel per stored distance, at most kMaxBox. Teeth and jaws have 5 to 50 voxels per stored distance.
@@ -50,8 +50,8 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   typed.operator()<openvdb::FloatGrid>("distance", grids.distance, true);
   typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue, true);
   typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before, false);
-  typed.operator()<openvdb::Int32Grid>(kHardness, grids.hardness, false);
-  typed.operator()<openvdb::Int32Grid>(kColor, grids.color, false);
+  typed.operator()<openvdb::Int32Grid>(kHardnessGrid, grids.hardness, false);
+  typed.operator()<openvdb::Int32Grid>(kColorGrid, grids.color, false);
   return grids;
 }
 
@@ -88,8 +88,8 @@ void check_values(const StoredVolume& volume, const std::string& name) {
     if (grid->background() != elsewhere)
       throw Error(name, grid_name, fmt::format("background {}", grid->background()), fmt::format("{}", elsewhere));
   };
-  check_range(volume.hardness, kHardness, kMinHardness, kOwnHardness, kOwnHardness);
-  check_range(volume.color, kColor, kNoFileColor, 0xffffff, kNoFileColor);
+  check_range(volume.hardness, kHardnessGrid, kMinHardness, kOwnHardness, kOwnHardness);
+  check_range(volume.color, kColorGrid, kNoFileColor, 0xffffff, kNoFileColor);
   if (!volume.before) return;
   for (auto it = volume.before->cbeginValueOn(); it; ++it) {
     if (!it.isVoxelValue() || *it < 1 || *it > kTissueCount) {
@@ -136,7 +136,7 @@ void check_extent(const StoredVolume& volume, const std::string& name) {
 StoredVolume read_volume(const std::filesystem::path& file) {
   const std::string name = file.string();
   require_input(file, InputKind::kVolume);
-  static const std::array<std::string, 5> kGrids = {"distance", "tissue", kBeforeFilling, kHardness, kColor};
+  static const std::array<std::string, 5> kGrids = {"distance", "tissue", kBeforeFilling, kHardnessGrid, kColorGrid};
   const FlatGrids flat = read_guarded(file, kGrids);
   StoredVolume volume = read_grids(flat, name);
   if (!(flat.voxel >= 1e-3 && flat.voxel <= 10)) {
@@ -185,8 +185,8 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   volume.tissue->setName("tissue");
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());
-  if (volume.hardness) volume.hardness->setName(kHardness), volume.hardness->setTransform(transform());
-  if (volume.color) volume.color->setName(kColor), volume.color->setTransform(transform());
+  if (volume.hardness) volume.hardness->setName(kHardnessGrid), volume.hardness->setTransform(transform());
+  if (volume.color) volume.color->setName(kColorGrid), volume.color->setTransform(transform());
 
   PartialFile partial(file, FileKind::kVolume);
   try {

@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct CaseOptions {
   CaseRequest request;
   std::string out;
   bool list = false, json = false;
@@ -28,7 +28,7 @@ void list() {
                fmt::join(family.parameters, ", "));
 }
 
-void run(const Options& options) {
+void run(const CaseOptions& options) {
   if (options.list) {
     if (!options.request.family.empty() || !options.out.empty())
       throw Error("--list", "", "a family or --out too", "--list alone");
@@ -58,7 +58,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_case_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CaseOptions>();
   cli::Command* command = app.add_command("case", "Make an exercise of a family from a seed and a difficulty");
   command->footer("Example:\n  typodont case class-1 --seed 7 --difficulty 0.4 --out case.json");
   command->add_option("family", options->request.family, "family of exercises, one of --list");

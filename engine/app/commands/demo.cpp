@@ -48,7 +48,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Options {
+struct DemoOptions {
   std::filesystem::path out = "demo";
   std::string scene;  // scene file; empty: the shipped scene molar-caries
   std::string rig;    // rig file or name; empty: the shipped rig `film`
@@ -123,7 +123,7 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
 
 /// Runs the demonstration. Writes pictures, film, sound, session and report to the folder `out`, and prints their
 /// names. Throws Error or RunFailure.
-void run(const Options& options) {
+void run(const DemoOptions& options) {
   const Nanos began = now();
   Progress progress("demo");
   std::error_code code;
@@ -331,7 +331,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_demo_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DemoOptions>();
   auto size = std::make_shared<std::string>();
   auto language = std::make_shared<std::string>();
   cli::Command* command =

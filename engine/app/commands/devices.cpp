@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kRulesFolder = "/etc/udev/rules.d";
 
-struct Options {
+struct DevicesOptions {
   bool json = false;
   std::string install;
 };
@@ -55,7 +55,7 @@ void print_text(const std::vector<haptics::FoundDevice>& found) {
   }
 }
 
-void run(const Options& options) {
+void run(const DevicesOptions& options) {
   if (options.install.empty()) {
     const auto found = haptics::list_devices();
     options.json ? print_json(found) : print_text(found);
@@ -85,7 +85,7 @@ void add_devices_command(cli::Command& app) {
       "  typodont devices\n"
       "  typodont devices --json\n"
       "  sudo typodont devices --install-udev     let the user at the console open them");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DevicesOptions>();
   command->add_flag("--json", options->json, "For machines");
   command->add_option("--install-udev", options->install, "Write the udev rules, here or into a folder")
       ->optional_word(kRulesFolder, "[FOLDER]");

@@ -32,7 +32,7 @@ namespace {
 constexpr double kMaxDelay = 300;     // ms, largest delay of the force in a stimulus
 constexpr double kMaxStiffness = 10;  // N/mm, largest stiffness of a stimulus
 
-struct Options {
+struct ExperimentOptions {
   std::string input, out, page, subject, hand, language, staircase = "2-down-1-up";
   std::string question = "stiffness";
   std::vector<std::string> models;
@@ -48,7 +48,7 @@ bool is_table(const std::string& file) {
   return kind_of_name(file, std::array{FileKind::kTable}) == FileKind::kTable;
 }
 
-void show(const Options& options, const TrialLog& log, const std::string& file) {
+void show(const ExperimentOptions& options, const TrialLog& log, const std::string& file) {
   const ExperimentResult result = result_of(log.plan, log.answered);
   if (!options.page.empty()) {
     std::string title = fmt::format("Experiment: {}", name_of(log.plan.question));
@@ -68,7 +68,7 @@ StaircaseRule rule_of(const std::string& name) {
   return rule;
 }
 
-ExperimentPlan plan_of(const Options& options, const Scene& scene) {
+ExperimentPlan plan_of(const ExperimentOptions& options, const Scene& scene) {
   ExperimentPlan plan;
   const auto name = std::find(kQuestionNames.begin(), kQuestionNames.end(), options.question);
   plan.question = static_cast<Question>(name - kQuestionNames.begin());
@@ -120,7 +120,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   return plan;
 }
 
-void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
+void run_simulated(const ExperimentOptions& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
   // With this constant, the observer's random sequence differs from the one that orders the trials.
   SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);
@@ -139,7 +139,7 @@ void run_simulated(const Options& options, const Scene& scene, Experiment& exper
   write_trial_log(options.out, log);
 }
 
-void run_live(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
+void run_live(const ExperimentOptions& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   LiveSubject::Options live;
   live.workbench = options.workbench;
   live.workbench.hand = options.hand;
@@ -165,7 +165,7 @@ void run_live(const Options& options, const Scene& scene, Experiment& experiment
                                  log.answered.empty() ? "nothing was written" : options.out + " has them"));
 }
 
-void run(const Options& options) {
+void run(const ExperimentOptions& options) {
   if (is_table(options.input)) return show(options, read_trial_log(options.input), options.input);
   const Scene scene = read_scene(options.input);
   const ExperimentPlan plan = plan_of(options, scene);
@@ -182,8 +182,8 @@ void run(const Options& options) {
 }  // namespace
 
 void add_experiment_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
-  Options& o = *options;
+  auto options = std::make_shared<ExperimentOptions>();
+  ExperimentOptions& o = *options;
   cli::Command* command = app.add_command(
       "experiment", "Find what a hand can just tell apart: two stimuli a trial, and which was greater?");
   command->footer(

@@ -16,12 +16,12 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct FitDampingOptions {
   std::string curve;
   bool json = false;
 };
 
-std::vector<haptics::PushSample> read_curve(const std::string& file) {
+std::vector<haptics::PushSample> read_damping_curve(const std::string& file) {
   const CsvTable table = read_csv(file, {"t_s", "depth_mm", "force_N"});
   std::vector<haptics::PushSample> samples;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
@@ -34,8 +34,8 @@ std::vector<haptics::PushSample> read_curve(const std::string& file) {
   return samples;
 }
 
-void run(const Options& options) {
-  const haptics::DampingFit fit = haptics::fit_damping(read_curve(options.curve));
+void run(const FitDampingOptions& options) {
+  const haptics::DampingFit fit = haptics::fit_damping(read_damping_curve(options.curve));
   const double stiffness = fit.stiffness / kNewtonPerMillimetre, damping = fit.damping / kNewtonPerMillimetre;
   if (options.json) {
     const nlohmann::ordered_json json = {{"stiffness_N_per_mm", stiffness},
@@ -53,7 +53,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_fit_damping_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FitDampingOptions>();
   cli::Command* command =
       app.add_command("fit-damping", "Fit a coupling's spring and damper to the curve of a measured push");
   command->footer("Example:\n  typodont fit-damping push.csv");

@@ -20,7 +20,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct FitMaterialOptions {
   std::string input, scene, out, plot;
   double eta = 0;
   int rounds = 60;
@@ -90,7 +90,7 @@ std::string plot(const haptics::MaterialFit& fit) {
   return svg + "</svg>\n";
 }
 
-void run(const Options& options) {
+void run(const FitMaterialOptions& options) {
   const Scene scene = read_scene(options.scene);
   const std::vector<haptics::FeedSample> samples = read_curve(options.input);
   Progress progress("fit-material");
@@ -136,7 +136,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_fit_material_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FitMaterialOptions>();
   cli::Command* command =
       app.add_command("fit-material", "Find the densities of a packing from a recorded force curve");
   command->footer(

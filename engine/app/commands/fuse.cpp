@@ -26,7 +26,7 @@ namespace typodont {
 
 namespace {
 
-struct Arguments {
+struct FuseArguments {
   std::string volume, scan, pairs, out, preview;
   double unit_mm = 1, reach_mm = 1, blend_mm = 0.5;
   std::optional<double> voxel_mm;
@@ -41,7 +41,7 @@ struct Outcome {
   std::size_t pictures = 0;
 };
 
-nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const haptics::IntraoralScan& scan) {
+nlohmann::ordered_json as_json(const Outcome& o, const FuseArguments& a, const haptics::IntraoralScan& scan) {
   const auto& [p, R] = o.registration.fine.X_DS;
   nlohmann::ordered_json j;
   j["volume"] = a.volume, j["scan"] = a.scan, j["out"] = a.out;
@@ -79,7 +79,7 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
   return j;
 }
 
-std::string as_text(const Outcome& o, const Arguments& a, const haptics::IntraoralScan& scan) {
+std::string as_text(const Outcome& o, const FuseArguments& a, const haptics::IntraoralScan& scan) {
   std::string s;
   const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<18}{}\n", name, text); };
   for (const std::string& repair : scan.repairs()) line("repaired", repair);
@@ -107,7 +107,7 @@ std::string as_text(const Outcome& o, const Arguments& a, const haptics::Intraor
   return s;
 }
 
-void run(const Arguments& a) {
+void run(const FuseArguments& a) {
   require_output(a.out, FileKind::kVolume);
   Outcome o;
   const calibration::PointPairs pairs = calibration::read_pairs(a.pairs, "s", "c");
@@ -144,7 +144,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_fuse_command(cli::Command& app) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<FuseArguments>();
   cli::Command* command =
       app.add_command("fuse", "Replace the crowns of a cone beam CT by the surface of an intraoral scan");
   command->add_option("VOLUME", a->volume, "the CT, from import --preset jaw (.vdb)")->required();

@@ -29,7 +29,7 @@ namespace typodont {
 
 namespace {
 
-struct Arguments {
+struct ImportArguments {
   std::string out, bite, preset = "tooth", spacing, thresholds, hardness, colors, preview, turn, labels, region;
   std::vector<std::string> inputs, parts, label;
   std::optional<int> series;
@@ -38,7 +38,7 @@ struct Arguments {
   bool json = false;
 };
 
-haptics::ImportOptions options_of(const Arguments& a) {
+haptics::ImportOptions options_of(const ImportArguments& a) {
   haptics::ImportOptions o;
   o.preset = a.preset == "bone"   ? haptics::ImportPreset::kBone
              : a.preset == "arch" ? haptics::ImportPreset::kArch
@@ -108,7 +108,7 @@ bool has_greys(const haptics::ImportReport& r) {
   return r.spacing != dvec3(0) && !r.format.ends_with("label map");
 }
 
-nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
+nlohmann::ordered_json as_json(const haptics::ImportReport& r, const ImportArguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
   // The name of a DICOM folder is left out, because it often contains a patient's name.
@@ -172,7 +172,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   return j;
 }
 
-std::string as_text(const haptics::ImportReport& r, const Arguments& a,
+std::string as_text(const haptics::ImportReport& r, const ImportArguments& a,
                     const std::vector<std::filesystem::path>& pictures) {
   std::string s;
   const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<22}{}\n", name, text); };
@@ -280,11 +280,11 @@ void color_by_greys(haptics::Imported& imported, const std::vector<double>& grey
       }
 }
 
-bool several(const Arguments& a) {
+bool several(const ImportArguments& a) {
   return a.inputs.size() > 1 || !a.bite.empty() || a.open_mm != 0;
 }
 
-void run(const Arguments& a) {
+void run(const ImportArguments& a) {
   haptics::ImportOptions options = options_of(a);
   // Checks the arguments before the long work.
   if (a.inputs.empty() == a.parts.empty())
@@ -347,7 +347,7 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_import_command(cli::Command& app) {
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ImportArguments>();
   cli::Command* command = app.add_command("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
   command->add_option("INPUT", a->inputs,
                       fmt::format("scan ({}), folder of DICOM files, or closed mesh ({}); several meshes of one mouth "

@@ -19,7 +19,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct MeshOptions {
   std::string input, out;
   double tolerance_mm = -1;
   bool file_space = false, json = false;
@@ -34,7 +34,7 @@ void place(surface::WholeMesh& mesh, VoxelFrame& frame, const haptics::FilePlace
   frame.origin = place.X_FW * frame.origin;
 }
 
-void run(const Options& options) {
+void run(const MeshOptions& options) {
   surface::require_mesh_format(options.out);
   Progress progress("mesh");
   const StoredTissue stored = stored_tissue(options.input, [&](double fraction) { progress.at(0.3 * fraction); });
@@ -73,7 +73,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_mesh_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeshOptions>();
   cli::Command* command = app.add_command("mesh", "Write the surface of a scene, volume or session as triangles");
   command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
   command->add_option("input", options->input, "scene (JSON), volume (.vdb), or session (.h5) at its end")->required();

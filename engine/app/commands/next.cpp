@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct NextOptions {
   std::string trainee, sessions, limits, out, language;
   bool json = false;
 };
@@ -29,7 +29,7 @@ struct Options {
 constexpr std::uint64_t kTries = 20;  // number of seeds that are tried until one gives a valid case
 
 /// Makes the chosen case. Seeds that give no valid case are skipped.
-void make(NextCase& next, const std::string& family, std::span<const PastSession> past, const Options& options) {
+void make(NextCase& next, const std::string& family, std::span<const PastSession> past, const NextOptions& options) {
   for (std::uint64_t n = 0;; ++n) {
     next.seed = new_seed(family, past, options.trainee, n);
     try {
@@ -42,7 +42,7 @@ void make(NextCase& next, const std::string& family, std::span<const PastSession
   }
 }
 
-void run(const Options& options) {
+void run(const NextOptions& options) {
   const session::Language language = user_language(options.language);
   const SkillTable table = skill_table();
   const std::vector<CaseFamily> families = case_families();
@@ -106,7 +106,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_next_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<NextOptions>();
   cli::Command* command = app.add_command("next", "Choose the next case for a trainee from the recorded sessions");
   command->footer("Example:\n  typodont next --trainee Anna --out next.json");
   command->add_option("--trainee", options->trainee, "The trainee's name; without it, the guest");

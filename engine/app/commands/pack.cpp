@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kPreviewPixels = 900;
 
-struct Options {
+struct PackArguments {
   std::string input, out, preview;
   int spheres = 36000;
   std::uint64_t seed = 1;
@@ -35,7 +35,7 @@ haptics::TissueVolume load(const std::string& input) {
   return input.ends_with(".vdb") ? haptics::TissueVolume::load(input) : load_tissue(read_scene(input));
 }
 
-nlohmann::ordered_json as_json(const SpherePacking& packing, const Options& options) {
+nlohmann::ordered_json as_json(const SpherePacking& packing, const PackArguments& options) {
   std::vector<double> radii = packing.radius;
   std::sort(radii.begin(), radii.end());
   const PerTissue filled = packing.sphere_volume();
@@ -62,7 +62,7 @@ nlohmann::ordered_json as_json(const SpherePacking& packing, const Options& opti
           {"preview", options.preview}};
 }
 
-void run(const Options& options) {
+void run(const PackArguments& options) {
   constexpr auto kMost = static_cast<int>(haptics::PackOptions::kMaxSpheres);
   if (options.spheres < 1 || options.spheres > kMost) {
     throw Error("--spheres", "", fmt::format("{}", options.spheres), fmt::format("1 to {}", kMost));
@@ -106,7 +106,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_pack_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PackArguments>();
   cli::Command* command = app.add_command("pack", "Fill a scene's tissue with spheres that do not overlap");
   command->footer(
       "Example:\n  typodont pack assets/scenes/molar-caries.json --spheres 36000 --out molar.h5 --preview molar.png");

@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kPreviewPixels = 480;
+constexpr int kPlanPixels = 480;
 
-struct Options {
+struct PlanOptions {
   std::string input, procedure, bone_class, out, preview, implant;
   std::vector<double> entry_mm, axis;
   double width_mm = 40;
@@ -41,14 +41,14 @@ Scene scene_of_volume(const std::string& file) {
   return parse_scene(Json::parse(text.dump(), file, Json::Lines::kUnknown), file);
 }
 
-ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
+ImplantProcedure procedure_for(const PlanOptions& options, const Scene& scene) {
   if (!options.procedure.empty()) return read_procedure(options.procedure, scene.place);
   if (const auto own = procedure_of(scene)) return *own;
   return implant_procedures().front();
 }
 
 nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session::ImplantPlan& plan,
-                               const PlanFindings& found, const ImplantPlanner& planner, const Options& options) {
+                               const PlanFindings& found, const ImplantPlanner& planner, const PlanOptions& options) {
   const NerveCanal canal = planner.canal_near(plan);
   const Pose& X_FW = planner.volume().place().X_FW;
   nlohmann::ordered_json json = {
@@ -116,7 +116,7 @@ surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
 
 /// Draws the three sections through the planned implant side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
-  constexpr int n = kPreviewPixels;
+  constexpr int n = kPlanPixels;
   const PlanPlanes planes = planner.planes(plan, width);
   render::Picture all{{n * static_cast<int>(planes.size()), n}, {}};
   all.rgba.resize(4 * static_cast<std::size_t>(all.size.x) * static_cast<std::size_t>(all.size.y));
@@ -128,7 +128,7 @@ render::Picture preview_of(const ImplantPlanner& planner, const session::Implant
   return all;
 }
 
-void run(const Options& options) {
+void run(const PlanOptions& options) {
   Progress progress("plan");
   const bool volume = options.input.ends_with(".vdb");
   Scene scene = volume ? scene_of_volume(options.input) : read_scene(options.input);
@@ -185,7 +185,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_plan_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlanOptions>();
   cli::Command* command = app.add_command("plan", "Plan an implant in a jaw, and write the exercise");
   command->footer(
       "Without --entry-mm: the scene's own plan, or a proposal for a vertical implant. The result states how much of "

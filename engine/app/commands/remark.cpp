@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct RemarkOptions {
   std::string session, text, author;
   double at = -1;
   int edit = 0, remove = 0;
@@ -29,7 +29,7 @@ session::Remark& numbered(std::vector<session::Remark>& remarks, int number, con
   return remarks[static_cast<std::size_t>(number - 1)];
 }
 
-void run(const Options& options) {
+void run(const RemarkOptions& options) {
   const session::SessionReader session{std::filesystem::path(options.session)};
   std::vector<session::Remark> remarks = session::read_remarks(options.session);
   if (options.remove > 0) {
@@ -58,7 +58,7 @@ void run(const Options& options) {
 
 void add_remark_command(cli::Command& app) {
   cli::Command* command = app.add_command("remark", "Write, change or list remarks on a recorded session");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RemarkOptions>();
   command->add_option("SESSION", options->session, "A recorded session (.h5); SESSION.h5.remarks.json is beside it")
       ->required();
   command->add_option("--text", options->text, "The remark; without it and --remove, the remarks are listed");

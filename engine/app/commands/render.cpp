@@ -43,7 +43,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-struct Options {
+struct RenderOptions {
   std::string scene, rig, out, size, eye = "both", pose, quality = "high";
   std::string view = "look", plane, ideal, volume, language;
   double at = 0, magnify = 0;
@@ -62,7 +62,8 @@ glm::dvec4 parse_plane(const std::string& text) {
 
 /// Adds the meshes that the chosen teaching view shows in addition to the tissue's surface, for example the cut face of
 /// a section.
-void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
+void add_view(PictureStage& stage, const RenderOptions& options, const Scene& scene,
+              const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   glm::dvec4 plane{0, 0, 0, 1};
   render::View view = render::View::kLook;
@@ -199,7 +200,7 @@ bool check_picture(const haptics::TissueVolume& tissue, std::span<const display:
   return false;
 }
 
-void run(const Options& options) {
+void run(const RenderOptions& options) {
   if (options.geometry && options.view != "look")
     throw Error("", "--geometry", "--view " + options.view, "--view look, whose triangles it writes");
   if (!options.plane.empty() && options.view != "section" && options.view != "temperature")
@@ -412,7 +413,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_render_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderOptions>();
   cli::Command* command = app.add_command("render", "Pictures of a scene for both eyes, and their matrices");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");

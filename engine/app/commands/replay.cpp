@@ -26,7 +26,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct ReplayOptions {
   std::string session, with, out, eye, key, language;
   double ipd = 0;
   PlaybackOptions playback;
@@ -57,7 +57,7 @@ nlohmann::ordered_json json_of(const RerunResult& r) {
           {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}}};
 }
 
-nlohmann::ordered_json json_of(const ReplayResult& result, const Options& options) {
+nlohmann::ordered_json json_of(const ReplayResult& result, const ReplayOptions& options) {
   nlohmann::ordered_json json = {{"identical", result.identical},
                                  {"same_force_law", !result.with_todays_law},
                                  {"seconds", result.seconds},
@@ -75,7 +75,7 @@ nlohmann::ordered_json json_of(const ReplayResult& result, const Options& option
   return json;
 }
 
-void print(const ReplayResult& result, const Options& options) {
+void print(const ReplayResult& result, const ReplayOptions& options) {
   fmt::print("{}{}: {} ticks, {:.3f} s{}\n", options.session,
              options.with.empty() ? "" : ", replayed with its own settings, without those of --with", result.ticks,
              result.seconds, result.truncated ? ", cut off" : "");
@@ -86,7 +86,7 @@ void print(const ReplayResult& result, const Options& options) {
 
 /// Changes some keys of the recorded scene (option --with), and applies the recorded motion of the hand to this changed
 /// scene. Compares the result with the recording.
-RerunResult rerun(const session::SessionReader& session, const Options& options) {
+RerunResult rerun(const session::SessionReader& session, const ReplayOptions& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
     where = options.with;
@@ -99,7 +99,7 @@ RerunResult rerun(const session::SessionReader& session, const Options& options)
   return rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
 }
 
-void print(const RerunResult& r, const Options& options) {
+void print(const RerunResult& r, const ReplayOptions& options) {
   fmt::print("{}, the same hand with the changed settings of --with, compared with the recording:\n", options.session);
   fmt::print("{} ticks, {:.3f} s, {} cuts\n", r.ticks, r.seconds, r.cuts);
   fmt::print("force: {:.4f} N rms and {:.4f} N at most from the recording's; at most {:.3f} N, before {:.3f} N\n",
@@ -113,7 +113,7 @@ void print(const RerunResult& r, const Options& options) {
 
 /// Runs the comparisons that the options request: with the recorded scene, and with the changes of --with. Reports what
 /// was compared. Throws RunFailure if --check finds a difference.
-void compare(const session::SessionReader& session, const Options& options) {
+void compare(const session::SessionReader& session, const ReplayOptions& options) {
   const bool changed = !options.with.empty(), checks = options.check || !changed;
   RerunResult other;
   ReplayResult same;
@@ -132,7 +132,7 @@ void compare(const session::SessionReader& session, const Options& options) {
     throw RunFailure(fmt::format("the replay{} differs: {}", changed ? " without --with" : "", same.what_differs));
 }
 
-void run(Options options) {
+void run(ReplayOptions options) {
   const session::OpenedSession session = std::filesystem::path(options.session);
   if (!options.key.empty()) session::require_signature(session, options.key);
   PlaybackOptions& playback = options.playback;
@@ -176,7 +176,7 @@ void run(Options options) {
 }  // namespace
 
 void add_replay_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   PlaybackOptions& p = options->playback;
   cli::Command* command =
       app.add_command("replay", "Replay a recorded session bit for bit, watch it, or make a film of it");

@@ -26,14 +26,14 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct ReportArguments {
   std::string session, out, language, expert, earlier, key;
   std::vector<std::string> pictures;
   bool json = false, verify = false;
 };
 
 /// Writes the learning curve of all sessions in a folder.
-void run_folder(const Options& options, session::Language language) {
+void run_folder(const ReportArguments& options, session::Language language) {
   using namespace session;
   Progress progress("sessions");
   const std::vector<SessionSummary> sessions = sessions_in(options.session, progress);
@@ -129,7 +129,7 @@ nlohmann::json json_of(const session::Defect& defect, const session::SessionRead
   return json;
 }
 
-void run(const Options& options) {
+void run(const ReportArguments& options) {
   using namespace session;
   std::error_code code;
   if (std::filesystem::is_directory(options.session, code)) return run_folder(options, user_language(options.language));
@@ -226,7 +226,7 @@ void run(const Options& options) {
 
 void add_report_command(cli::Command& app) {
   cli::Command* command = app.add_command("report", "Make a report (one HTML page) from a recorded session");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReportArguments>();
   command
       ->add_option("SESSION", options->session,
                    "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")

@@ -32,13 +32,13 @@ namespace {
 namespace fs = std::filesystem;
 using Row = nlohmann::ordered_json;
 
-struct Options {
+struct RescoreOptions {
   std::string sessions, rules, out;
   int jobs = 0;
   bool json = false;
 };
 
-constexpr int kTries = 2;  // number of attempts for a session whose process crashed
+constexpr int kReads = 2;  // number of attempts for a session whose process crashed
 
 /// Reads "task" and "score" of a scene file, which replace those of a recording. Empty: the recorded rules apply.
 std::string rules_of(const std::string& file) {
@@ -83,7 +83,7 @@ std::string text_of(const Row& row) {
 Row score_safely(const std::string& file, const std::string& rules) {
   std::vector<std::string> words{"rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kReads; ++i) {
     try {
       Progress quiet;
       return Row::parse(run_self(words, quiet));
@@ -94,7 +94,7 @@ Row score_safely(const std::string& file, const std::string& rules) {
       // A process that crashed or was killed has no such message: try again.
     }
   }
-  return {{"session", file}, {"error", fmt::format("{}: its process died {} times", file, kTries)}};
+  return {{"session", file}, {"error", fmt::format("{}: its process died {} times", file, kReads)}};
 }
 
 std::vector<std::string> sessions_below(const std::string& folder) {
@@ -143,7 +143,7 @@ std::string table_of(const std::vector<Row>& rows) {
   return text;
 }
 
-void run(const Options& options) {
+void run(const RescoreOptions& options) {
   std::error_code code;
   const std::string rules = rules_of(options.rules);
   if (!fs::is_directory(options.sessions, code)) {
@@ -204,7 +204,7 @@ void run(const Options& options) {
 
 void add_rescore_command(cli::Command& app) {
   cli::Command* command = app.add_command("rescore", "Score recorded sessions again, e.g. after a rule has changed");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RescoreOptions>();
   command
       ->add_option("SESSIONS", options->sessions, "a folder of sessions, those in its folders included, or one session")
       ->required();

@@ -37,7 +37,7 @@ const std::array<ArmReach, 7> kArms{{{"touch", {160, 70, 120}},
                                      {"lambda", {240 * kInCircle, 170, 240 * kInCircle}},
                                      {"delta", {400 * kInCircle, 260, 400 * kInCircle}}}};
 
-struct Options {
+struct RigOptions {
   std::vector<double> panel_mm{531, 299};
   std::vector<int> pixels{1920, 1080};
   std::string layout = "side_by_side", arm = "touch";
@@ -48,7 +48,7 @@ struct Options {
   bool json = false;
 };
 
-BenchSpec spec_of(const Options& options) {
+BenchSpec spec_of(const RigOptions& options) {
   BenchSpec spec;
   spec.panel_width = options.panel_mm[0] * kMillimetre, spec.panel_height = options.panel_mm[1] * kMillimetre;
   if (!(spec.panel_width >= 0.05 && spec.panel_width <= 3 && spec.panel_height >= 0.05 && spec.panel_height <= 3)) {
@@ -122,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
 }
 
 /// Makes the text of the rig file (JSON). `work`: position of the tissue in the scenes, m, frame W.
-std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
+std::string rig_text(const BenchPlan& plan, const RigOptions& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {
       {"display", "mirror"},
@@ -167,7 +167,7 @@ std::string plan_words(const BenchSpec& spec, const BenchPlan& plan) {
   return text;
 }
 
-void plan(const Options& options) {
+void plan(const RigOptions& options) {
   const BenchSpec spec = spec_of(options);
   const BenchPlan result = display::plan_bench(spec);
   const dvec3 work = dvec3(options.work_mm[0], options.work_mm[1], options.work_mm[2]) * kMillimetre;
@@ -190,7 +190,7 @@ void add_rig_command(cli::Command& app) {
   cli::Command* rig = app.add_command("rig", "Plan a bench: positions of panel, mirror, eyes and arm");
   rig->expect_commands(1, 1);
   rig->footer("Example: typodont rig plan --out bench.pdf");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RigOptions>();
   cli::Command* command =
       rig->add_command("plan", "plan a mirror bench: positions of its parts, and the size of the shared workspace");
   command->add_option("--screen-mm", options->panel_mm, "width and height of the panel's lit area")

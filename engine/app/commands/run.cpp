@@ -23,7 +23,7 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct RunOptions {
   std::string scene, resume, model, language, quality = "auto";
   WorkbenchOptions workbench;
   bool json = false;
@@ -61,7 +61,7 @@ nlohmann::ordered_json debris_json(const DebrisBalance& balance) {
   return json;
 }
 
-void run(const Options& options) {
+void run(const RunOptions& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
   if (!options.resume.empty()) scene = with_resume(scene, options.resume);
@@ -114,7 +114,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_run_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunOptions>();
   WorkbenchOptions& w = options->workbench;
   cli::Command* command = app.add_command("run", "Run a live session of a scene; on a desktop, the mouse is the hand");
   command->footer(

@@ -23,7 +23,7 @@ namespace {
 
 /// Lists the keys of T.
 template <auto describe, class T>
-void list(Keys& keys) {
+void list_kinds(Keys& keys) {
   T value{};
   describe(keys, value);
 }
@@ -39,39 +39,39 @@ void list_procedure(Keys& keys) {
   describe_procedure(keys, task, {});
 }
 
-const std::map<std::string, void (*)(Keys&)> kKinds = {
-    {"scene", list<describe_scene, Scene>},
-    {"tool", list<haptics::describe_tool, haptics::Tool>},
-    {"motor", list<haptics::describe_spindle, haptics::Spindle>},
-    {"handpiece", list<describe_handpiece, Handpiece>},
+const std::map<std::string, void (*)(Keys&)> kSchemas = {
+    {"scene", list_kinds<describe_scene, Scene>},
+    {"tool", list_kinds<haptics::describe_tool, haptics::Tool>},
+    {"motor", list_kinds<haptics::describe_spindle, haptics::Spindle>},
+    {"handpiece", list_kinds<describe_handpiece, Handpiece>},
     {"suction", list_suction_tip},
     {"procedure", list_procedure},
     {"bone", describe_bone},
-    {"mesh", list<haptics::describe_mesh_tissue, haptics::MeshTissueOptions>},
-    {"paint", list<describe_paint_file, std::vector<PaintStroke>>},
-    {"row", list<describe_tooth_row, ToothRow>},
-    {"tooth", list<describe_tooth_form, ToothForm>}};
+    {"mesh", list_kinds<haptics::describe_mesh_tissue, haptics::MeshTissueOptions>},
+    {"paint", list_kinds<describe_paint_file, std::vector<PaintStroke>>},
+    {"row", list_kinds<describe_tooth_row, ToothRow>},
+    {"tooth", list_kinds<describe_tooth_form, ToothForm>}};
 
-struct Options {
+struct SchemaOptions {
   std::string kind = "scene";
   bool tables = false;
 };
 
-void run(const Options& options) {
+void run(const SchemaOptions& options) {
   std::vector<KeyRow> rows;
   Keys keys(rows);
-  kKinds.at(options.kind)(keys);
+  kSchemas.at(options.kind)(keys);
   fmt::print("{}\n", options.tables ? key_tables(options.kind, rows) : key_schema(rows));
 }
 
 }  // namespace
 
 void add_schema_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SchemaOptions>();
   cli::Command* command = app.add_command("schema", "Print the keys of scenes and other files, for editors");
   command->footer("Example:\n  typodont schema scene > scene.schema.json");
   std::vector<std::string> names;
-  for (const auto& [name, describe] : kKinds) names.push_back(name);
+  for (const auto& [name, describe] : kSchemas) names.push_back(name);
   command->add_option("kind", options->kind, "kind of the file or block")->check(cli::one_of(names));
   command->add_flag("--tables", options->tables, "print the tables of docs/scene_format.md, not a JSON Schema");
   command->callback([options] { run(*options); });

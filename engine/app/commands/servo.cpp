@@ -30,14 +30,14 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct ServoOptions {
   std::string scene, hand, out, save, model;
   double rate = 1000, stall_ms = 0;
   bool json = false, no_timing = false;
 };
 
 /// Duration of the hand's path, s. Empty for the expert (planned hand), which ends the run itself.
-std::optional<double> length_of(const Options& options, const Scene& scene) {
+std::optional<double> length_of(const ServoOptions& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
   if (hand.starts_with("replay:")) {
@@ -49,7 +49,7 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 }
 
 /// Throws Error if the disk lacks space for the output.
-void check_room(const Options& options, double seconds) {
+void check_room(const ServoOptions& options, double seconds) {
   constexpr double kBytesPerRow = 280;   // bytes, measured size of a row of the CSV table
   constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
   // A message announces an output larger than this, bytes.
@@ -68,7 +68,7 @@ void check_room(const Options& options, double seconds) {
     log::info("{:.6g} s at {:g} Hz: about {:.3g} GB will be written", seconds, options.rate, bytes * 1e-9);
 }
 
-void run(const Options& options) {
+void run(const ServoOptions& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
   const bool expert = options.hand == "expert:" && !scene.implant;
@@ -160,7 +160,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_servo_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ServoOptions>();
   cli::Command* command =
       app.add_command("servo", "Run only the haptic core with a scripted hand; equal input gives equal output bytes");
   command->footer(

@@ -16,12 +16,12 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct SignOptions {
   std::vector<std::string> sessions;
   std::string key, new_key;
 };
 
-void sign(const Options& options) {
+void sign(const SignOptions& options) {
   if (!options.new_key.empty()) {
     if (!options.key.empty() || !options.sessions.empty())
       throw Error("sign", "", "--new-key with a session or --key", "--new-key FILE alone");
@@ -48,7 +48,7 @@ void sign(const Options& options) {
 }  // namespace
 
 void add_sign_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SignOptions>();
   cli::Command* command = app.add_command("sign", "Sign recorded sessions with a school's key");
   command->footer(
       "replay --check --key FILE and report --key FILE verify it.\n"

@@ -19,12 +19,12 @@ namespace typodont {
 
 namespace {
 
-struct Options {
+struct VolumeOptions {
   std::string input, labels, distances;
   bool json = false;
 };
 
-void run(const Options& options) {
+void run(const VolumeOptions& options) {
   if (options.labels.empty() && options.distances.empty())
     throw Error("volume", "", "nothing to write", "--labels FILE, --distances FILE or both");
   for (const std::string& file : {options.labels, options.distances})
@@ -66,7 +66,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_volume_command(cli::Command& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<VolumeOptions>();
   cli::Command* command =
       app.add_command("volume", "Write the labels and distances of a scene, volume or session for other programs");
   command->footer(

@@ -95,7 +95,7 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+void draw_import_of_archive(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("import", s.text("op.import"), size, w);
   ImGui::PushFont(w.style().small);
   dim_wrapped(s.text("op.import_help"));
@@ -159,7 +159,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   // Height of the panel with the session's buttons; leaves enough for the import form below without scrolling.
   const float actions = 15.1f * u;
   draw_actions(s, w, {0, actions});
-  draw_import(s, w, {0, height - actions - gap.y});
+  draw_import_of_archive(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();
   end_titled_page(s, w);
 }

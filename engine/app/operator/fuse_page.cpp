@@ -16,17 +16,17 @@ using namespace widgets;
 
 namespace {
 
-constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
-constexpr double kZoom = 1.15;  // factor on the picture's scale per wheel step
+constexpr std::array kFuseTitles{"op.fuse_scan", "op.fuse_ct"};
+constexpr double kFuseZoom = 1.15;  // factor on the picture's scale per wheel step
 // Mouse motion, pixels. A longer motion turns the surface; a shorter motion picks a point.
 constexpr float kClick = 4;
 
 /// A click picks a point, a drag turns the surface, the wheel zooms.
-void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
+void follow_mouse_of_fuse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) {
   const ImGuiIO& io = ImGui::GetIO();
   SurfacePicture& view = form.fusion->view(side);
   if (ImGui::IsItemHovered() && io.MouseWheel != 0) {
-    view.zoom(std::pow(kZoom, static_cast<double>(io.MouseWheel)));
+    view.zoom(std::pow(kFuseZoom, static_cast<double>(io.MouseWheel)));
     form.changed = true;
   }
   const auto moved = static_cast<float>(std::hypot(io.MousePos.x - form.pressed.x, io.MousePos.y - form.pressed.y));
@@ -49,8 +49,8 @@ void follow_mouse(FuseForm& form, ScanFusion::Side side, ImVec2 at, float size) 
 
 void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, float size) {
   FuseForm& form = s.fuse;
-  titled_picture(s, w, kTitles[side], form.pictures[side], form.drawn, size, [&](ImVec2 at) {
-    if (!s.busy) follow_mouse(form, side, at, size);
+  titled_picture(s, w, kFuseTitles[side], form.pictures[side], form.drawn, size, [&](ImVec2 at) {
+    if (!s.busy) follow_mouse_of_fuse(form, side, at, size);
     ImDrawList* draw = ImGui::GetWindowDrawList();
     draw->PushClipRect(at, {at.x + size, at.y + size}, true);
     const std::vector<dvec3>& points = form.fusion->points(side);
@@ -67,7 +67,7 @@ void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, f
   });
 }
 
-void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+void draw_side_of_fuse(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const ScanFusion& fusion = *s.fuse.fusion;
   begin_panel("fuse", s.text("op.fuse"), size, w);
   const std::size_t pairs = std::min(fusion.points(ScanFusion::kScan).size(), fusion.points(ScanFusion::kCt).size());
@@ -121,7 +121,7 @@ void draw_fuse_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::EndChild();
   ImGui::SameLine();
   if (s.fuse.fusion)
-    draw_side(s, w, {side, height});
+    draw_side_of_fuse(s, w, {side, height});
   else
     ImGui::Dummy({side, height});
   end_titled_page(s, w);

@@ -20,7 +20,7 @@ constexpr double kMaxTilt = 60;          // degrees, largest tilt of the implant
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
 // Index of the section that is perpendicular to the implant's axis, near its upper end.
 constexpr std::size_t kLevel = 2;
-constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
+constexpr std::array kPlanTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
 /// Position of the point p_W in the section's picture, as a fraction of width and height, from the top left corner.
 glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
@@ -29,7 +29,7 @@ glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
 }
 
 /// Dragging the apex tilts the implant, dragging elsewhere moves it; the wheel moves the implant along its axis.
-void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
+void follow_mouse_of_plan(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {
     const glm::dvec2 f = fraction_of(plane, p_W);
@@ -63,10 +63,10 @@ void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 
   }
 }
 
-void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
+void draw_section_of_plan(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   PlanForm& form = s.plan;
-  titled_picture(s, w, kTitles[i], form.pictures[i], form.drawn, size,
-                 [&](ImVec2 at) { follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
+  titled_picture(s, w, kPlanTitles[i], form.pictures[i], form.drawn, size,
+                 [&](ImVec2 at) { follow_mouse_of_plan(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
 }
 
 /// Draws number fields for three coordinates, mm.
@@ -106,7 +106,7 @@ void draw_findings(OperatorState& s) {
   row(s.text("op.plan_grey"), fmt::format("{} HU", s.number(found.mean_grey, 0)));
 }
 
-void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   PlanForm& form = s.plan;
   begin_panel("plan", s.text("op.plan"), size, w);
   ImGui::SetNextItemWidth(-1);
@@ -165,15 +165,15 @@ void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
     // Arranges three squares: two large ones above a smaller one.
     const float captions = 2 * (1.4f * u + gap.y) + gap.y;
     const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
-    draw_section(s, w, 0, large);
+    draw_section_of_plan(s, w, 0, large);
     ImGui::SameLine();
-    draw_section(s, w, 1, large);
-    draw_section(s, w, 2, height - captions - large);
+    draw_section_of_plan(s, w, 1, large);
+    draw_section_of_plan(s, w, 2, height - captions - large);
   }
   ImGui::EndChild();
   ImGui::SameLine();
   if (s.plan.ready)
-    draw_side(s, w, {side, height});
+    draw_side_of_plan(s, w, {side, height});
   else
     ImGui::Dummy({side, height});
   end_titled_page(s, w);

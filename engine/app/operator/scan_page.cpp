@@ -15,10 +15,10 @@ using namespace widgets;
 
 namespace {
 
-constexpr double kZoom = 1.15;  // factor on the width that a section shows, per wheel step
+constexpr double kScanZoom = 1.15;  // factor on the width that a section shows, per wheel step
 // Largest distance from an edge of the region's box at which the mouse drags this edge, in text heights.
 constexpr float kGrip = 0.5f;
-constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
+constexpr std::array kScanTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
 constexpr std::array kKinds{"op.kind_bone", "op.kind_tooth", "op.kind_metal", "op.kind_canal", "op.kind_nothing"};
 static_assert(kKinds.size() == haptics::kLabelKinds);
@@ -73,7 +73,7 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
 
 /// Left button: drags an edge or the crosshair, or uses the tool. Right button: moves the crosshair. Wheel: changes the
 /// slice; with Ctrl: the width of the shown section.
-void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip) {
+void follow_mouse_of_scan(OperatorState& s, std::size_t i, const View& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   const ImGuiIO& io = ImGui::GetIO();
@@ -83,7 +83,7 @@ void follow_mouse(OperatorState& s, std::size_t i, const View& view, float grip)
     if (near != glm::ivec3(0)) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeAll);
     if (io.MouseWheel != 0) {
       if (io.KeyCtrl)
-        review.set_width(review.width() * std::pow(kZoom, static_cast<double>(-io.MouseWheel)));
+        review.set_width(review.width() * std::pow(kScanZoom, static_cast<double>(-io.MouseWheel)));
       else
         review.scroll(i, static_cast<int>(std::lround(io.MouseWheel)));
     }
@@ -152,12 +152,12 @@ void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered)
   draw->PopClipRect();
 }
 
-void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
+void draw_section_of_scan(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   ScanForm& form = s.scan;
-  titled_picture(s, w, kTitles[i], form.pictures[i], form.drawn, size, [&](ImVec2 at) {
+  titled_picture(s, w, kScanTitles[i], form.pictures[i], form.drawn, size, [&](ImVec2 at) {
     const View view{form.planes[i], at, size};
     const bool hovered = ImGui::IsItemHovered();
-    follow_mouse(s, i, view, kGrip * w.style().unit);
+    follow_mouse_of_scan(s, i, view, kGrip * w.style().unit);
     draw_marks(s, i, view, hovered);
   });
 }
@@ -247,7 +247,7 @@ void draw_volumes(OperatorState& s) {
   }
 }
 
-void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   begin_panel("scan", s.text("op.scan"), size, w);
@@ -318,11 +318,11 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
     const float caption = 1.4f * u + gap.y, small = 0.5f * (height - 2 * caption - gap.y);
     const float large = std::min(height - caption, body.x - side - small - 3 * gap.x);
     const std::size_t first = s.scan.large, second = (first + 1) % kScanSections, third = (first + 2) % kScanSections;
-    draw_section(s, w, first, large);
+    draw_section_of_scan(s, w, first, large);
     ImGui::SameLine();
     ImGui::BeginGroup();
-    draw_section(s, w, second, small);
-    draw_section(s, w, third, small);
+    draw_section_of_scan(s, w, second, small);
+    draw_section_of_scan(s, w, third, small);
     ImGui::EndGroup();
   }
   ImGui::EndChild();
@@ -330,7 +330,7 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
   begin_column("side", {side, height});
   if (s.scan.review) {
     const float lower = 8.8f * u;
-    draw_side(s, w, {0, height - lower - gap.y});
+    draw_side_of_scan(s, w, {0, height - lower - gap.y});
     draw_import(s, w, {0, lower});
   }
   ImGui::EndChild();

@@ -20,14 +20,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kSuffix = ".json";
+constexpr const char* kScoreSuffix = ".json";
 // Maximum score cache size, bytes: about ten thousand scores.
-constexpr std::uintmax_t kMaxKept = 16 << 20;
+constexpr std::uintmax_t kMaxScores = 16 << 20;
 // Number of sessions from which mastery is estimated. Older sessions would hardly change the estimate.
 constexpr std::size_t kMaxPast = 200;
 
 /// Key of a score in the cache. It changes if the session's file or the program changes.
-std::optional<std::uint64_t> key_of(const fs::path& session) {
+std::optional<std::uint64_t> score_key(const fs::path& session) {
   Sha256 key;
   cache::add_build(key);
   if (!cache::add_file(key, session)) return std::nullopt;
@@ -65,9 +65,9 @@ CachedScore known(const session::SessionReader& session, const session::Score& s
 
 std::optional<CachedScore> cached_score(const fs::path& session) {
   const fs::path folder = cache::folder("scores");
-  const auto key = key_of(session);
+  const auto key = score_key(session);
   if (folder.empty() || !key) return std::nullopt;
-  const fs::path file = cache::find(folder, *key, kSuffix);
+  const fs::path file = cache::find(folder, *key, kScoreSuffix);
   if (file.empty()) return std::nullopt;
   try {
     return score_from(Json::load(file));
@@ -78,7 +78,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
 
 void cache_score(const fs::path& session, const CachedScore& score) {
   const fs::path folder = cache::folder("scores");
-  const auto key = key_of(session);
+  const auto key = score_key(session);
   if (folder.empty() || !key) return;
   nlohmann::json json = {{"points", score.points},
                          {"full", score.counts ? 100 : 0},
@@ -91,7 +91,7 @@ void cache_score(const fs::path& session, const CachedScore& score) {
   for (const ItemPoints& item : score.items)
     json["items"].push_back({{"name", item.name}, {"points", item.points}, {"full", item.full}});
   const std::string text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  cache::keep(folder, *key, kSuffix, kMaxKept,
+  cache::keep(folder, *key, kScoreSuffix, kMaxScores,
               [&](const fs::path& part) { write_file_atomically(part, text, FileKind::kJson); });
 }
 
