@@ -53,7 +53,10 @@ class Backup(ServiceTest):
         other.mkdir()
         (other / "letter.txt").write_text("mine")
         for folder in (other, self.folder / "data" / "inside"):
-            self.assertNotEqual(self.back_up(folder).returncode, 0)
+            self.assertIn("no backup: ", self.back_up(folder).stderr)
+        self.environment["TYPODONT_SCHOOL_DATA"] = str(self.folder / "nowhere")
+        self.assertIn("no backup: ", self.back_up(self.folder / "kept").stderr)
+        self.assertFalse((self.folder / "nowhere/school.sqlite").exists())
         self.assertEqual([file.name for file in other.iterdir()], ["letter.txt"])
 
 

@@ -66,13 +66,15 @@ def serve():
 
 
 def back_up(folder):
+    import sqlite3
+
     import django
     django.setup()
     from typodont_school import backup
     try:
         print(f"{backup.back_up(pathlib.Path(folder).resolve())} new recordings")
-    except (backup.Unusable, OSError) as problem:
-        sys.exit(str(problem))
+    except (backup.Unusable, OSError, sqlite3.Error) as problem:
+        sys.exit(f"no backup: {problem}")
 
 
 def rescore(scheduler=None):

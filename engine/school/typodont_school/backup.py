@@ -39,7 +39,8 @@ def back_up(out):
             copy(settings.DATA / name, out / name)
     part = out / (DATABASE + ".part")
     part.unlink(missing_ok=True)
-    with contextlib.closing(sqlite3.connect(settings.DATA / DATABASE)) as live, contextlib.closing(sqlite3.connect(part)) as kept:
+    existing = (settings.DATA / DATABASE).as_uri() + "?mode=rw"
+    with contextlib.closing(sqlite3.connect(existing, uri=True)) as live, contextlib.closing(sqlite3.connect(part)) as kept:
         live.backup(kept)
         kept.execute("delete from typodont_school_film")  # films can be made again
         kept.commit()
