@@ -83,6 +83,7 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
   limits.law = law_for(settings);
   if (settings.soft) soft = std::make_unique<SoftTissue>(settings.soft, tools, settings.stiffness);
   wear.resize(tools.size());
+  turning.possible = feels_turns();
 }
 
 void Servo::State::rest(TickData& now, bool valid) noexcept {
@@ -169,6 +170,8 @@ void Servo::State::change_tool(TickData& now) noexcept {
   now.out.wear = sums.wear = wear[wanted];
   model->take_up(wanted);
   turns_matter = model->turns_matter();
+  turning.possible = feels_turns();
+  turning.lags = false;
   motion.free_travel = 0;
   cutting.budget = cutting.wall_budget = cutting.wall = 0;
   coupling.tissue = {};
@@ -393,7 +396,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   ContactTick touch(now);
   s.fill_input(touch);
   s.earn(touch);
+  if (s.turning.possible) s.turn(touch);
   s.model->constrain(touch.in, touch.contact);
+  if (s.turning.lags) s.hold_turn(touch);
   s.cutting.wall = touch.contact.wall;
   out.level = touch.contact.level;
   s.watch_snapshot(touch);

@@ -2,7 +2,7 @@ add_library(typodont_test_tissues STATIC support/reference_contact.cpp support/m
 target_link_libraries(typodont_test_tissues PUBLIC typodont_haptics)
 typodont_test(unit_haptics KIND unit SOURCES unit/haptics_contact_test.cpp unit/haptics_shapes_test.cpp unit/haptics_cutting_test.cpp unit/haptics_chips_test.cpp unit/haptics_wear_test.cpp unit/haptics_tools_test.cpp
               unit/haptics_fill_test.cpp unit/haptics_shank_test.cpp unit/haptics_vibration_test.cpp unit/haptics_vdb_guard_test.cpp unit/haptics_patch_test.cpp
-              unit/haptics_model_test.cpp unit/haptics_soft_test.cpp unit/haptics_hardness_test.cpp unit/haptics_color_test.cpp unit/haptics_retreat_test.cpp unit/haptics_teeth_test.cpp support/ball_model.cpp
+              unit/haptics_model_test.cpp unit/haptics_soft_test.cpp unit/haptics_hardness_test.cpp unit/haptics_color_test.cpp unit/haptics_retreat_test.cpp unit/haptics_teeth_test.cpp unit/haptics_turn_test.cpp support/ball_model.cpp
               LIBS typodont_test_tissues)
 typodont_test(property_haptics KIND property SOURCES property/haptics_passivity_test.cpp property/haptics_laws_test.cpp property/haptics_soft_test.cpp property/haptics_undo_test.cpp property/haptics_sampling_test.cpp property/haptics_sweeps_test.cpp property/haptics_pieces_test.cpp property/haptics_creases_test.cpp property/haptics_smooth_test.cpp property/haptics_intermediate_test.cpp property/contact_cases_test.cpp
               LIBS typodont_haptics)

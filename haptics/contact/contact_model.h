@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "engine/contract/contact.h"
 #include "haptics/contact/snapshot.h"
@@ -32,6 +33,9 @@ struct ContactInput {
   bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
   // true: earlier cuts of the scraping edge used more energy than the hand's work supplied, so it must not cut now
   bool must_earn = false;
+  // true: X_WT is not the hand's pose, but that of the proxy, computed from near_planes(). The model takes it, unless
+  // the tool overlaps tissue there.
+  bool placed = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy for removing tissue in this tick
   double wall_budget = 0;      // J, part of `budget` that may be used where a wall of harder tissue stops the head
@@ -107,6 +111,15 @@ struct Contact {
   double depth = 0;   // m, largest penetration depth of the head in tissue
 };
 
+/// Tissue near a point of the tool. A small motion of the tool, which moves the point by d, must satisfy n·d >= -gap.
+struct NearPlane {
+  dvec3 x{0};        // m, point of the tissue, relative to the head's centre p_WG, frame W
+  dvec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
+  double gap = 0;    // m, distance between tool and tissue; negative: overlap
+};
+/// Largest number of planes that a model gives.
+inline constexpr int kMaxNearPlanes = 264;
+
 /// The part of a contact method on the servo thread. All functions are noexcept; none allocates, locks or waits. The
 /// results are deterministic. In a tick the servo calls constrain(), cut() and feel(), in this order.
 class ContactModel {
@@ -141,6 +154,12 @@ class ContactModel {
   /// Computes the proxy. Sets those members of `out` that are results of constrain(): the members from p_WG to
   /// spindle_torque.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
+  /// Writes the planes near the proxy after the last constrain(), at most kMaxNearPlanes, of head, shank and safe end.
+  /// Returns their number. With them, the servo holds the proxy's orientation (servo/turn.cpp); without, it is the
+  /// hand's. Called only for a tool that feels torque, and does not cut.
+  virtual int near_planes(std::span<NearPlane, kMaxNearPlanes> /*planes*/) const noexcept { return 0; }
+  /// Computes plane `i` of near_planes() exactly. Returns true if planes have changed.
+  virtual bool refine_near_plane(int /*i*/) noexcept { return false; }
   /// Removes tissue with the energy of this tick, or adds filling. If tissue changed, returns true and sets `cut`
   /// except the normal. `energy`: J, energy used. Called only if the tool cuts or fills, or if Contact::places is true.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;

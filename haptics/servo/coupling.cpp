@@ -66,8 +66,9 @@ void Servo::State::feel(ContactTick& now) noexcept {
   const bool held_back = ((contact.touching || contact.breaking_through) && !contact.lost) || contact.bridging;
   if (contact.gives_force && contact.touching) {
     take_force(now);
-  } else if (held_back && depth > 0) {
-    now.normal = depth_vector / depth;
+  } else if (held_back && (depth > 0 || (turning.lags && turning.twist != dvec3(0)))) {
+    // opposed walls may hold the orientation alone
+    now.normal = depth > 0 ? depth_vector / depth : turning.normal;
     couple(now, depth);
   } else {
     feel_nothing(now);
@@ -88,12 +89,20 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
   const Contact& contact = now.contact;
+  const bool turned = turning.lags;
+  double lever2 = 0, strain = depth;  // m², m; the springs of position and orientation store k strain² / 2
+  if (turned) {
+    lever2 = TurnParameters::stiffness / settings.stiffness;
+    strain = std::sqrt(depth * depth + lever2 * glm::dot(turning.twist, turning.twist));
+    if (!contact.known_tissue) feel_held_tissue(now);
+  }
   if (contact.known_tissue) c.tissue = contact.tissue;
   if (contact.graded) c.hardness = contact.hardness;
   const bool fresh = c.normal_force <= 0;
   const TissueMeans mean = tissue_means();
-  const double k = settings.stiffness * follow_stiffness(now, depth, mean.stiffness / 1000.0);
-  now.stored = k * depth * depth / 2;
+  const double wanted = turned && !(mean.stiffness > 0) ? c.relative_stiffness : mean.stiffness / 1000.0;
+  const double k = settings.stiffness * follow_stiffness(now, depth, strain, wanted);
+  now.stored = k * strain * strain / 2;
   const double magnitude = damped(now, k * depth, depth);
   now.force = magnitude * now.normal;
   if (const double along = depth * glm::dot(now.normal, contact.side_normal); along > 0) {
@@ -101,9 +110,10 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes the tool along its normal; the moments of these forces rotate the tool.
+  // Each contact pushes the tool along its normal; the moments of these forces rotate the tool. If the tissue holds the
+  // proxy's orientation, the spring between the orientations balances them.
   const double h = contact.unit;
-  now.torque = h * h * magnitude / depth * contact.turn;
+  if (!turned) now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
   c.head_force = c.normal_force;
   if (contact.own < contact.count && glm::dot(contact.on_shank, contact.on_shank) > 0) {
@@ -124,17 +134,23 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   // No friction for a rotating bur: it always slips, and its edges give the tangential force.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
-    sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
+    // Opposed walls press more on the tool than the coupling's force, and friction acts across their normal.
+    const bool opposed = turned && turning.count > 0 && turning.opposed;
+    sideways = friction_force(law, contact.p_WG, motion.X_WG.p, opposed ? turning.normal : now.normal,
+                              opposed ? k * turning.push : c.normal_force, c.friction);
     now.force += sideways;
   }
   feel_teeth(now);
   if (contact.turns_tool) {
-    now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
+    now.torque += turned && turning.count > 0 ? glm::cross(turning.lever, sideways + now.spindle_force)
+                                              : h * glm::cross(contact.lever, sideways + now.spindle_force);
     // Between ticks, the force may jump from one contact to another, so the torque is filtered.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
-  if (contact.holds_turn) {
+  if (turned) {
+    now.torque += k * lever2 * turning.twist;
+  } else if (contact.holds_turn) {
     now.torque += contact.torque;
     now.stored += contact.stored;
     now.spindle_torque = contact.spindle_torque;
@@ -180,14 +196,15 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
 }
 
 /// Returns the factor on the coupling's stiffness; it follows `wanted` (the tissue's stiffness / 1 N/mm) smoothly.
-double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
+/// `strain`: m; the coupling stores stiffness × strain² / 2.
+double Servo::State::follow_stiffness(const ContactTick& now, double depth, double strain, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
   // At large depth, a small change of stiffness changes the force much, and an increase stores energy that the hand did
   // not supply. So the change per tick is at most `most`.
-  const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
+  const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * strain);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
-  const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
+  const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * strain * strain);
   double next = stiffness + std::clamp(step, -most, most);
   if (step > 0) next = std::min(next, std::max(stiffness, paid));
   return stiffness = next;

@@ -54,6 +54,33 @@ struct CouplingParameters {
   static constexpr double teeth_ahead = 50;
 };
 
+/// The proxy's orientation, if tissue holds it (turn.cpp).
+struct TurnParameters {
+  // N·m/rad, stiffness of the spring between the orientations of hand and proxy, on enamel at the coupling's stiffness.
+  // Ten degrees are 0.17 N·m, below the limit of arms with torque.
+  static constexpr double stiffness = 1;
+  // Voxels; largest motion per tick, by the proxy's rotation, of the contact that is farthest from the head's centre.
+  // Below the distance at which tissue is found.
+  static constexpr double arc = 0.5;
+  // voxels, overlap that is not corrected: larger than the error of planes after a tick's motion in a narrow hole
+  static constexpr double overlap = 0.05;
+  // voxels, largest overlap of a contact that one tick corrects
+  static constexpr double led_out = 0.1;
+  // Factors on the fraction of a step that is made: after a reversed step, and after another; smallest fraction.
+  static constexpr double shorter = 0.5, longer = 1.25, shortest = 1e-3;
+  // N/s; between opposed walls, the proxy's motion changes the force at most this much faster than the hand's motion
+  static constexpr double slew = 20;
+  // smallest relative stiffness for which `slew` limits the motion
+  static constexpr double softest = 0.05;
+  // how often a tick may compute the planes that hold the tool exactly, and search again
+  static constexpr int refining_rounds = 4;
+  static constexpr double rounding = 1e-9;  // rad; a smaller difference of orientations counts as none
+  // Contacts are opposed if the length of the sum of their pushes (vectors) is below this × the sum of the lengths.
+  static constexpr double opposed = 0.7;
+  // voxels, depth below the surface at which a contact's tissue is read
+  static constexpr double felt_below = 0.5;
+};
+
 /// Parameters that limit the force (limits.cpp). Edges: the cutting edges of the tool.
 struct LimitParameters {
   // N/s, largest rate at which the force of a cutting bur changes, including the change by the hand's motion

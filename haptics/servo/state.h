@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -13,6 +14,7 @@
 #include "haptics/coupling/tip.h"
 #include "haptics/coupling/velocity_estimator.h"
 #include "haptics/servo.h"
+#include "haptics/servo/nearest_step.h"
 #include "haptics/servo/parameters.h"
 #include "haptics/soft_tissue.h"
 
@@ -96,6 +98,29 @@ struct Servo::State {
     double feed = 0;          // m, smoothed advance of the tool per turn, if its edges are known
     double spindle_work = 0;  // J, total work of cutting so far
   };
+  /// Orientation of the proxy, if tissue holds it (turn.cpp).
+  struct Turning {
+    // A contact that holds the tool. x: m, relative to the head's centre. n: unit normal. push: m, force / stiffness
+    struct Hold {
+      dvec3 x, n;
+      double push;
+    };
+    bool possible = false;  // true: the device renders torque, and the tool in the hand can feel it
+    bool lags = false;      // true: the proxy has the orientation R, not the hand's
+    dquat R{1, 0, 0, 0};
+    dvec3 twist{0};  // rad, rotation from the hand's orientation to R, if `lags`
+    // 0..1, fractions of the steps of orientation and position towards their goals; smaller after steps that reverse
+    double turn = 1, follow = 1;
+    dvec3 last_turn{0}, last_rest{0};  // m, last full steps
+    int count = 0;                     // number of `holds`
+    std::array<Hold, 6> holds{};
+    double push = 0;       // m, sum of all pushes
+    dvec3 lever{0};        // m, mean of the contacts' positions, weighted with their pushes
+    dvec3 normal{0};       // normal of the contact with the largest push
+    bool opposed = false;  // true: contacts push in different directions, as in a hole
+    std::array<NearPlane, kMaxNearPlanes> planes;
+    StepPlanes bounds;
+  };
   /// State of the contact force.
   struct Coupling {
     double relative_stiffness = 1;        // factor on the settings' stiffness; depends on the tissue under the head
@@ -162,6 +187,7 @@ struct Servo::State {
   bool turns_matter;
   Motion motion;
   Cutting cutting;
+  Turning turning;
   Coupling coupling;
   Limits limits;
   std::unique_ptr<SoftTissue> soft;  // null: the scene has no soft tissue
@@ -229,6 +255,14 @@ struct Servo::State {
   /// Wears the grains of the diamond bur in the hand, by the volume that this tick's cut removed.
   void wear_grains(ContactTick& now) noexcept;
 
+  // The next functions are defined in servo/turn.cpp:
+  /// Returns true if the device renders torque and the tool in the hand can feel it.
+  bool feels_turns() const noexcept;
+  /// Computes the orientation of the proxy in this tick, and where the model begins to search its position.
+  void turn(ContactTick& now) noexcept;
+  /// Adds the orientation to the contact that the model has computed.
+  void hold_turn(ContactTick& now) noexcept;
+
   // The next functions are defined in servo/coupling.cpp.
   /// Computes forces of coupling, damper, friction and cutting edges. A penalty method replaces coupling and damper.
   void feel(ContactTick& now) noexcept;
@@ -259,7 +293,11 @@ struct Servo::State {
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;
   double spare_change(const ContactTick& now, double depth) const noexcept;
-  double follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept;
+  double follow_stiffness(const ContactTick& now, double depth, double strain, double wanted) noexcept;
+  int nearest_step(const PoseStep& wanted, double lever, PoseStep& step, ActivePlanesOf<6>& active) noexcept;
+  void place(ContactTick& now, const dvec3& wanted, dvec3& r) noexcept;
+  void keep_holds(const ActivePlanesOf<6>& active) noexcept;
+  void feel_held_tissue(ContactTick& now) noexcept;
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
   void fade_teeth(ContactTick& now) noexcept;

@@ -170,6 +170,7 @@ TEST(Contact, ATiltedCylinderRestsOnItsRimWithTheWallsForceAndTorque) {
     haptics::ServoSettings s = probe();
     s.tool.shape = haptics::HeadShape::kCylinder;
     s.tool.length = kLength;
+    s.gives_torque = false;  // an arm with torque lets the cylinder turn
     HapticBench bench(enamel(0.1, R"({"box": {"center_mm": [0.03, 0, -3], "size_mm": [12, 12, 6]}})"), s);
     const dquat R(std::cos(tilt / 2), 0, std::sin(tilt / 2), 0);
     const double low =

@@ -40,6 +40,10 @@ class ImplantModel final : public offset::OffsetModel {
   bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
+  /// None for an implant instrument, whose orientation the drilled hole holds.
+  int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override {
+    return tool().implant ? 0 : OffsetModel::near_planes(planes);
+  }
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 

@@ -65,6 +65,7 @@ double OffsetModel::clearance(const Pose& X_WG) noexcept {
 void OffsetModel::begin_anew() noexcept {
   emptied_ = false;
   overlap_ = 0;
+  contacts_.clear();
   retreat_.leading = false;
   retreat_.held_for = 0;
 }
@@ -72,6 +73,7 @@ void OffsetModel::begin_anew() noexcept {
 void OffsetModel::release() noexcept {
   lost_for_ = 0;
   breaking_through_ = emptied_ = false;
+  contacts_.clear();
   held_.count = 0;
 }
 
@@ -98,6 +100,7 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   finish_coarse();
   tool_ = which;
   smooth().forget();
+  contacts_.clear();
   contacts_.forget_creases();
   front_.forget();
   coarse_front_.forget();

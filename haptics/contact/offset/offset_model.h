@@ -28,6 +28,8 @@ class OffsetModel : public PatchModel {
   bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
+  int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override;
+  bool refine_near_plane(int i) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
@@ -46,6 +48,7 @@ class OffsetModel : public PatchModel {
   struct Step {
     dvec3 start{0}, c{0};  // voxels, head's centre: at the start of the tick; current
     dvec3 target{0};       // voxels, the head's centre at the hand's pose
+    Pose searched;         // voxels, pose of the head for which the gaps of contacts_ are valid
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
     // voxels, depth by which the head may sink into tissue with the energy budget of this tick
     double allowed_depth = 0;
@@ -102,6 +105,7 @@ class OffsetModel : public PatchModel {
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
+  bool take_place(const ContactInput& in) noexcept;
   bool place_ball_on_wall(const ContactInput& in, bool& alone) noexcept;
   Ending search(const ContactInput& in, Search& s, bool seated) noexcept;
   Advance advance_free(const ContactInput& in, Search& s, double& head_free) noexcept;

@@ -45,6 +45,8 @@ struct SearchParameters {
   static constexpr double max_gain = 10;
   // for a head with several contacts: largest factor by which the secant method lengthens a step of the proxy
   static constexpr double max_gain_of_many = 2;
+  // voxels; a place that the servo has computed is not taken if a contact overlaps by more than this
+  static constexpr float placed_overlap = 0.25f;
   // voxels, largest depth per tick that a cutting head sinks into tissue; contact planes are not valid deeper
   static constexpr double max_allowed_depth = 1;
   // voxels; overlap of head and tissue up to this comes from cutting or rounding. A deeper head is moved out slowly.

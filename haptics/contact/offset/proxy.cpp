@@ -116,6 +116,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
 void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   Step& p = step_;
   contacts_.clear();
+  if (in.placed && take_place(in)) return;
   bool alone = false;
   const bool seated = place_ball_on_wall(in, alone);
   if (alone) {
@@ -137,6 +138,21 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
     p.contact_push = (s.at_max_step ? s.held_at : c) - p.target + p.c - c;
   }
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
+}
+
+/// Puts the head at the place that the servo has computed. Returns false if it overlaps tissue there.
+bool OffsetModel::take_place(const ContactInput& in) noexcept {
+  Step& p = step_;
+  if (overlap_ > 0 || !patch_.covers(p.target, reach() + 1)) return false;
+  p.searched = {p.target, in.X_WT.R};
+  search_around(in, p.target, false);
+  for (int i = 0; i < contacts_.count(); ++i) {
+    if (contacts_.approximate().gap[i] < -Q::placed_overlap) return false;
+  }
+  p.c = p.target;
+  p.touching = true;
+  wall_ = 0;
+  return true;
 }
 
 /// Computes the position of a ball on one smooth wall without iterations. Returns false if this is not possible.
@@ -301,6 +317,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
+  if (!ball || smooth().any()) step_.searched = {c, in.X_WT.R};
   if (contacts_.count() > 1 && (in.cuts || ball) && !contacts_.deep_penetration() && !contacts_.flat() &&
       glm::length(c - s.found_at) < Q::reuse_distance) {
     contacts_.drop_added();
@@ -630,6 +647,24 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   rejoining_ = R::rejoin_time;
   contacts_.clear();
   p.active.count = 0;
+}
+
+int OffsetModel::near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept {
+  const Step& p = step_;
+  if (p.deep || deep_penetration_) return 0;
+  const ApproximatePlanes& near = contacts_.approximate();
+  const double h = voxel();
+  const dvec3 moved = p.c - p.searched.p, origin = contacts_.origin() - p.c;
+  for (int i = 0; i < contacts_.count(); ++i) {
+    const dvec3 n(near.nx[i], near.ny[i], near.nz[i]);
+    planes[static_cast<std::size_t>(i)] = {h * (origin + dvec3(near.x[i], near.y[i], near.z[i])), n,
+                                           h * (static_cast<double>(near.gap[i]) + glm::dot(n, moved))};
+  }
+  return contacts_.count();
+}
+
+bool OffsetModel::refine_near_plane(int i) noexcept {
+  return finder().refine(patch_, step_.searched, contacts_, i, true);
 }
 
 void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {

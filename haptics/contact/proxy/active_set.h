@@ -8,13 +8,15 @@
 
 namespace typodont::haptics {
 
-/// The active planes, on which the point found lies: at most three. `push`: for each plane, its Lagrange multiplier,
-/// which is the length of the displacement along its normal that the plane causes.
-struct ActivePlanes {
+/// The active planes, on which the point found lies: at most one per dimension. `push`: for each plane, its Lagrange
+/// multiplier, which is the displacement that the plane causes, divided by its normal.
+template <int kMost>
+struct ActivePlanesOf {
   int count = 0;
-  int index[3] = {};
-  double push[3] = {};
+  int index[kMost] = {};
+  double push[kMost] = {};
 };
+using ActivePlanes = ActivePlanesOf<3>;
 
 /// Limits that detect linearly dependent normals. Both have no unit: they are squared sines of the angle between
 /// normals.
@@ -26,29 +28,29 @@ struct ActiveSetLimits {
   double min_rest = 0;
 };
 
-/// Computes one projection. The class `Planes` describes the planes; a plane allows the points x with
-/// excess(plane, x) >= 0:
+/// Computes one projection, of a point in space, or of a `Vector` with `kMost` dimensions. The class `Planes` describes
+/// the planes; a plane allows the points x with excess(plane, x) >= 0:
 ///
 ///   struct Planes {
-///     using Plane = …;                                      // has the unit normal `dvec3 n`
+///     using Plane = …;                                      // has the normal `n`: in space, a unit vector
 ///     static constexpr ActiveSetLimits kLimits = {…};
 ///     Plane plane(int i) const noexcept;                    // may also return a reference
-///     double excess(const Plane& plane, const dvec3& x) const noexcept;
+///     double excess(const Plane& plane, const Vector& x) const noexcept;
 ///     // Returns the index of the most violated plane, or -1 if none is violated. Ignores the `count` planes in
 ///     // `active`, which are satisfied except for rounding errors.
-///     int worst(const dvec3& x, const int* active, int count) const noexcept;
+///     int worst(const Vector& x, const int* active, int count) const noexcept;
 ///   };
 ///
 /// Each file that uses this template gets its own instance, compiled with the floating-point options of that file.
 /// Never allocates.
-template <class Planes>
+template <class Planes, class Vector = dvec3, int kMost = 3>
 class ActiveSet {
  public:
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
   /// Computes the point nearest to `goal` that all planes allow. `active`: on entry, a guess of the active planes; on
   /// return, the active planes. Returns false if no point is allowed; `x` is then undefined.
-  bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
+  bool solve(const Vector& goal, Vector& x, ActivePlanesOf<kMost>& active) noexcept {
     count_ = 0;
     x = goal;
     if (active.count > 0) start_with(active, x);
@@ -67,7 +69,7 @@ class ActiveSet {
 
   /// Solves gram · r = b, where the last column of `gram` contains b. Returns false if the active normals are linearly
   /// dependent.
-  bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
+  bool solve_gram(double (&gram)[kMost][kMost + 1], double (&r)[kMost]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
       if (gram[i][i] < Planes::kLimits.min_pivot) return false;
       for (int row = i + 1; row < count_; ++row) {
@@ -85,27 +87,27 @@ class ActiveSet {
 
   /// Computes the coordinates r of v with respect to the active normals (least squares). Returns false if the normals
   /// are linearly dependent.
-  bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
-    double gram[3][4];
+  bool coordinates(const Vector& v, double (&r)[kMost]) const noexcept {
+    double gram[kMost][kMost + 1];
     for (int i = 0; i < count_; ++i) {
-      for (int j = 0; j < count_; ++j) gram[i][j] = glm::dot(n_[i], n_[j]);
-      gram[i][count_] = glm::dot(n_[i], v);
+      for (int j = 0; j < count_; ++j) gram[i][j] = dot(n_[i], n_[j]);
+      gram[i][count_] = dot(n_[i], v);
     }
     return solve_gram(gram, r);
   }
 
   /// Starts the search with the guessed planes as active planes, if all their multipliers are then positive. Otherwise
   /// starts without active planes.
-  void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
+  void start_with(const ActivePlanesOf<kMost>& guess, Vector& x) noexcept {
     count_ = guess.count;
-    double gram[3][4], u[3] = {};
+    double gram[kMost][kMost + 1], u[kMost] = {};
     for (int i = 0; i < count_; ++i) {
       const typename Planes::Plane& plane = planes_.plane(guess.index[i]);
       index_[i] = guess.index[i], n_[i] = plane.n;
       gram[i][count_] = -planes_.excess(plane, x);
     }
     for (int i = 0; i < count_; ++i) {
-      for (int j = 0; j < count_; ++j) gram[i][j] = glm::dot(n_[i], n_[j]);
+      for (int j = 0; j < count_; ++j) gram[i][j] = dot(n_[i], n_[j]);
     }
     bool pushes = solve_gram(gram, u);
     for (int i = 0; i < count_; ++i) pushes = pushes && u[i] > 0;
@@ -116,7 +118,7 @@ class ActiveSet {
     for (int i = 0; i < count_; ++i) x += u[i] * n_[i], push_[i] = u[i];
   }
 
-  bool add_planes(dvec3& x) noexcept {
+  bool add_planes(Vector& x) noexcept {
     for (int round = 0; round < kMaxRounds; ++round) {
       const int next = planes_.worst(x, index_, count_);
       if (next < 0) return true;
@@ -127,25 +129,25 @@ class ActiveSet {
 
   /// Adds the plane `next` to the active planes and moves x onto it. Removes active planes whose push would be
   /// negative. Returns false if no point satisfies all planes.
-  bool add(int next, dvec3& x) noexcept {
+  bool add(int next, Vector& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMaxLeaving; ++turn) {
       // The normal of the plane `next` is split into two components. rest: component perpendicular to all active
       // normals. r: weights of the active normals whose weighted sum is the other component.
-      double r[3] = {};
-      dvec3 rest = added.n;
+      double r[kMost] = {};
+      Vector rest = added.n;
       if (count_ > 0) {
         if (!coordinates(rest, r)) return false;
         for (int i = 0; i < count_; ++i) rest -= r[i] * n_[i];
       }
-      const double rest2 = glm::dot(rest, rest);
+      const double rest2 = dot(rest, rest);
       double partial = kNever;
       int leaving = -1;
       for (int i = 0; i < count_; ++i) {
         if (r[i] > 1e-12 && push_[i] / r[i] < partial) partial = push_[i] / r[i], leaving = i;
       }
-      const bool may_join = count_ < 3 && rest2 > Planes::kLimits.min_rest;
+      const bool may_join = count_ < kMost && rest2 > Planes::kLimits.min_rest;
       const double full = may_join ? -planes_.excess(added, x) / rest2 : kNever;
       if (!may_join && leaving < 0) return false;
       const double step = std::min(partial, full);
@@ -165,9 +167,9 @@ class ActiveSet {
 
   const Planes& planes_;
   int count_ = 0;  // number of active planes
-  int index_[3];
-  dvec3 n_[3];
-  double push_[3];  // push of each active plane: the displacement that it causes, in the unit of x
+  int index_[kMost];
+  Vector n_[kMost];
+  double push_[kMost];  // push of each active plane: the displacement that it causes, in the unit of x
 };
 
 }  // namespace typodont::haptics

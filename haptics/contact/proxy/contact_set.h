@@ -63,6 +63,8 @@ class ContactSet {
   /// Must be called when the tissue or the head has changed.
   void forget_creases() noexcept { known_.forget(); }
   const ApproximatePlanes& approximate() const { return approximate_; }
+  /// Voxels, point to which the positions of the approximate planes are relative.
+  const dvec3& origin() const { return origin_; }
   /// Returns true if the head is so deep inside the tissue that ordinary contacts do not show in which direction it can
   /// leave the tissue (see ContactFinder::find_way_out()).
   bool deep_penetration() const { return deep_penetration_; }
