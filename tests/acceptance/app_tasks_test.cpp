@@ -132,7 +132,9 @@ TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZer
   EXPECT_LT(percent(nothing), 1) << explained(nothing);
 
   const haptics::Tool tool = load_tool(task.tool);
-  const auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, task.step * 1e-3);
+  session::Preparation work = bench.judge.preparation(bench.start);
+  work.ideal = session::redistanced(work.ideal);
+  const auto strokes = plan_strokes(work, tool, task.step * 1e-3);
   const session::Score good = bench.score(bench.carved(strokes, tool));
   EXPECT_GT(percent(good), 90) << explained(good);
 

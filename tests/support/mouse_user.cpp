@@ -40,6 +40,7 @@ std::vector<Goal> goals_of(const TaskEvaluator& judge, const haptics::TissueVolu
   const haptics::Tool& tool = haptics::tool_set(scene.servo)[0];
   session::Preparation now = judge.preparation(tissue);
   now.before = now.after;
+  now.ideal = session::redistanced(now.ideal);
   std::vector<Goal> goals;
   for (const Stroke& s : plan_strokes(now, tool, kRow, kInto)) {
     if (goals.empty() || glm::length(s.from.p - goals.back().p) > kJoined) {

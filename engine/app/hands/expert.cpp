@@ -9,6 +9,7 @@
 #include "engine/app/hands/stroke_planner.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/in_parallel.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"
@@ -207,19 +208,24 @@ class Plan {
       session::Preparation now = judge_.preparation(state_);
       const double before = remaining_difference(now);
       now.before = now.after;  // the next strokes start from tissue after the earlier strokes
+      now.ideal = true_distances(std::move(now.ideal));
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
       std::vector<Candidate> candidates;
+      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::max_tried; ++i)
+        if (!used[i] && tools_[i].cuts && tools_[i].turns() != by_hand) candidates.push_back({i, 0, {}});
+      in_parallel(
+          candidates.size(),
+          [&](std::size_t k) {
+            Candidate& candidate = candidates[k];
+            const haptics::Tool& tool = tools_[candidate.tool];
+            candidate.strokes = plan(now, tool, by_hand, /*finish=*/true, min_thickness);
+            haptics::TissueVolume after = state_.clone();
+            carve_strokes(after, tool, candidate.strokes);
+            candidate.left = remaining_difference(judge_.preparation(after));
+          },
+          {}, /*block=*/1);
       double least = most;
-      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::max_tried; ++i) {
-        const haptics::Tool& tool = tools_[i];
-        if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
-        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true, min_thickness)};
-        haptics::TissueVolume after = state_.clone();
-        carve_strokes(after, tool, candidate.strokes);
-        candidate.left = remaining_difference(judge_.preparation(after));
-        least = std::min(least, candidate.left);
-        candidates.push_back(std::move(candidate));
-      }
+      for (const Candidate& candidate : candidates) least = std::min(least, candidate.left);
       Candidate* best = nullptr;
       for (Candidate& c : candidates) {
         if (c.left >= most || c.left > least + ToolChoice::tolerated_loss * (before - least)) continue;
@@ -265,6 +271,13 @@ class Plan {
     double left = 0;  // m³, difference from the ideal shape after the planned cuts
     std::vector<Stroke> strokes;
   };
+  /// The field with true distances; that of the last call if the field is the same.
+  const session::DenseField& true_distances(session::DenseField field) {
+    if (field.size == ideal_.size && field.distance == ideal_.distance) return true_ideal_;
+    true_ideal_ = session::redistanced(field);
+    ideal_ = std::move(field);
+    return true_ideal_;
+  }
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
                            double min_thickness) const {
     const bool coarse = tool.coarse();
@@ -427,15 +440,10 @@ class Plan {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
     const Instrument instrument(tool, axis_);
-    std::vector<Spot> spots = spots_for(instrument, layer);
-    for (const FilledSpot& filled : filled_) {
-      if (filled.tool == which)
-        spots.push_back({filled.a, filled.b, portion_at(instrument, layer, filled.a, filled.b)});
-    }
+    std::vector<Spot> spots = spots_for(which, instrument, layer);
     const double above = top_of(layer.frame, layer.after) + instrument.half + Filling::hop_over;
     int portions = 0;
     for (const dvec3& q : lowest_first(layer)) {
-      if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
       // Skips voxels that an earlier portion of this plan fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
@@ -453,6 +461,7 @@ class Plan {
       hop(portion.X_WT, above);
       press(instrument, portion.X_WT, volume);
       withdraw(instrument, portion, radius, layer);
+      if (portions == Filling::at_once) break;
       const double a = glm::dot(portion.center, instrument.u), b = glm::dot(portion.center, instrument.v);
       for (Spot& spot : spots) {
         if (std::hypot(spot.a - a, spot.b - b) < 2 * tool.fill_reach)
@@ -549,8 +558,9 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// Grid of positions of the instrument above the voxels that lack filling.
-  std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
+  /// Grid of positions of the instrument above the voxels that lack filling, and its earlier positions.
+  std::vector<Spot> spots_for(std::uint32_t which, const Instrument& instrument,
+                              const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
       for (int y = 0; y < layer.after.size.y; ++y) {
@@ -564,10 +574,13 @@ class Plan {
     }
     const double edge = 0.5 * instrument.tool.fill_reach;
     std::vector<Spot> spots;
-    for (double b = lo.y - edge; b <= hi.y + edge; b += Filling::grid) {
-      for (double a = lo.x - edge; a <= hi.x + edge; a += Filling::grid)
-        spots.push_back({a, b, portion_at(instrument, layer, a, b)});
-    }
+    for (double b = lo.y - edge; b <= hi.y + edge; b += Filling::grid)
+      for (double a = lo.x - edge; a <= hi.x + edge; a += Filling::grid) spots.push_back({a, b, {}});
+    for (const FilledSpot& filled : filled_)
+      if (filled.tool == which) spots.push_back({filled.a, filled.b, {}});
+    in_parallel(
+        spots.size(), [&](std::size_t k) { spots[k].portion = portion_at(instrument, layer, spots[k].a, spots[k].b); },
+        {}, /*block=*/1);
     return spots;
   }
 
@@ -721,6 +734,7 @@ class Plan {
   std::span<const haptics::Tool> tools_;
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
+  session::DenseField ideal_, true_ideal_;  // target shape in the box of the last cut; with true distances
   dvec3 axis_;
   // Heights along the preparation's axis, m: top of the tissue; free motion of the tool above it.
   double top_ = -1e9, above_ = -1e9;

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <unordered_map>
 
+#include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
 #include "haptics/sweep.h"
 
@@ -54,7 +56,7 @@ constexpr double kDown = 0.1e-3;         // m, step in which the head is lowered
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the lowest height that the head can reach
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, largest error of the distance field far from the surface
-// Number of points on the tool's head in a group. A sphere around the group is tested before its points.
+// Largest number of points on the tool's head in a leaf of the tree of spheres.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps between two grid positions
 
@@ -68,24 +70,24 @@ class StrokePlanner {
         in_(in),
         tool_(tool),
         around_(around),
-        ideal_(session::redistanced(in.ideal)),
+        ideal_(in.ideal),
         left_(in.before),
         R_WT_(toward(in.axis_W)),
         axes_(R_WT_),
         step_(step),
         allowed_(kPlannedClear + into / in.frame.voxel) {
     const double h = in.frame.voxel;
+    std::vector<dvec3> head, shank;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
-      head_.push_back(R_WT_ * s.p_TQ / h);
-    std::vector<dvec3> shank;
+      head.push_back(R_WT_ * s.p_TQ / h);
     if (const auto part = haptics::shank_of(tool)) {
       for (const haptics::HeadSample& s : haptics::sample_head(part->shape, kShankPoints)) {
         const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, part->z);
         if (p_TQ.z < tool.half() + kAlongShank) shank.push_back(R_WT_ * p_TQ / h);
       }
     }
-    head_groups_ = grouped(head_);
-    shank_groups_ = grouped(std::move(shank));
+    add_tree(std::move(head), head_tree_);
+    add_tree(std::move(shank), shank_tree_);
   }
 
   std::vector<Stroke> plan(bool finish) {
@@ -115,30 +117,53 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // for each grid position: 1 if reachable from above
   };
 
-  /// A group of points on the tool's head, and a sphere around this group, voxels.
+  /// A sphere around points on the tool's head, voxels. A leaf contains its points; the parts of any other sphere
+  /// follow it in the tree.
   struct Points {
     dvec3 center{0};
     double radius = 0;
+    std::size_t next = 0;  // index of the first sphere that is no part of this one
     std::vector<dvec3> points;
   };
-  /// Splits points across their longest side into small groups.
-  static std::vector<Points> grouped(std::vector<dvec3> points) {
-    if (points.empty()) return {};
+  using Tree = std::vector<Points>;
+  /// Appends a tree of spheres; each sphere is split across the longest side of its points.
+  static void add_tree(std::vector<dvec3> points, Tree& tree) {
+    if (points.empty()) return;
     dvec3 lo = points.front(), hi = lo;
     for (const dvec3& p : points) lo = glm::min(lo, p), hi = glm::max(hi, p);
+    const std::size_t at = tree.size();
+    tree.push_back({0.5 * (lo + hi), 0, at + 1, {}});
+    for (const dvec3& p : points) tree[at].radius = std::max(tree[at].radius, glm::distance(p, tree[at].center));
     if (points.size() <= kTogether) {
-      Points group{0.5 * (lo + hi), 0, std::move(points)};
-      for (const dvec3& p : group.points) group.radius = std::max(group.radius, glm::distance(p, group.center));
-      return {std::move(group)};
+      tree[at].points = std::move(points);
+      return;
     }
     const dvec3 side = hi - lo;
     const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
     const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
     std::nth_element(points.begin(), middle, points.end(),
                      [&](const dvec3& a, const dvec3& b) { return a[axis] < b[axis]; });
-    std::vector<Points> groups = grouped({points.begin(), middle});
-    for (Points& group : grouped({middle, points.end()})) groups.push_back(std::move(group));
-    return groups;
+    add_tree({points.begin(), middle}, tree);
+    add_tree({middle, points.end()}, tree);
+    tree[at].next = tree.size();
+  }
+  enum class Inside { kAll, kNone, kSome };
+  /// Index of the first sphere with a point for which `holds` is false; the tree's size if there is none. `test`:
+  /// whether it holds for all, none or some points of a sphere.
+  template <class Test, class Holds>
+  static std::size_t first_without(const Tree& tree, const Test& test, const Holds& holds) {
+    for (std::size_t k = 0; k < tree.size();) {
+      const Points& sphere = tree[k];
+      const Inside inside = test(sphere);
+      if (inside == Inside::kNone) return k;
+      if (inside == Inside::kSome && !std::all_of(sphere.points.begin(), sphere.points.end(), holds)) return k;
+      k = inside == Inside::kAll ? sphere.next : k + 1;
+    }
+    return tree.size();
+  }
+  template <class Test, class Holds>
+  static bool all_points(const Tree& tree, const Test& test, const Holds& holds) {
+    return first_without(tree, test, holds) == tree.size();
   }
 
   dvec3 world(const dvec3& p) const { return axes_ * p; }
@@ -147,36 +172,51 @@ class StrokePlanner {
   /// True if the head at p (m along u, v, w) does not enter the target shape.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
-    const auto keeps = [&](const std::vector<Points>& groups, double into) {
-      return std::all_of(groups.begin(), groups.end(), [&](const Points& group) {
-        return ideal_.sample(q + group.center) > group.radius + kFieldErrorLimit ||
-               std::all_of(group.points.begin(), group.points.end(),
-                           [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
-      });
+    // Neighbouring positions enter the shape with the same part of the head.
+    const std::size_t entered = entered_.load(std::memory_order_relaxed);
+    if (entered < head_tree_.size() && std::any_of(head_tree_[entered].points.begin(), head_tree_[entered].points.end(),
+                                                   [&](const dvec3& d) { return ideal_.sample(q + d) <= -allowed_; }))
+      return false;
+    const auto first_entering = [&](const Tree& tree, double into) {
+      return first_without(
+          tree,
+          [&](const Points& sphere) {
+            const double distance = ideal_.sample(q + sphere.center), near = sphere.radius + kFieldErrorLimit;
+            return distance > near ? Inside::kAll : distance < -near - into ? Inside::kNone : Inside::kSome;
+          },
+          [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
     };
-    return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
+    const std::size_t entering = first_entering(head_tree_, allowed_);
+    if (entering < head_tree_.size()) {
+      entered_.store(entering, std::memory_order_relaxed);
+      return false;
+    }
+    return first_entering(shank_tree_, 0) == shank_tree_.size() && (!around_ || clears_surroundings(world(p)));
   }
   /// True if the head at p_W (m) does not touch neighbouring teeth and gum. Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
-    const auto clears = [&](const dvec3& q_W, double near) {
-      return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
-    };
-    if (clears(p_W, tool_.reach() + kFromAround)) return true;
     const double h = in_.frame.voxel;
-    return std::all_of(head_groups_.begin(), head_groups_.end(), [&](const Points& group) {
-      return clears(p_W + h * group.center, h * group.radius + kFromAround) ||
-             std::all_of(group.points.begin(), group.points.end(), [&](const dvec3& d) {
-               const dvec3 q_W = p_W + h * d;
-               return around_->neighbour(q_W) > kFromAround &&
-                      (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
-             });
-    });
+    return all_points(
+        head_tree_,
+        [&](const Points& sphere) {
+          const dvec3 q_W = p_W + h * sphere.center;
+          const double near = h * sphere.radius + kFromAround;
+          return around_->neighbour(q_W) > near && around_->gum(q_W) > near ? Inside::kAll : Inside::kSome;
+        },
+        [&](const dvec3& d) {
+          const dvec3 q_W = p_W + h * d;
+          return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+        });
   }
   /// True if the head at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
-    return std::any_of(head_.begin(), head_.end(),
-                       [&](const dvec3& d) { return left_.sample(q + d) < -min_taken_ && ideal_.sample(q + d) > 0; });
+    return !all_points(
+        head_tree_,
+        [&](const Points& sphere) {
+          return ideal_.sample(q + sphere.center) < -sphere.radius - kFieldErrorLimit ? Inside::kAll : Inside::kSome;
+        },
+        [&](const dvec3& d) { return !(left_.sample(q + d) < -min_taken_ && ideal_.sample(q + d) > 0); });
   }
 
   /// Computes the box of the tissue to remove, enlarged by the size of the head. False: there is nothing to remove.
@@ -204,16 +244,28 @@ class StrokePlanner {
   std::size_t cell(int i, int j) const {
     return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j);
   }
+  /// Calls what(i) for all columns of the grid, on several threads.
+  template <class What>
+  void each_column(const What& what) const {
+    constexpr std::size_t kBlock = 8;
+    in_parallel(
+        static_cast<std::size_t>(count_.x), [&](std::size_t i) { what(static_cast<int>(i)); }, {}, kBlock);
+  }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
   /// Distance from a head at p to the target shape, voxels; negative inside.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
-    for (const Points& group : head_groups_) {
-      if (ideal_.sample(q + group.center) > group.radius + kFieldErrorLimit) continue;
-      for (const dvec3& d : group.points) least = std::min(least, static_cast<double>(ideal_.sample(q + d)));
-    }
+    all_points(
+        head_tree_,
+        [&](const Points& sphere) {
+          return ideal_.sample(q + sphere.center) > sphere.radius + kFieldErrorLimit ? Inside::kAll : Inside::kSome;
+        },
+        [&](const dvec3& d) {
+          least = std::min(least, ideal_.sample(q + d));
+          return true;
+        });
     return least;
   }
   /// Position near p, at the same height, farthest from the ideal shape: tries eight directions, halving the step.
@@ -256,9 +308,11 @@ class StrokePlanner {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
     std::vector<glm::ivec2> open;
+    each_column([&](int i) {
+      for (int j = 0; j < count_.y; ++j) free[cell(i, j)] = clear(place(i, j, height));
+    });
     for (int i = 0; i < count_.x; ++i) {
       for (int j = 0; j < count_.y; ++j) {
-        free[cell(i, j)] = clear(place(i, j, height));
         if (!free[cell(i, j)] || (above && !above->in[cell(i, j)])) continue;
         layer.in[cell(i, j)] = 1;
         open.push_back({i, j});
@@ -395,7 +449,7 @@ class StrokePlanner {
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
-    for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
+    in_parallel(chain.size(), [&](std::size_t k) { has[k] = useful(chain[k]); });
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
     if (closed) {  // begins at a point that removes nothing, so that no part is divided
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
@@ -429,10 +483,14 @@ class StrokePlanner {
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
+    std::vector<std::uint8_t> has(in.size());
+    each_column([&](int i) {
+      for (int j = 0; j < count_.y; ++j) has[cell(i, j)] = in[cell(i, j)] && useful(place(i, j, layer.height));
+    });
     glm::ivec2 lo = count_, hi(-1);
     for (int i = 0; i < count_.x; ++i) {
       for (int j = 0; j < count_.y; ++j) {
-        if (!in[cell(i, j)] || !useful(place(i, j, layer.height))) continue;
+        if (!has[cell(i, j)]) continue;
         lo = glm::min(lo, {i, j}), hi = glm::max(hi, {i, j});
       }
     }
@@ -482,20 +540,29 @@ class StrokePlanner {
 
   /// The marked grid cells that are more than `away` cells from all unmarked cells. The edge of the grid has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
-    std::vector<std::uint8_t> result = in;
+    // Distance to the nearest unmarked cell of the same column, at most away + 1 cells.
+    std::vector<int> along(in.size(), away + 1);
     for (int i = 0; i < count_.x; ++i) {
+      int up = away + 1, down = away + 1;
       for (int j = 0; j < count_.y; ++j) {
-        if (in[cell(i, j)]) continue;
-        for (int di = -away; di <= away; ++di) {
-          for (int dj = -away; dj <= away; ++dj) {
-            const glm::ivec2 to(i + di, j + dj);
-            if (di * di + dj * dj > away * away || to.x < 0 || to.y < 0 || to.x >= count_.x || to.y >= count_.y)
-              continue;
-            result[cell(to.x, to.y)] = 0;
-          }
-        }
+        up = in[cell(i, j)] ? std::min(up, away) + 1 : 0;
+        along[cell(i, j)] = std::min(along[cell(i, j)], up);
+        const int k = count_.y - 1 - j;
+        down = in[cell(i, k)] ? std::min(down, away) + 1 : 0;
+        along[cell(i, k)] = std::min(along[cell(i, k)], down);
       }
     }
+    std::vector<std::uint8_t> result(in.size());
+    each_column([&](int i) {
+      for (int j = 0; j < count_.y; ++j) {
+        bool free = true;
+        for (int k = std::max(i - away, 0); free && k <= std::min(i + away, count_.x - 1); ++k) {
+          const int d = along[cell(k, j)];
+          free = (k - i) * (k - i) + d * d > away * away;
+        }
+        result[cell(i, j)] = free;
+      }
+    });
     return result;
   }
 
@@ -504,7 +571,7 @@ class StrokePlanner {
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
-    std::vector<dvec3> points;
+    std::vector<std::array<dvec3, 2>> around;  // grid positions on both sides of each point of the outline
     // Key: grid edge; value: index of the outline's crossing point.
     std::unordered_map<std::size_t, std::size_t> index;
     std::vector<std::array<std::size_t, 2>> next;  // both neighbours of each point on its curve
@@ -512,12 +579,12 @@ class StrokePlanner {
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
       const std::size_t key = 2 * cell(p.x, p.y) + (q.x > p.x ? 1 : 0);
-      const auto [it, fresh] = index.try_emplace(key, points.size());
+      const auto [it, fresh] = index.try_emplace(key, around.size());
       if (fresh) {
         const bool first = layer.in[cell(p.x, p.y)];
         const dvec3 in = place(first ? p.x : q.x, first ? p.y : q.y, height),
                     out = place(first ? q.x : p.x, first ? q.y : p.y, height);
-        points.push_back(border(in, out));
+        around.push_back({in, out});
         next.push_back({kNone, kNone});
       }
       return it->second;
@@ -544,6 +611,8 @@ class StrokePlanner {
         }
       }
     }
+    std::vector<dvec3> points(around.size());
+    in_parallel(points.size(), [&](std::size_t k) { points[k] = border(around[k][0], around[k][1]); });
     std::vector<Chain> chains;
     std::vector<bool> used(points.size());
     const auto follow = [&](std::size_t start) {
@@ -598,12 +667,19 @@ class StrokePlanner {
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
+    std::vector<glm::dvec2> columns;
+    for (double b = 0.5 * step_; b < across; b += step_)
+      for (double a = 0; a <= length; a += grid_)
+        columns.push_back(lo_ + (along_x ? glm::dvec2(a, b) : glm::dvec2(b, a)));
+    std::vector<std::optional<double>> heights(columns.size());
+    in_parallel(columns.size(), [&](std::size_t k) { heights[k] = lowest(columns[k].x, columns[k].y); });
     bool back = false;
+    std::size_t column = 0;
     for (double b = 0.5 * step_; b < across; b += step_) {
       std::vector<Chain> pieces(1);
-      for (double a = 0; a <= length; a += grid_) {
-        const double x = lo_.x + (along_x ? a : b), y = lo_.y + (along_x ? b : a);
-        const auto height = lowest(x, y);
+      for (double a = 0; a <= length; a += grid_, ++column) {
+        const auto [x, y] = std::pair(columns[column].x, columns[column].y);
+        const auto height = heights[column];
         Chain& piece = pieces.back();
         const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * grid_);
         if (!joins && !piece.empty()) pieces.emplace_back();
@@ -644,15 +720,15 @@ class StrokePlanner {
   // Distance between two layers of strokes in the bulk, m.
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
-  const session::DenseField ideal_;
+  const session::DenseField& ideal_;
   session::DenseField left_;  // tissue that remains after the strokes planned so far
   dquat R_WT_;
-  glm::dmat3 axes_;          // the axes u, v, w as columns
-  double step_;              // m, distance between neighbouring passes of the tool
-  double allowed_;           // voxels, largest depth to which the head may enter the target shape
-  std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
-  std::vector<Points> head_groups_, shank_groups_;
-  glm::dvec2 lo_{0};  // m along u, v: origin of the head positions' grid
+  glm::dmat3 axes_;  // the axes u, v, w as columns
+  double step_;      // m, distance between neighbouring passes of the tool
+  double allowed_;   // voxels, largest depth to which the head may enter the target shape
+  mutable std::atomic<std::size_t> entered_{SIZE_MAX};  // sphere of the head that last entered the target shape
+  Tree head_tree_, shank_tree_;                         // points relative to the head's centre
+  glm::dvec2 lo_{0};                                    // m along u, v: origin of the head positions' grid
   glm::ivec2 count_{0};
   double top_ = 0, bottom_ = 0;  // m along w: bounds of the head positions
   std::vector<Layer> layers_;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -155,16 +156,19 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
       },
       gone);
   session::DenseField kept{n, std::vector<float>(gone.size())};
-  for (int x = 0; x < n.x; ++x) {
+  in_parallel(static_cast<std::size_t>(n.x), [&](std::size_t x) {
+    glm::dvec2 at(1e9);
+    double aside = 0;  // m, the outline's distance at `at`
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = kept.at(x, y, z);
+        const std::size_t i = kept.at(static_cast<int>(x), y, z);
         const dvec3 p = glm::transpose(axes) * copy.frame.to_world(dvec3(x, y, z));
-        const double wall = crown.chamfer_radius - from_centers(crown, outline.distance(glm::dvec2(p)), p.z);
+        if (glm::dvec2(p) != at) at = p, aside = outline.distance(at);
+        const double wall = crown.chamfer_radius - from_centers(crown, aside, p.z);
         kept.distance[i] = static_cast<float>(std::max(static_cast<double>(gone[i]), wall) / h);
       }
     }
-  }
+  });
   // Rounds edges: moves the surface inwards by `radius`, then outwards.
   const double radius = crown.edge_radius / h;
   if (radius > 0) kept = moved(moved(session::redistanced(kept), -radius), radius);
