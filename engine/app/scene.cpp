@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -381,10 +382,19 @@ void describe_scene(Keys& keys, Scene& scene) {
       "sound",
       [&](Keys& sound) { sound("lower_order", scene.sound_lower_order, "reduces the order of the sound models"); },
       "options of the sound ([Sound](#sound))");
-  if (const auto prepare =
-          keys("prepare", kList, "[solids](#solids) that are removed from the tissue before the session begins")) {
+  if (const auto prepare = keys("prepare", kList, "changes of the tissue before the session ([Prepare](#prepare))")) {
     scene.prepare = prepare->items();
-    for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
+    for (const Json& item : scene.prepare) {
+      if (!item.has("tissue")) {
+        haptics::read_solid(item, solid_files);
+        continue;
+      }
+      item.allow_only({"tissue", "solid"});
+      (void)haptics::read_tissue_name(item["tissue"]);
+      dvec3 low, high;
+      haptics::read_solid(item["solid"], solid_files)->bounds(low, high);
+      if (!std::isfinite(glm::length(high - low))) item["solid"].fail("a solid without end", "a bounded solid");
+    }
   }
   keys("heat", scene.heat, session::describe_heat, "temperatures of pulp and bone ([Heat](#heat))");
   if (const auto paint = keys("paint_file", kFile, "strokes of tissue with another label ([Paint](#paint))")) {
@@ -516,7 +526,9 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   if (scene.needs("render")) volume.keep_natural_surface();
   for (const Json& item : scene.prepare) {
     const auto natural = volume.natural_surface();
-    volume = without_solid(volume, *haptics::read_solid(item, solid_files));
+    volume = item.has("tissue") ? with_solid(volume, *haptics::read_solid(item["solid"], solid_files),
+                                             haptics::read_tissue_name(item["tissue"]))
+                                : without_solid(volume, *haptics::read_solid(item, solid_files));
     volume.set_natural_surface(natural);
   }
   if (scene.implant) check_plan(*scene.implant, volume, scene.file);

@@ -39,7 +39,7 @@ struct Scene {
   std::optional<Json> tissue;        // JSON of the initial tissue: a volume, or solids
   std::vector<Json> paint;           // JSON of tissue that is added to the initial tissue, for example a lesion
   std::filesystem::path paint_file;  // file with brush strokes that a user painted; empty: none
-  std::vector<Json> prepare;         // JSON of solids removed from the tissue before the session
+  std::vector<Json> prepare;         // JSON of solids removed from or added to the tissue before the session
   std::string resume;                // volume or session to continue; empty: starts with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;

@@ -117,6 +117,24 @@ std::string fault_of(const std::string& text) {
   return test::refusal([&] { (void)load_tissue(parse_scene(Json::parse(text, "scene.json"), "scene.json")); });
 }
 
+TEST_F(GradedCaries, APreparedDepositLiesOnTheTissueAndLeavesItUnchanged) {
+  const auto volumes = [&](const std::string& more) {
+    return load_tissue(parse_scene(Json::parse(scene(more), "scene"), folder / "scene.json")).volumes();
+  };
+  const PerTissue bare = volumes("");
+  // Half of the ball is inside the block; the other half rises above the volume's stored distances.
+  const PerTissue covered = volumes(
+      R"(, "prepare": [{"tissue": "composite", "solid": {"sphere": {"center_mm": [0, 0, 2], "radius_mm": 2.5}}}])");
+  const double half_voxel = 1.1 * kCubicMillimetre;  // over the disc of 20 mm² where they meet
+  for (const Tissue t : {Tissue::kDentin, Tissue::kCaries})
+    EXPECT_NEAR(covered[static_cast<std::size_t>(t)], bare[static_cast<std::size_t>(t)], half_voxel);
+  const double half_ball = 2.0 / 3 * kPi * std::pow(2.5e-3, 3);
+  EXPECT_NEAR(covered[static_cast<std::size_t>(Tissue::kComposite)], half_ball, half_voxel);
+  EXPECT_THAT(fault_of(scene(R"(, "prepare": [{"tissue": "composite", "solid": {"halfspace": {"normal": [0, 0, 1],
+      "offset_mm": 0}}}])")),
+              testing::HasSubstr("a bounded solid"));
+}
+
 TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes) {
   const std::string red = R"("color": [0.9, 0.1, 0.1])";
   const std::string block = R"({"tissue": {"voxel_mm": 0.1, "solids": [

@@ -58,6 +58,23 @@ TEST(CaseTooth, TheSampledCrownHasTheSizesOfItsTooth) {
   }
 }
 
+TEST(CaseTooth, EachRootOfAMolarBendsByTheAngleAndItsCanalFollows) {
+  const double curvature = glm::radians(40.0);
+  for (const char* type : {"U6", "U7", "L6", "L7"}) {
+    SplitMix64 random{7};
+    const CaseTooth tooth = make_tooth(type, kAge, random, curvature);
+    ASSERT_GE(tooth.roots.size(), 4u) << type;
+    for (std::size_t k = 0; k < tooth.roots.size(); k += 2) {
+      const TaperedTube &upper = tooth.roots[k], &lower = tooth.roots[k + 1];
+      const dvec3 a = glm::normalize(upper.b - upper.a), b = glm::normalize(lower.b - lower.a);
+      EXPECT_NEAR(std::acos(glm::dot(a, b)), curvature, 0.02) << type;
+      EXPECT_LT(b.x, a.x) << type << ": to distal";
+      EXPECT_EQ(tooth.tissue(glm::mix(lower.a, lower.b, 0.5)), Tissue::kPulp) << type;
+      EXPECT_LT(tooth.distance(lower.b), 0) << type;
+    }
+  }
+}
+
 TEST(CaseTooth, ThePulpIsInsideDentinOnlyAndShrinksWithAge) {
   for (const std::string& type : tooth_types()) {
     std::array<double, 2> volume{};

@@ -94,7 +94,8 @@ std::map<std::string, double> weights_of(const Json& family, const Ordered& task
   else
     input.ideal.emplace();
   std::map<std::string, double> weights;
-  for (const session::ScoreRule& rule : session::default_rules(input)) weights[rule.name] = rule.weight;
+  if (task.value("defaults", true))
+    for (const session::ScoreRule& rule : session::default_rules(input)) weights[rule.name] = rule.weight;
   const std::string recipe = family["recipe"].string();
   const auto made_by = [&](std::initializer_list<const char*> recipes) {
     return std::ranges::find(recipes, recipe) != recipes.end();
@@ -114,7 +115,7 @@ std::map<std::string, double> weights_of(const Json& family, const Ordered& task
 Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::string& volume) {
   const Json& family = draft.family;
   const CaseTooth& tooth = draft.out.tooth;
-  const Ordered base = base_of(family);
+  const Ordered& base = draft.base;
   std::string description =
       fmt::format("Case {} of the family {}, difficulty {:g}", request.seed, request.family, request.difficulty);
   if (!tooth.type.empty()) description += fmt::format(": {} ({}), {:.0f} years", tooth.name, tooth.type, tooth.age);
@@ -125,6 +126,11 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   for (const auto& [key, value] : base.items())
     if (!kOwnKeys.contains(key)) scene[key] = value;
   if (const auto changed = family.find("scene")) scene.merge_patch(Ordered::parse(changed->text()));
+  if (base["tissue"].contains("bone") && base["tissue"]["bone"].contains("canal")) {
+    // The volume does not contain the canal's line.
+    scene["implant"]["canal"] = base["tissue"]["bone"]["canal"];
+    scene["implant"]["canal"].erase("wall_mm");
+  }
   const auto listed = [](const dvec3& d) { return Ordered{d.x, d.y, d.z}; };
   if (scene.contains("tooth")) scene["tooth"] = {{"mesial", listed(draft.turn[0])}, {"buccal", listed(draft.turn[1])}};
   if (!draft.prepare.empty()) scene["prepare"] = draft.prepare;
@@ -140,10 +146,10 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
     for (const auto& [name, value] : draft.out.parameters) fill(name, pretty(value));
     task["goal"][language] = filled;
   }
-  if (draft.explore.empty())
-    task["ideal"] = draft.ideal;
-  else
+  if (!draft.explore.empty())
     task["explore"] = draft.explore;
+  else if (!draft.ideal.is_null())
+    task["ideal"] = draft.ideal;
   task["axis"] = draft.direction({0, 0, 1});
   scene["task"] = task;
   return scene;
@@ -201,12 +207,14 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
     const double high = glm::mix(easy[1], hard[1], request.difficulty);
     result.parameters[name] = std::round(glm::mix(low, high, uniform(random)) * 100) / 100;
   }
-  Draft draft{result, *family, random, dvec3(0)};
+  Draft draft{result, *family, random, base_of(*family)};
   if (tooth.empty()) {
     apply_recipe(draft);
-    load_untouched(read_scene((*family)["base"].string())).save(volume_file.path());
+    const fs::path base = find_scene((*family)["base"].string());
+    load_untouched(parse_scene(Json::parse(draft.base.dump(), base.string()), base)).save(volume_file.path());
   } else {
-    result.tooth = make_tooth(tooth, result.parameters.at("age"), random);
+    const double curvature = result.parameters.contains("curvature_deg") ? result.parameters.at("curvature_deg") : 0;
+    result.tooth = make_tooth(tooth, result.parameters.at("age"), random, glm::radians(curvature));
     draft.tissue = sample_tooth(result.tooth, kVoxel);
     draft.offset = kTop - dvec3(0, 0, result.tooth.crown);
     apply_recipe(draft);

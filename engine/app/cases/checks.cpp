@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 
 #include "engine/app/hands/expert.h"
+#include "engine/app/hands/implant_expert.h"
 #include "engine/app/hands/stroke_planner.h"
+#include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/in_parallel.h"
 #include "haptics/solid.h"
 
 namespace typodont {
@@ -55,11 +59,40 @@ Results follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& R, co
       if (!carved) results.careless = results.exact.clone();
       continue;
     }
-    carve(results.exact, scene, legs, dvec3(0));
-    carve(results.careless, scene, legs, slip);
+    in_parallel(
+        2, [&](std::size_t k) { carve(k ? results.careless : results.exact, scene, legs, k ? slip : dvec3(0)); }, {},
+        /*block=*/1);
     carved = true;
   }
   return results;
+}
+
+/// The score of a simulated surgeon who follows the plan of `seen`.
+session::Score operate(const Scene& scene, const Scene& seen, const haptics::TissueVolume& start) {
+  constexpr double kRate = 1000;  // Hz
+  ImplantExpert hand(seen, kRate);
+  SteppedSession session(scene, start.clone(), hand.info());
+  session::HandMeter meter(kRate);
+  session::ImplantMeter implant(*scene.implant);
+  while (session.advance(hand)) {
+    meter.add({&session.last(), 1});
+    implant.add({&session.last(), 1});
+  }
+  FinishedHand finished;
+  finished.input.hand = meter.result();
+  finished.input.implant = implant.result();
+  return final_score(scene, session.carver().volume(), std::move(finished));
+}
+
+/// The scene with the implant's plan as a careless hand sees it: displaced, too deep and tilted.
+Scene misread(const Scene& scene) {
+  constexpr double kTimes = 3;  // displacement / that of a tooth's strokes
+  constexpr double kTilt = 12;  // degrees
+  Scene seen = scene;
+  session::ImplantPlan& plan = seen.implant->plan;
+  plan.entry_W += kTimes * (dvec3(kSlip.x, kSlip.y, 0) - kSlip.z * plan.axis_W);
+  plan.axis_W = glm::angleAxis(glm::radians(kTilt), dvec3(0, 1, 0)) * plan.axis_W;
+  return seen;
 }
 
 /// Feels the whole region, or its mesial half, and marks each lesion that it meets.
@@ -99,6 +132,13 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     reached = session::score_of_scene(text, input);
     input.explore = feel(judge, scene, start, /*half=*/true);
     result.careless = session::score_of_scene(text, input).points;
+  } else if (scene.implant) {
+    std::array<session::Score, 2> scores;
+    const Scene careless = misread(scene);
+    in_parallel(
+        2, [&](std::size_t k) { scores[k] = operate(scene, k ? careless : scene, start); }, {}, /*block=*/1);
+    reached = scores[0];
+    result.careless = scores[1].points;
   } else {
     Expert expert(scene, start);
     const auto score = [&](const haptics::TissueVolume& after) {

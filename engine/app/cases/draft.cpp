@@ -57,7 +57,8 @@ double Lesion::hardness(const dvec3& p) const {
 }
 
 void Draft::lay_down(const dvec3& opening) {
-  turn = {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}};
+  const double side = R[2].y > 0 ? 1 : -1;
+  turn = {{side, 0, 0}, {0, 0, side}, {0, -1, 0}};
   offset = kTop - turn * R * opening;
 }
 

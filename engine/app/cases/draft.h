@@ -32,9 +32,10 @@ struct Draft {
   Case& out;
   const Json& family;
   SplitMix64& random;
+  Ordered base;                   // shipped exercise that gives tools, motor and rules
   dvec3 offset{0};                // m, displacement from the tooth's frame to frame W
   haptics::DenseTissue tissue{};  // of the tooth, in the tooth's frame
-  // What the task asks: an ideal shape, or a region to explore. Solids that are removed before the exercise begins.
+  // What the task asks: an ideal shape, or a region to explore. Solids that are removed or added before the exercise.
   Ordered ideal = Ordered::object(), explore, prepare = Ordered::array();
   Ordered neighbours = Ordered::array(), filling = Ordered::array();  // filling: solids of an old filling
   std::vector<Lesion> lesions;
@@ -46,8 +47,8 @@ struct Draft {
   bool has(const char* parameter) const { return out.parameters.contains(parameter); }
   /// Turns the tooth so that its buccal side faces the trainee.
   void show_buccal_side() { turn = {{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}; }
-  /// Lays the tooth down so that its buccal side faces up and its crown faces the trainee. `opening` (u, v, w) comes
-  /// to the place of the cusps.
+  /// Lays the tooth down so that the side of the approach (buccal or lingual) faces up and its crown faces the trainee.
+  /// `opening` (u, v, w) comes to the place of the cusps.
   void lay_down(const dvec3& opening);
   void approach_along(const dvec3& w) {
     const dvec3 u = glm::normalize(dvec3(1, 0, 0) - w.x * w);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -20,6 +21,17 @@ constexpr double kInside = 0.15e-3;          // m, a lesion ends this far inside
 constexpr double kAround = 0.08e-3;          // m, the trough for recurrent caries is wider than the lesion
 constexpr double kBelowContact = 0.7e-3;     // m, centre of an approximal lesion below the middle of the contact
 constexpr double kApart = 2e-3;              // m, smallest distance of two lesions that the trainee must find
+
+/// Unit vector out of the tooth at a point of its surface.
+dvec3 outward(const CaseTooth& tooth, const dvec3& p) {
+  dvec3 slope;
+  for (int a = 0; a < 3; ++a) {
+    dvec3 step(0);
+    step[a] = 0.1e-3;
+    slope[a] = tooth.distance(p + step) - tooth.distance(p - step);
+  }
+  return glm::normalize(slope);
+}
 
 /// Half the length of the cavity's outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2
 /// mm).
@@ -239,13 +251,7 @@ void fracture(Draft& draft) {
     p.y = 0.5 * tooth.bl;
     while (p.y > 0 && tooth.distance(p) > 0) p.y -= 0.02e-3;
     if (p.y <= 0) continue;
-    dvec3 slope(0);
-    for (int a = 0; a < 3; ++a) {
-      dvec3 step(0);
-      step[a] = 0.1e-3;
-      slope[a] = tooth.distance(p + step) - tooth.distance(p - step);
-    }
-    slope = glm::normalize(slope - glm::dot(slope, n) * n);
+    const dvec3 normal = outward(tooth, p), slope = glm::normalize(normal - glm::dot(normal, n) * n);
     const dvec3 out = std::cos(glm::radians(kTilt)) * slope + std::sin(glm::radians(kTilt)) * n;
     const dvec3 from = edge + e * along, to = from + kStep * along;
     draft.ideal["remove"].push_back(
@@ -253,6 +259,38 @@ void fracture(Draft& draft) {
           {draft.halfspace(to_local * -out, to_local * p), draft.halfspace(to_local * along, to_local * to),
            draft.halfspace(to_local * -along, to_local * from)}}});
   }
+}
+
+/// Calculus at the neck: rows of overlapping balls, on the lingual side of lower teeth and the buccal side of upper
+/// teeth, where the ducts of the salivary glands open.
+void calculus(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  draft.approach_along({0, tooth.type[0] == 'U' ? 1.0 : -1.0, 0});
+  const double top = draft.mm("above_neck_mm"), bottom = -draft.mm("below_neck_mm"), out = draft.R[1].z;
+  const double middle = out * 0.5 * (top + bottom);
+  draft.lay_down({0, middle, draft.surface({0, middle})});
+  const auto pieces = std::lround(draft.out.parameters.at("pieces"));
+  draft.out.parameters["pieces"] = static_cast<double>(pieces);
+  const double reach = 0.3 * tooth.md, room = 2 * reach / static_cast<double>(pieces);
+  constexpr int kBalls = 6;
+  constexpr double kCovered = 0.6;  // part of each piece's room between its first and its last ball
+  Ordered rows = Ordered::array();
+  for (long piece = 0; piece < pieces; ++piece) {
+    dvec3 last(0);
+    for (int k = 0; k < kBalls; ++k) {
+      const double u = -reach + room * (static_cast<double>(piece) + 0.5 + kCovered * (k / (kBalls - 1.0) - 0.5));
+      const double v = out * glm::mix(bottom, top, uniform(draft.random));
+      const double thick = draft.mm("thickness_mm") * (0.7 + 0.3 * uniform(draft.random)), radius = thick + 0.4e-3;
+      const dvec3 on(u, v, draft.surface({u, v}));
+      const dvec3 center = on + (thick - radius) * (glm::transpose(draft.R) * outward(tooth, draft.R * on));
+      if (k > 0)
+        rows.push_back(
+            {{"capsule", {{"a_mm", draft.point(last)}, {"b_mm", draft.point(center)}, {"radius_mm", in_mm(radius)}}}});
+      last = center;
+    }
+  }
+  draft.prepare.push_back({{"tissue", "composite"}, {"solid", {{"union", rows}}}});
+  draft.ideal = {{"unprepared", true}};
 }
 
 /// Caries of the occlusal surface that looks like sound enamel; the trainee finds it. Distal and mesial in turn.
@@ -291,6 +329,23 @@ void socket(Draft& draft) {
         {{"a_mm", draft.point(deep)}, {"b_mm", draft.point(deep + dvec3(0, 0, 40e-3))}, {"radius_mm", 28}}}});
 }
 
+/// An implant in bone of a class of Lekholm and Zarb. The shipped plan's axis is tilted to mesial or distal.
+void implant(Draft& draft) {
+  auto& have = draft.out.parameters;
+  const auto bone = static_cast<std::size_t>(std::lround(have.at("bone_class")));
+  have["bone_class"] = static_cast<double>(bone);
+  constexpr std::array kClasses = {"", "I", "II", "III", "IV"};
+  draft.base["tissue"]["bone"]["class"] = kClasses.at(bone);
+  draft.base["tissue"]["bone"]["seed"] = draft.random.next() % 1000;
+  Ordered& axis = draft.base["implant"]["plan"]["axis"];
+  const double tilt = glm::radians(have.at("tilt_deg")) * (uniform(draft.random) < 0.5 ? -1 : 1);
+  const glm::dvec3 planned = glm::normalize(glm::dvec3(axis[0], axis[1], axis[2]));
+  const glm::dvec3 tilted = std::cos(tilt) * planned + std::sin(tilt) * glm::dvec3(1, 0, 0);
+  axis = {tilted.x, tilted.y, tilted.z};
+  draft.approach_along(-tilted);
+  draft.ideal = nullptr;
+}
+
 using Recipe = void (*)(Draft&);
 const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure},
                                                 {"lesion", lesion},
@@ -302,6 +357,8 @@ const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure},
                                                 {"lingual_box", lingual_box},
                                                 {"cervical", cervical},
                                                 {"fracture", fracture},
+                                                {"calculus", calculus},
+                                                {"implant", implant},
                                                 {"hidden_caries", hidden_caries},
                                                 {"socket", socket}};
 

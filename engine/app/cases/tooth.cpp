@@ -97,11 +97,16 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
            0.2e-3, 1);
     }
   }
-  for (const TaperedTube& root : tooth.roots) {
-    const dvec3 end = root.b + 0.02 * (root.a - root.b);
+  for (std::size_t k = 0; k < tooth.roots.size(); ++k) {
+    const TaperedTube& root = tooth.roots[k];
+    const double stretch = std::min(root.stretch_y, 2.0);
+    const bool goes_on = k + 1 < tooth.roots.size() && tooth.roots[k + 1].a == root.b;
+    const bool begins = k == 0 || tooth.roots[k - 1].b != root.a;
     const glm::dvec2 at = glm::clamp(glm::dvec2(root.a), -half + 0.5 * thin, half - 0.5 * thin);
-    tube({at.x, at.y, tooth.chamber_floor + 0.3e-3}, root.a, 1.3 * kCanal, kCanal, std::min(root.stretch_y, 2.0));
-    tube(root.a, end, kCanal, kForamen, std::min(root.stretch_y, 2.0));
+    if (begins) tube({at.x, at.y, tooth.chamber_floor + 0.3e-3}, root.a, 1.3 * kCanal, kCanal, stretch);
+    const dvec3 end = goes_on ? root.b : root.b + 0.02 * (root.a - root.b);
+    constexpr double kMiddle = 0.5 * (kCanal + kForamen);
+    tube(root.a, end, begins ? kCanal : kMiddle, goes_on ? kMiddle : kForamen, stretch);
   }
 }
 
@@ -181,7 +186,7 @@ std::vector<std::string> tooth_types() {
   return teeth_table().keys();
 }
 
-CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random) {
+CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature) {
   const Json table = teeth_table();
   const auto row = table.find(type);
   if (!row) throw Error("tooth", "", type, fmt::format("one of {}", fmt::join(table.keys(), ", ")));
@@ -222,6 +227,12 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random) {
     root.stretch_y = r[5] * half.y / (r[4] * half.x);
     root.radius_a = r[4] * half.x;
     root.radius_b = kApex;
+    tooth.roots.push_back(root);
+    if (curvature == 0) continue;
+    TaperedTube& upper = tooth.roots.back();
+    upper.b = root.a = glm::mix(root.a, root.b, 0.5);
+    upper.radius_b = root.radius_a = glm::mix(root.radius_a, root.radius_b, 0.5);
+    root.b = root.a + glm::angleAxis(curvature, dvec3(0, 1, 0)) * (root.b - root.a);
     tooth.roots.push_back(root);
   }
   const std::vector<double> pulp = (*row)["pulp_mm"].numbers(2);

@@ -28,10 +28,10 @@ struct CaseTooth {
   double age = 0;  // years; the pulp shrinks with age
   double md = 0, bl = 0, crown = 0, root = 0;
   ToothForm form;
-  ToothForm blunt;       // form without grooves; the enamel's thickness is measured from it
-  double fossa = 0;      // m, depth of the lingual fossa of a front tooth; 0: none
-  double furcation = 0;  // m below the neck where roots separate; 0: one root
-  std::vector<TaperedTube> roots;
+  ToothForm blunt;                 // form without grooves; the enamel's thickness is measured from it
+  double fossa = 0;                // m, depth of the lingual fossa of a front tooth; 0: none
+  double furcation = 0;            // m below the neck where roots separate; 0: one root
+  std::vector<TaperedTube> roots;  // a curved root is two tubes, one after the other
   // m, height to which the enamel's edge rises above the neck, on the mesial and on the distal side
   double cej_mesial = 0, cej_distal = 0;
   double enamel = 0;                           // m, thickness of the enamel in the occlusal third
@@ -52,8 +52,9 @@ struct CaseTooth {
 };
 
 std::vector<std::string> tooth_types();
-/// Generates a tooth. `type`: one of tooth_types(). Throws Error.
-CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random);
+/// Generates a tooth. `type`: one of tooth_types(). `curvature`: rad, angle by which each root of a molar bends to
+/// distal at half its length (Schneider 1971). Throws Error.
+CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature = 0);
 
 /// Samples the tooth with exact distances. `voxel`: edge length, m.
 haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel);

@@ -7,6 +7,12 @@
 
 namespace typodont {
 
+namespace {
+
+constexpr float kLabelled = 2;  // voxels; air nearer to a solid has the solid's label, for interpolation
+
+}  // namespace
+
 DenseCopy dense_copy(const haptics::TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -75,6 +81,34 @@ haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const h
       for (int z = 0; z < n.z; ++z) {
         float& d = copy.field.distance[copy.field.at(x, y, z)];
         d = std::max(d, static_cast<float>(-solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
+      }
+    }
+  }
+  return from_dense(copy, volume.band());
+}
+
+haptics::TissueVolume with_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid, Tissue tissue) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  dvec3 from, to;
+  solid.bounds(from, to);
+  lo = glm::min(lo, glm::ivec3(glm::floor(volume.frame().to_voxels(from - volume.band())))) - 2;
+  hi = glm::max(hi, glm::ivec3(glm::ceil(volume.frame().to_voxels(to + volume.band())))) + 2;
+  DenseCopy copy = dense_copy(volume, lo, hi - lo + 1);
+  const glm::ivec3 n = copy.field.size;
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = copy.field.at(x, y, z);
+        float& d = copy.field.distance[i];
+        const auto added = static_cast<float>(solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel);
+        if (added >= d) continue;
+        const bool was_air = d > 0;
+        d = added;
+        if (!was_air || added >= kLabelled) continue;
+        copy.tissue[i] = tissue;
+        if (!copy.hardness.empty()) copy.hardness[i] = haptics::kOwnHardness;
+        if (!copy.color.empty()) copy.color[i] = kTissueColor;
       }
     }
   }

@@ -33,5 +33,7 @@ haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes a solid's inside. Labels do not change.
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
+/// Adds a bounded solid. The tissue inside it does not change; the rest of the solid gets the label `tissue`.
+haptics::TissueVolume with_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid, Tissue tissue);
 
 }  // namespace typodont
