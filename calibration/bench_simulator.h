@@ -57,10 +57,10 @@ class BenchSimulator {
 
  private:
   std::size_t many(double count) const;
+  dvec3 slip() { return random_.in_box(dvec3(-4e-4 * options_.soft), dvec3(4e-4 * options_.soft)); }
   SimulationOptions options_;
   Noise random_;
   ArmGeometry arm_;
-  dvec3 slip() { return random_.in_box(dvec3(-4e-4 * options_.soft), dvec3(4e-4 * options_.soft)); }
   RigGeometry truth_;
 };
 

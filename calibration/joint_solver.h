@@ -38,8 +38,8 @@ struct JointResult {
   double seconds = 0;
 };
 
-/// A term with its size, for people: "panel bent: (0.44, -0.35, 0.58) ± (0.07, 0.05, 0.14) mm".
-std::string in_words(const JointResult::Term& term);
+/// A term's size, for people: "(0.44, -0.35, 0.58) ± (0.07, 0.05, 0.14) mm".
+std::string size_in_words(const JointResult::Term& term);
 
 /// Throws Error if there are too few captures of one kind: touches of marks, alignments with one eye, or touches for
 /// which both eyes' dots were recorded. X_WH does not change, because X_WH defines the frame W.

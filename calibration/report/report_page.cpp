@@ -152,11 +152,7 @@ std::string report_page(const BenchState& bench, const std::string& title) {
                         r->user_offset_W.x * 1e3, r->user_offset_W.y * 1e3, r->user_offset_W.z * 1e3,
                         r->user_offset_sigma.x * 1e3, r->user_offset_sigma.y * 1e3, r->user_offset_sigma.z * 1e3)) +
         row("interpupillary distance", mm(r->eyes.ipd) + " ± " + mm(r->ipd_sigma));
-    for (const JointResult::Term& term : r->terms) {
-      const std::string text = in_words(term);
-      const std::size_t colon = text.find(": ");
-      table += row(text.substr(0, colon), text.substr(colon + 2));
-    }
+    for (const JointResult::Term& term : r->terms) table += row(term.name, size_in_words(term));
     table += "</table>";
     body += section("All touches together", "Arm, panel, mirror and eyes fitted to all captures together.", table);
   }

@@ -30,7 +30,7 @@ constexpr Eigen::Index kBench = 23;  // unknowns of panel (11), mirror (6) and e
 using Jet = ceres::Jet<double, kBench>;
 template <class T>
 using Vec = sight::Vec<T>;
-using sight::vec, sight::unit, sight::dot, sight::cross;
+using sight::vec, sight::unit, sight::dot, sight::cross, sight::closest_point;
 
 dquat rotation_vector(const dvec3& v) {
   return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
@@ -48,14 +48,6 @@ Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// Midpoint of the shortest connection between two lines of sight.
-template <class T>
-Vec<T> closest_point(const Vec<T>& left, const Vec<T>& left_dot, const Vec<T>& right, const Vec<T>& right_dot) {
-  const Vec<T> d = unit(left_dot - left), e = unit(right_dot - right), w = left - right;
-  const T de = dot(d, e), dw = dot(d, w), ew = dot(e, w), det = T(1) - de * de;
-  return T(0.5) * (left + ((de * ew - dw) / det) * d + right + ((ew - de * dw) / det) * e);
-}
-
 dvec3 triple(const VectorXd& x, Eigen::Index at) {
   return {x[at], x[at + 1], x[at + 2]};
 }
@@ -70,17 +62,17 @@ struct Layout {
 };
 
 /// A group of three unknowns that most benches do not need.
-struct Optional {
+struct OptionalTerm {
   const char* name;
   Eigen::Index first;
   double scale;  // plausible size: m, or 1/m
 };
 constexpr Layout kLayout;
-constexpr Optional kOptional[] = {{"panel bent", kLayout.bow, 5e-4},
-                                  {kMirrorCurved, kLayout.sag, 0.05},
-                                  {"tip slipped after step arm", kLayout.slips, 5e-4},
-                                  {"tip slipped after step screen", kLayout.slips + 3, 5e-4},
-                                  {"tip slipped after step eyes", kLayout.slips + 6, 5e-4}};
+constexpr OptionalTerm kOptionalTerms[] = {{"panel bent", kLayout.bow, 5e-4},
+                                           {kMirrorCurved, kLayout.sag, 0.05},
+                                           {"tip slipped after step arm", kLayout.slips, 5e-4},
+                                           {"tip slipped after step screen", kLayout.slips + 3, 5e-4},
+                                           {"tip slipped after step eyes", kLayout.slips + 6, 5e-4}};
 
 class Model {
  public:
@@ -108,11 +100,10 @@ class Model {
     if (bench.rig.mirror) {
       dvec3 sum(0);
       for (const Touch& t : captures.mirror) sum += bench.rig.X_WH * t.at(bench.arm);
-      pivot_ = captures.mirror.empty() ? bench.rig.mirror->normal * bench.rig.mirror->offset
-                                       : sum / static_cast<double>(captures.mirror.size());
-      start_ = bench.rig.mirror->shape();
-      start_ = sight::Mirror<double>::make(start_.normal, bench.rig.mirror->offset, vec<double>(pivot_), {});
-      pivot_ = sight::plain(start_.middle);
+      const dvec3 about = captures.mirror.empty() ? bench.rig.mirror->normal * bench.rig.mirror->offset
+                                                  : sum / static_cast<double>(captures.mirror.size());
+      start_ = sight::Mirror<double>::make(bench.rig.mirror->shape().normal, bench.rig.mirror->offset,
+                                           vec<double>(about), {});
     }
   }
 
@@ -126,7 +117,7 @@ class Model {
     for (std::size_t i = 0; i < arm.size(); ++i) scale[static_cast<Eigen::Index>(i)] = arm[i];
     scale.segment<3>(layout_.bench + 3).setConstant(0.1);  // rad, plausible error of the panel's rotation
     scale.segment<2>(layout_.mirror).setConstant(0.1);     // rad, plausible error of the mirror's tilt
-    for (const Optional& group : kOptional) scale.segment<3>(group.first).setConstant(group.scale);
+    for (const OptionalTerm& group : kOptionalTerms) scale.segment<3>(group.first).setConstant(group.scale);
     return scale;
   }
 
@@ -257,7 +248,7 @@ class Model {
   sight::Mirror<T> mirror_of(const T* y) const {
     const auto constant = [](const Vec<double>& v) { return vec<T>(sight::plain(v)); };
     const Vec<T> normal = unit(constant(start_.normal) + y[11] * constant(start_.a) + y[12] * constant(start_.b));
-    const Vec<T> pivot = vec<T>(pivot_);
+    const Vec<T> pivot = constant(start_.middle);
     return sight::Mirror<T>::make(normal, dot(normal, pivot) + y[13], pivot, {y[14], y[15], y[16]});
   }
   template <class T>
@@ -282,8 +273,7 @@ class Model {
   std::array<double, kArmParameters> arm0_{};
   std::map<int, std::pair<Eigen::Index, Pose>> place_;
   std::vector<Block> blocks_;
-  sight::Mirror<double> start_;  // the plane of the first estimate, with the axes of its tilt
-  dvec3 pivot_{0, 0, 0};         // m, middle of the mirror's touches, in this plane
+  sight::Mirror<double> start_;  // the plane of the first estimate, about the middle of its touches
   // Memory of evaluate(): derivatives of the tip, and of the residuals by the bench.
   mutable Columns arm_part_;
   mutable Eigen::Matrix<double, 3, kBench> bench_part_;
@@ -291,12 +281,12 @@ class Model {
 
 }  // namespace
 
-std::string in_words(const JointResult::Term& term) {
+std::string size_in_words(const JointResult::Term& term) {
   const bool curvature = term.name == kMirrorCurved;
   const double unit = curvature ? 1 : 1e-3;
-  return fmt::format("{}: ({:.3f}, {:.3f}, {:.3f}) ± ({:.3f}, {:.3f}, {:.3f}) {}", term.name, term.value.x / unit,
-                     term.value.y / unit, term.value.z / unit, term.sigma.x / unit, term.sigma.y / unit,
-                     term.sigma.z / unit, curvature ? "1/m" : "mm");
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) ± ({:.3f}, {:.3f}, {:.3f}) {}", term.value.x / unit, term.value.y / unit,
+                     term.value.z / unit, term.sigma.x / unit, term.sigma.y / unit, term.sigma.z / unit,
+                     curvature ? "1/m" : "mm");
 }
 
 JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
@@ -391,7 +381,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   // A term stays only if the touches show it: Wald's test, x C⁻¹ x against the chi-squared distribution. The weakest
   // term goes first, because terms explain the same touches in part. A term that is left out has the scale zero.
   const double evident = chi_squared_quantile(0.999, 3);
-  std::vector<Optional> terms(std::begin(kOptional), std::end(kOptional));
+  std::vector<OptionalTerm> terms(std::begin(kOptionalTerms), std::end(kOptionalTerms));
   for (;;) {
     fit();
     result.terms.clear();

@@ -9,11 +9,9 @@ PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye, const dvec3& p) {
   return {u, v};
 }
 
-dvec3 closest_point(const dvec3& a, const dvec3& left_dot, const dvec3& b, const dvec3& right_dot) {
-  const dvec3 d = glm::normalize(left_dot - a), e = glm::normalize(right_dot - b), w = a - b;
-  const double de = glm::dot(d, e), dw = glm::dot(d, w), ew = glm::dot(e, w), det = 1 - de * de;
-  const double s = (de * ew - dw) / det, t = (ew - de * dw) / det;
-  return 0.5 * (a + s * d + b + t * e);
+dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot) {
+  const auto vec = sight::vec<double>;
+  return sight::plain(sight::closest_point(vec(left_eye), vec(left_dot), vec(right_eye), vec(right_dot)));
 }
 
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p) {

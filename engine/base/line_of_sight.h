@@ -51,6 +51,14 @@ Vec<T> unit(const Vec<T>& v) {
   return (T(1) / length(v)) * v;
 }
 
+/// Midpoint of the shortest connection between two lines of sight, each from an eye to its dot.
+template <class T>
+Vec<T> closest_point(const Vec<T>& left, const Vec<T>& left_dot, const Vec<T>& right, const Vec<T>& right_dot) {
+  const Vec<T> d = unit(left_dot - left), e = unit(right_dot - right), w = left - right;
+  const T de = dot(d, e), dw = dot(d, w), ew = dot(e, w), det = T(1) - de * de;
+  return T(0.5) * (left + ((de * ew - dw) / det) * d + right + ((ew - de * dw) / det) * e);
+}
+
 /// A panel. u, v: 0..1 along the edges `right` and `up`. The panel's height above the plane of its edges, in the
 /// direction right × up: bow.x · 4u(1−u) + bow.y · 4v(1−v) + bow.z · uv.
 template <class T>

@@ -83,11 +83,12 @@ Arm read_arm(const std::filesystem::path& file) {
     if (!(l > 0 && l < 2000)) json["lengths_mm"].fail("lengths of 0 to 2000");
   }
   if (links == 3) {
-    arm.La = lengths[0] * kMillimetre, arm.Lb = lengths[1] * kMillimetre, arm.Lc = lengths[2] * kMillimetre;
+    arm.geometry.base = lengths[0] * kMillimetre;
+    arm.geometry.upper = lengths[1] * kMillimetre, arm.geometry.fore = lengths[2] * kMillimetre;
   } else {
     for (std::size_t i = 0; i < 6; ++i) arm.L[i] = lengths[i] * kMillimetre;
   }
-  arm.origin = json["origin_mm"].vec3() * kMillimetre;
+  arm.geometry.origin = json["origin_mm"].vec3() * kMillimetre;
 
   const std::vector<double> counts = json["encoder_counts"].numbers(6);
   for (std::size_t i = 0; i < 6; ++i) {
@@ -147,8 +148,7 @@ void use_measured(Arm& arm, const ArmGeometry& geometry) {
   if (arm.linkage != Arm::Linkage::kSerial || !arm.has_stylus())
     throw Error("calibration.arm", "", "the geometry of another arm than " + arm.name,
                 "a serial arm with encoders of the stylus, or no step `arm` in the rig");
-  arm.measured = geometry;
-  arm.La = geometry.base, arm.Lb = geometry.upper, arm.Lc = geometry.fore, arm.origin = geometry.origin;
+  arm.geometry = geometry;
 }
 
 namespace {
@@ -161,21 +161,14 @@ ArmReading reading_of(const Arm& arm, const Counts& counts) {
 }  // namespace
 
 dvec3 true_angles(const Arm& arm, const Counts& counts) {
-  if (!arm.measured) return body_angles(arm, counts);
-  const auto q = arm_joints(*arm.measured, reading_of(arm, counts)).q;
+  const auto q = arm_joints(arm.geometry, reading_of(arm, counts)).q;
   return {q[0], q[1], q[2]};
 }
 
 dvec3 stylus_position(const Arm& arm, const dvec3& theta) {
-  double r = 0, z = 0;
-  if (arm.linkage == Arm::Linkage::kFiveBar) {
-    const FiveBar bar = five_bar(arm, theta.y, theta.z);
-    r = bar.rho, z = bar.z;
-  } else {
-    r = arm.Lb * std::sin(theta.y) + arm.Lc * std::sin(theta.z);
-    z = arm.La + arm.Lb * std::cos(theta.y) - arm.Lc * std::cos(theta.z);
-  }
-  return dvec3(r * std::cos(theta.x), r * std::sin(theta.x), z) - arm.origin;
+  if (arm.linkage == Arm::Linkage::kSerial) return wrist_position(arm.geometry, {theta.x, theta.y, theta.z});
+  const FiveBar bar = five_bar(arm, theta.y, theta.z);
+  return dvec3(bar.rho * std::cos(theta.x), bar.rho * std::sin(theta.x), bar.z) - arm.geometry.origin;
 }
 
 dvec3 stylus_angles(const Arm& arm, const Counts& counts) {
@@ -188,21 +181,18 @@ dvec3 stylus_angles(const Arm& arm, const Counts& counts) {
 }
 
 Pose stylus_pose(const Arm& arm, const Counts& counts) {
-  if (arm.measured) {
-    const Pose X_HS = typodont::stylus_pose(*arm.measured, reading_of(arm, counts));
-    return {X_HS * arm.measured->tip_S, X_HS.R};
-  }
   const dvec3 theta = body_angles(arm, counts);
-  Pose pose{stylus_position(arm, theta), {1, 0, 0, 0}};
-  if (!arm.has_stylus()) return pose;
+  if (!arm.has_stylus()) return {stylus_position(arm, theta), {1, 0, 0, 0}};
+  if (arm.linkage == Arm::Linkage::kSerial) {
+    const Pose X_HS = typodont::stylus_pose(arm.geometry, reading_of(arm, counts));
+    return {X_HS * arm.geometry.tip_S, X_HS.R};
+  }
   const dvec3 stylus = stylus_angles(arm, counts);
-  const double tilt =
-      arm.linkage == Arm::Linkage::kFiveBar ? -five_bar(arm, theta.y, theta.z).lambda : -theta.z + kPi / 2;
+  const double tilt = -five_bar(arm, theta.y, theta.z).lambda;
   const auto turn = [](double angle, const dvec3& axis) { return glm::angleAxis(angle, axis); };
   const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  pose.R =
-      glm::normalize(turn(theta.x, z) * turn(tilt, y) * turn(stylus[0], x) * turn(stylus[1], y) * turn(stylus[2], x));
-  return pose;
+  return {stylus_position(arm, theta), glm::normalize(turn(theta.x, z) * turn(tilt, y) * turn(stylus[0], x) *
+                                                      turn(stylus[1], y) * turn(stylus[2], x))};
 }
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
@@ -219,8 +209,8 @@ glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   }
   const double sA = std::sin(theta.x), cA = std::cos(theta.x), sB = std::sin(theta.y), cB = std::cos(theta.y),
                sC = std::sin(theta.z), cC = std::cos(theta.z);
-  const double r = arm.Lb * sB + arm.Lc * sC;
-  return {dvec3(-sA * r, cA * r, 0), arm.Lb * dvec3(cA * cB, sA * cB, -sB), arm.Lc * dvec3(cA * cC, sA * cC, sC)};
+  const double upper = arm.geometry.upper, fore = arm.geometry.fore, r = upper * sB + fore * sC;
+  return {dvec3(-sA * r, cA * r, 0), upper * dvec3(cA * cB, sA * cB, -sB), fore * dvec3(cA * cC, sA * cC, sC)};
 }
 
 double position_step(const Arm& arm) {
@@ -236,7 +226,7 @@ double position_step(const Arm& arm) {
 
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta) {
   constexpr double g = 9.81;  // m/s², acceleration of gravity
-  return {0, -g * (arm.mass_b * arm.center_b + arm.mass_c * arm.Lb) * std::sin(theta.y),
+  return {0, -g * (arm.mass_b * arm.center_b + arm.mass_c * arm.geometry.upper) * std::sin(theta.y),
           g * arm.mass_c * arm.center_c * std::sin(theta.z)};
 }
 

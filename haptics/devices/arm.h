@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
-#include <optional>
 #include <string>
 
 #include "engine/base/arm_geometry.h"
@@ -19,9 +18,10 @@ struct Arm {
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
   // Diameters of the motors' capstans, and of the bodies A, B, C that they drive, m.
   dvec3 capstan{0}, body{0};
-  double La = 0, Lb = 0, Lc = 0;                 // m, lengths of the links, if the linkage is serial
+  // Links (used if the linkage is serial) and origin, from the preset or measured. The tip is at the wrist's centre
+  // until the arm was measured.
+  ArmGeometry geometry{.tip_S = {0, 0, 0}};
   std::array<double, 6> L{};                     // m, lengths of the links of a five-bar linkage
-  dvec3 origin{0};                               // m, origin of the workspace in the base's frame
   dvec3 torque_constant{0};                      // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};                // counts per turn of encoders A to F; 0: no stylus encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1: the angle decreases when the count increases
@@ -35,9 +35,6 @@ struct Arm {
   double joint_speed = 30;
   // Mass of bodies B and C, and distance of their centres of mass from their joints, for gravity compensation.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, kg, m, m
-
-  // Measured geometry, which replaces lengths and origin, and gives the tip; empty: not calibrated.
-  std::optional<ArmGeometry> measured;
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }

@@ -11,6 +11,18 @@ constexpr double kStepSlip = 1e-11;
 // Small, because the normals of two contacts of one wall differ only by their levers.
 constexpr ActiveSetLimits kStepLimits = {.min_pivot = 1e-10, .min_rest = 1e-10};
 
+/// Index of the inactive plane that `at` violates most; -1: none.
+template <class Planes, class Vector>
+int most_violated(const Planes& planes, int total, const Vector& at, const int* active, int count) noexcept {
+  int worst = -1;
+  double least = -kStepSlip;
+  for (int i = 0; i < total; ++i) {
+    const double e = planes.excess(planes.plane(i), at);
+    if (e < least && std::find(active, active + count, i) == active + count) worst = i, least = e;
+  }
+  return worst;
+}
+
 }  // namespace
 
 /// The bounds as planes for displacement and rotation.
@@ -24,13 +36,7 @@ class StepPlanes::InPose {
   const Bound& plane(int i) const noexcept { return planes_.bounds_[static_cast<std::size_t>(i)]; }
   double excess(const Bound& bound, const PoseStep& step) const noexcept { return dot(bound.n, step) + bound.room; }
   int worst(const PoseStep& step, const int* active, int count) const noexcept {
-    int worst = -1;
-    double least = -kStepSlip;
-    for (int i = 0; i < planes_.count_; ++i) {
-      const double e = excess(plane(i), step);
-      if (e < least && std::find(active, active + count, i) == active + count) worst = i, least = e;
-    }
-    return worst;
+    return most_violated(*this, planes_.count_, step, active, count);
   }
 
  private:
@@ -54,13 +60,7 @@ class StepPlanes::InSpace {
   }
   double excess(const Plane& plane, const dvec3& p) const noexcept { return glm::dot(plane.n, p) + plane.room; }
   int worst(const dvec3& p, const int* active, int count) const noexcept {
-    int worst = -1;
-    double least = -kStepSlip;
-    for (int i = 0; i < planes_.count_; ++i) {
-      const double e = excess(plane(i), p);
-      if (e < least && std::find(active, active + count, i) == active + count) worst = i, least = e;
-    }
-    return worst;
+    return most_violated(*this, planes_.count_, p, active, count);
   }
 
  private:

@@ -124,8 +124,8 @@ TEST(Arm, ACurrentFromInvalidInputIsZero) {
 TEST(Arm, GravityTorqueIsTheSlopeOfThePotentialEnergy) {
   const Arm arm = read_arm(kPresets[0]);
   const auto potential = [&](double B, double C) {  // potential from the heights above the joints
-    return 9.81 *
-           (arm.mass_b * arm.center_b * std::cos(B) + arm.mass_c * (arm.Lb * std::cos(B) - arm.center_c * std::cos(C)));
+    return 9.81 * (arm.mass_b * arm.center_b * std::cos(B) +
+                   arm.mass_c * (arm.geometry.upper * std::cos(B) - arm.center_c * std::cos(C)));
   };
   for (double B = -0.6; B < 0.7; B += 0.3) {
     for (double C = 1; C < 2.2; C += 0.3) {

@@ -287,7 +287,8 @@ std::string summary(const BenchState& bench) {
     text += fmt::format(
         "together  eyes {:.2f} ± {:.2f} mm apart; this user feels points ({}) mm from where they are seen\n",
         r->eyes.ipd * 1e3, r->ipd_sigma * 1e3, words(r->user_offset_W * 1e3));
-    for (const JointResult::Term& term : r->terms) text += fmt::format("          {}\n", in_words(term));
+    for (const JointResult::Term& term : r->terms)
+      text += fmt::format("          {}: {}\n", term.name, size_in_words(term));
   }
   if (const auto& r = bench.registration) {
     text += fmt::format("register  {:.3f} mm per axis, {:.3f} mm predicted error, {} pairs, {} set aside{}\n",

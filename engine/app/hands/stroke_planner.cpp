@@ -122,7 +122,7 @@ class StrokePlanner {
   struct Points {
     dvec3 center{0};
     double radius = 0;
-    std::size_t next = 0;  // index of the first sphere that is no part of this one
+    std::size_t next = 0;  // index of the first sphere after all parts of this one
     std::vector<dvec3> points;
   };
   using Tree = std::vector<Points>;

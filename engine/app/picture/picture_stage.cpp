@@ -354,6 +354,7 @@ void PictureStage::look_from(const display::DisplayRig& rig) {
   rig_.screen.pixels = pixels;
   rig_.screen.layout = layout;
   rig_.head = rest_ = rig.head;
+  bent_for_.reset();
   first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
 }
 

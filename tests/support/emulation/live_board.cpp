@@ -18,11 +18,12 @@ namespace {
 /// Returns the angles that put the tip of a serial arm at `tip` with the elbow up. Uses the law of cosines for the two
 /// links.
 dvec3 angles_for(const haptics::Arm& arm, const dvec3& tip) {
-  const dvec3 p = tip + arm.origin;
-  const double r = std::hypot(p.x, p.y), w = p.z - arm.La, d2 = r * r + w * w, d = std::sqrt(d2);
+  const double upper = arm.geometry.upper, fore = arm.geometry.fore;
+  const dvec3 p = tip + arm.geometry.origin;
+  const double r = std::hypot(p.x, p.y), w = p.z - arm.geometry.base, d2 = r * r + w * w, d = std::sqrt(d2);
   const double phi = std::atan2(r, w);
-  const double alpha = std::acos((arm.Lb * arm.Lb + d2 - arm.Lc * arm.Lc) / (2 * arm.Lb * d));
-  const double beta = std::acos((arm.Lc * arm.Lc + d2 - arm.Lb * arm.Lb) / (2 * arm.Lc * d));
+  const double alpha = std::acos((upper * upper + d2 - fore * fore) / (2 * upper * d));
+  const double beta = std::acos((fore * fore + d2 - upper * upper) / (2 * fore * d));
   return {std::atan2(p.y, p.x), phi - alpha, kPi - (phi + beta)};
 }
 
