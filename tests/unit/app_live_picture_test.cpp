@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/label_blocks.h"
 #include "engine/app/picture/live_views.h"
@@ -216,6 +217,28 @@ TEST(PictureStage, IsBlankUntilAFrameIsDrawnInThePresentSizeAndQuality) {
   EXPECT_TRUE(drawn());
   stage.set_quality(render::kQualityLadder.back());
   EXPECT_TRUE(drawn());
+}
+
+TEST(LivePicture, TheOperatorsWindowNeverGetsABlankPictureWhenTheQualityChanges) {
+  const Scene scene =
+      parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
+  LiveSession session(scene, ball(3));
+  ServoTick tick;
+  LivePicture picture(scene, {.operated = true, .embedded = true}, session, tick);
+  // So large a picture is too slow for every processor.
+  const display::DisplayRig rig = rig_of({.elevation = 0.1, .distance = 0.15}, {0, 0, 0}, {4096, 3072});
+  std::vector<std::string> explanations;
+  picture.open(rig, explanations);
+  if (!picture.stage()->device().processor) GTEST_SKIP() << "a graphics card draws such pictures in time";
+  WorkCounts work;
+  for (int i = 0; i < 1000 && picture.ladder().changes() == 0; ++i) {
+    tick.X_WG.p.x = 1e-5 * i;
+    picture.apply(tick);
+    picture.draw("", work);
+    std::this_thread::sleep_for(5ms);
+    EXPECT_FALSE(picture.stage()->blank());
+  }
+  EXPECT_GT(picture.ladder().changes(), 0);
 }
 
 TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewReplacesIt) {

@@ -269,6 +269,8 @@ void LivePicture::draw(const std::string& hint, WorkCounts& work) {
     return std::this_thread::sleep_for(4ms);
   }
   world_.say(hint);
+  // Not before, because the operator's window shows the last frame until the next one.
+  if (std::exchange(new_quality_, false)) stage_->set_quality(ladder_.step());
   const auto stats = stage_->draw(world_, views_->look(Eyes::kTrainee));
   frames_ += stats.drawn;
   record_view();
@@ -310,7 +312,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
-    stage_->set_quality(ladder_.step());
+    new_quality_ = true;
     log::info("picture quality: {}, because a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
   }
 }
