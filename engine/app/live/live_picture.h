@@ -132,7 +132,7 @@ class LivePicture {
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;  // true if the last drawing pass drew a frame
+  bool drew_last_ = false;    // true if the last drawing pass drew a frame
   bool new_quality_ = false;  // true: the next frame has the quality of ladder_
   // Number of cuts in the session when ladder_ (QualityLadder) last evaluated a frame.
   std::uint64_t ladder_cuts_ = 0;
