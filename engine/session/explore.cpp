@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace typodont::session {
 
@@ -12,6 +13,7 @@ constexpr double kMarkReach = 0.6e-3;  // m, largest distance of a mark from its
 constexpr double kStep = 0.2e-3;       // m; the explored surface is updated whenever the tip has moved this far
 // Smallest lesion, voxels. Smaller pieces of caries are noise.
 constexpr std::size_t kMinLesion = 8;
+constexpr double kSiteReach = 2e-3;  // m, largest distance of a reading from its site
 
 /// Calls each(index, squared distance) for voxels within `reach` of p.
 template <class Each>
@@ -77,12 +79,37 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
   }
 }
 
+ExploreMeter::ExploreMeter(std::vector<ProbeSite> sites, const dvec3& axis_W, double tip)
+    : sites_(std::move(sites)), axis_W_(axis_W), tip_(tip) {
+  for (const ProbeSite& site : sites_) readings_.push_back({glm::dot(site.margin_W - site.floor_W, axis_W_)});
+}
+
+void ExploreMeter::probe(const ServoTick& tick, bool pressed) {
+  const dvec3 tip = tick.X_WG.p - tip_ * axis_W_;
+  std::size_t nearest = 0;
+  double least = 1e300;
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const dvec3 along = sites_[i].floor_W - sites_[i].margin_W, from = tip - sites_[i].margin_W;
+    const double t = std::clamp(glm::dot(from, along) / glm::dot(along, along), 0.0, 1.0);
+    if (const double d = glm::length(from - t * along); d < least) least = d, nearest = i;
+  }
+  const double depth = glm::dot(sites_[nearest].margin_W - tip, axis_W_);
+  if (least > kSiteReach || depth < 0) return;
+  const double force = std::max(0.0, glm::dot(tick.f_T_W, axis_W_));
+  probing_force_ = std::max(probing_force_, force);
+  if (pressed) readings_[nearest].reading = depth, readings_[nearest].force = force;
+}
+
 void ExploreMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const bool down = tick.pedal > 0.5, pressed = down && !pedal_down_;
     pedal_down_ = down;
     const bool contact = tick.depth > 0 || tick.contact_area > 0;
     if (!contact || !is_finite(tick.X_WG.p)) continue;
+    if (!sites_.empty()) {
+      probe(tick, pressed);
+      continue;
+    }
     const dvec3 p = frame_.to_voxels(tick.X_WG.p);
     if (glm::length(p - last_) * frame_.voxel > kStep) {
       last_ = p;
@@ -112,7 +139,18 @@ ExploreMeasures ExploreMeter::result() const {
   m.found = static_cast<int>(std::count(found_.begin(), found_.end(), true));
   m.false_finds = false_finds_;
   m.explored = surface_count_ > 0 ? static_cast<double>(explored_count_) / static_cast<double>(surface_count_) : 1.0;
+  m.sites = readings_;
+  m.probing_force = probing_force_;
   return m;
+}
+
+int ExploreMeasures::sites_read() const {
+  return static_cast<int>(std::ranges::count_if(sites, [](const SiteReading& s) { return s.reading >= 0; }));
+}
+
+int ExploreMeasures::sites_within(double tolerance) const {
+  return static_cast<int>(std::ranges::count_if(
+      sites, [&](const SiteReading& s) { return s.reading >= 0 && std::abs(s.reading - s.depth) <= tolerance; }));
 }
 
 }  // namespace typodont::session

@@ -114,6 +114,14 @@ bool is_healthy(Tissue t) {
 constexpr double kMm3 = 1e9;  // mm³ per m³
 // Explored fraction for full points; the tip cannot reach everything.
 constexpr double kEnoughExplored = 0.9;
+// Tolerance of a pocket's depth, m: an examiner's repeated readings agree this well at over 90 % of the sites (Andrade
+// and others, Braz Oral Res 26 (2012) 57).
+constexpr double kReadWithin = 1e-3;
+
+/// True if the task is to measure pockets.
+bool probes(const ScoreInput& in) {
+  return in.explore && !in.explore->sites.empty();
+}
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
@@ -250,14 +258,25 @@ constexpr Measure kMeasures[] = {
      false, Basis::kHand},
     {"false_finds", "", Best::kAtMost,
      [](In in) -> Value {
-       if (!in.explore) return std::nullopt;
+       if (!in.explore || probes(in)) return std::nullopt;
        return in.explore->false_finds;
      },
      false, Basis::kHand},
     {"explored_percent", "%", Best::kAtLeast,
      [](In in) -> Value {
-       if (!in.explore) return std::nullopt;
+       if (!in.explore || probes(in)) return std::nullopt;
        return 100 * in.explore->explored;
+     }},
+    {"sites_within_1mm_percent", "%", Best::kAtLeast,
+     [](In in) -> Value {
+       if (!probes(in)) return std::nullopt;
+       return 100.0 * in.explore->sites_within(kReadWithin) / static_cast<double>(in.explore->sites.size());
+     },
+     false, Basis::kHand},
+    {"probing_force_N", "N", Best::kAtMost,
+     [](In in) -> Value {
+       if (!probes(in)) return std::nullopt;
+       return in.explore->probing_force;
      }},
     {"implant_phases_percent", "%", Best::kAtLeast,
      [](In in) -> Value {
@@ -338,9 +357,11 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task: of the phases of an implant; of the lesions found and the surface explored (mean);
-/// of the changes to the target shape; or of the caries removed. If there was no caries: 1 after any change.
+/// Completed fraction of the task: of the phases of an implant; of the pockets read; of the lesions found and the
+/// surface explored (mean); of the changes to the target shape; or of the caries removed. If there was no caries: 1
+/// after any change.
 double completion(const ScoreInput& in) {
+  if (probes(in)) return static_cast<double>(in.explore->sites_read()) / static_cast<double>(in.explore->sites.size());
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
     return 0.5 * found + 0.5 * std::min(1.0, in.explore->explored / kEnoughExplored);
@@ -393,7 +414,12 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   const double caries_mm3 = input.before[static_cast<std::size_t>(Tissue::kCaries)] * kMm3;
   const char* ours = "Typodont's default; set it in the scene";
   std::vector<ScoreRule> rules;
-  if (input.explore) {
+  if (probes(input)) {
+    rules = {
+        {"sites_within_1mm_percent", 100, 15, 60, Best::kAtLeast,
+         "Repeated readings agree within 1 mm at over 90 % of the sites (Andrade 2012)"},
+        {"probing_force_N", 0.3, 0.2, 30, Best::kAtMost, "Probing force of 0.2 to 0.25 N; the limit is an estimate"}};
+  } else if (input.explore) {
     rules = {{"lesions_found_percent", 100, 20, 50, Best::kAtLeast, ours},
              {"false_finds", 0, 1, 15, Best::kAtMost, ours},
              {"explored_percent", 100 * kEnoughExplored, 20, 20, Best::kAtLeast, ours}};
@@ -411,10 +437,11 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
              {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
               "Half a millimetre of dentin left over the pulp; Typodont's default"}};
   }
-  rules.push_back(
-      input.explore
-          ? ScoreRule{"force_mean_N", 3.33, 2.14, 5, Best::kAtMost, "Dentists press explorers with 3.33 N (SD 2.14 N)"}
-          : ScoreRule{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"});
+  if (!probes(input))
+    rules.push_back(input.explore ? ScoreRule{"force_mean_N", 3.33, 2.14, 5, Best::kAtMost,
+                                              "Dentists press explorers with 3.33 N (SD 2.14 N)"}
+                                  : ScoreRule{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost,
+                                              "Hand forces of 0.34 to 1.03 N measured on teeth"});
   rules.insert(rules.end(),
                {{"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
                 {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
@@ -434,9 +461,10 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
 }
 
 std::optional<double> default_target(std::string_view name) {
-  ScoreInput working, exploring;
+  ScoreInput working, exploring, probing;
   exploring.explore.emplace();
-  for (const ScoreInput& in : {working, exploring}) {
+  probing.explore.emplace().sites.resize(1);
+  for (const ScoreInput& in : {working, exploring, probing}) {
     for (const ScoreRule& rule : default_rules(in)) {
       if (rule.name == name) return rule.target;
     }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "engine/base/units.h"
+
 namespace typodont::session {
 
 const std::string& TaskText::in(Language language) const {
@@ -58,8 +60,19 @@ Task read_task(const Json& json) {
   }
   task.ideal = json.find("ideal");
   if (const auto explore = json.find("explore")) {
-    explore->allow_only({"region"});
+    explore->allow_only({"region", "sites"});
     task.explore = true;
+    if (const auto sites = explore->find("sites")) {
+      if (explore->has("region")) explore->fail("both region and sites", "one of them");
+      for (const Json& site : sites->items()) {
+        site.allow_only({"name", "margin_mm", "floor_mm"});
+        task.site_names.push_back(read_task_text(site["name"]));
+        task.sites.push_back({site["margin_mm"].vec3() * kMillimetre, site["floor_mm"].vec3() * kMillimetre});
+        if (!(glm::dot(task.sites.back().margin_W - task.sites.back().floor_W, task.axis_W) > 0))
+          site["floor_mm"].fail("a point below the margin, along the axis");
+      }
+      if (task.sites.empty()) sites->fail("at least one site");
+    }
     if (const auto region = explore->find("region")) task.region = region->items();
     if (task.ideal) json.fail("both ideal and explore", "one of them");
   }

@@ -32,11 +32,13 @@ struct Task {
   std::vector<TaskText> steps;
   // For each step: an element of kStepActions; empty: the user marks the step as done.
   std::vector<std::string> step_actions;
-  dvec3 axis_W{0, 0, 1};      // unit vector that points out of the cavity's opening
-  std::optional<Json> ideal;  // ideal shape as JSON; other code reads its geometry
-  std::vector<Json> protect;  // solids in JSON that must not be cut
-  bool explore = false;       // true: the task is to explore, not to cut
-  std::vector<Json> region;   // solids in JSON that contain the region to explore
+  dvec3 axis_W{0, 0, 1};         // unit vector that points out of the cavity's opening
+  std::optional<Json> ideal;     // ideal shape as JSON; other code reads its geometry
+  std::vector<Json> protect;     // solids in JSON that must not be cut
+  bool explore = false;          // true: the task is to explore, not to cut
+  std::vector<Json> region;      // solids in JSON that contain the region to explore
+  std::vector<ProbeSite> sites;  // pockets to measure instead of a region
+  std::vector<TaskText> site_names;
 };
 
 /// Reads the task, except the geometry of its solids and of the ideal shape. Throws Error.

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
-#include "engine/app/cases/tooth.h"
+#include "engine/app/cases/pocket_gum.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -73,6 +73,32 @@ TEST(CaseTooth, EachRootOfAMolarBendsByTheAngleAndItsCanalFollows) {
       EXPECT_LT(tooth.distance(lower.b), 0) << type;
     }
   }
+}
+
+TEST(CaseTooth, AProbesBallFitsIntoEachPocketDownToItsFloorWhichIsGum) {
+  constexpr double kBall = 0.25e-3;  // m, radius
+  for (const char* type : {"U1", "U6", "U7", "L6", "L7"})
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      SplitMix64 random{seed};
+      const CaseTooth tooth = make_tooth(type, kAge, random);
+      PocketGum gum(tooth);
+      for (const double side : {1.0, -1.0})
+        for (const double along : {-0.36, 0.36})
+          gum.add_pocket(along * tooth.form.neck.x, side, (1 + 7 * uniform(random)) * 1e-3, 0.6e-3);
+      for (const Pocket& pocket : gum.pockets) {
+        // At each height, some place in the plane of the pocket has room for the ball. Distances are too small by up to
+        // 20 %.
+        for (double z = pocket.floor.z + kBall; z < pocket.margin.z; z += 0.25e-3) {
+          double room = 0;
+          for (double out = -3e-3; out < 1e-3; out += 0.02e-3) {
+            const dvec3 p = dvec3(pocket.margin.x, pocket.margin.y, z) + out * pocket.out;
+            room = std::max(room, std::min(tooth.distance(p), gum.distance(p)));
+          }
+          EXPECT_GT(room, 0.75 * kBall) << type << seed << " at " << (pocket.margin.z - z) * 1e3 << " mm";
+        }
+        EXPECT_LT(gum.distance(pocket.floor - dvec3(0, 0, 0.2e-3)), 0) << type << seed;
+      }
+    }
 }
 
 TEST(CaseTooth, ThePulpIsInsideDentinOnlyAndShrinksWithAge) {

@@ -158,6 +158,16 @@ const MeasureWorsening kMeasures[] = {
      [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
     {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); }},
     {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }},
+    {"sites_within_1mm_percent", 100,
+     [](ScoreInput& in, double v) {
+       in.explore->sites.assign(1000, {0, 0.0011, 0});
+       for (std::size_t i = 0; static_cast<double>(i) < 10 * v; ++i) in.explore->sites[i].reading = 0.0009;
+     }},
+    {"probing_force_N", 0.3,
+     [](ScoreInput& in, double v) {
+       in.explore->sites.assign(1, {0, 0, 0});
+       in.explore->probing_force = v;
+     }},
     {"implant_phases_percent", 100,
      [](ScoreInput& in, double v) {
        in.implant->phases.assign(1000, {});
@@ -201,12 +211,15 @@ TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
   Random random(4);
   for (const MeasureWorsening& m : kMeasures) {
     const bool explores = std::string_view(m.name).find("found") != std::string_view::npos ||
-                          m.name == std::string_view("explored_percent") || m.name == std::string_view("false_finds");
+                          m.name == std::string_view("explored_percent") || m.name == std::string_view("false_finds") ||
+                          m.name == std::string_view("sites_within_1mm_percent") ||
+                          m.name == std::string_view("probing_force_N");
     const bool at_least =
         m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
-        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent") ||
-        m.name == std::string_view("implant_phases_percent") || m.name == std::string_view("canal_distance_mm") ||
-        m.name == std::string_view("neighbour_distance_mm") || m.name == std::string_view("bone_contact_percent");
+        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("sites_within_1mm_percent") ||
+        m.name == std::string_view("explored_percent") || m.name == std::string_view("implant_phases_percent") ||
+        m.name == std::string_view("canal_distance_mm") || m.name == std::string_view("neighbour_distance_mm") ||
+        m.name == std::string_view("bone_contact_percent");
     const bool near = m.name == std::string_view("floor_depth_mm") || m.name == std::string_view("taper_deg") ||
                       m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm") ||
                       m.name == std::string_view("bed_depth_mm") || m.name == std::string_view("bed_diameter_mm") ||

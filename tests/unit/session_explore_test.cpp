@@ -65,6 +65,50 @@ TEST(ExploreMeter, ExploredIsTheFractionOfTheSurfaceNearTheTipsPath) {
   EXPECT_EQ(meter.result().explored, 1);
 }
 
+// The axis is tilted: depth counts along the axis, not along z.
+TEST(ExploreMeter, AReadingIsTheTipsDepthBelowTheMarginOfTheNearestSiteAndTheLastOneCounts) {
+  const dvec3 up = glm::normalize(dvec3(0.3, -0.2, 1)), beside(3e-3, 0, 0);
+  constexpr double kRadius = 0.25e-3;
+  const std::vector<ProbeSite> sites = {{kMiddle, kMiddle - 5e-3 * up},
+                                        {kMiddle + beside, kMiddle + beside - 2e-3 * up}};
+  ExploreMeter meter(sites, up, kRadius);
+  const auto press = [&](const dvec3& tip, double force, bool contact = true) {
+    ServoTick down = at(tip + kRadius * up, true, contact), free = at(tip + kRadius * up, false, contact);
+    down.f_T_W = free.f_T_W = force * up;
+    meter.add(std::vector{free, down, down, free});
+  };
+  press(kMiddle - 3e-3 * up, 0.1);
+  press(kMiddle - 4.4e-3 * up, 0.2);                // replaces the first reading
+  press(kMiddle + beside - 2e-3 * up, 0.5, false);  // without contact: none
+  press(kMiddle + beside + 1e-3 * up, 0.9);         // above the margin: none
+  press(kMiddle + 3.0 * beside - 2e-3 * up, 0.9);   // beside every site: none
+  ExploreMeasures m = meter.result();
+  ASSERT_EQ(m.sites.size(), 2u);
+  EXPECT_NEAR(m.sites[0].depth, 5e-3, 1e-12);
+  EXPECT_NEAR(m.sites[0].reading, 4.4e-3, 1e-12);
+  EXPECT_NEAR(m.sites[0].force, 0.2, 1e-12);
+  EXPECT_LT(m.sites[1].reading, 0);
+  EXPECT_EQ(m.sites_read(), 1);
+  EXPECT_NEAR(m.probing_force, 0.2, 1e-12);
+  ScoreInput in;
+  in.explore = m;
+  const Score half = score(in, default_rules(in));
+  EXPECT_EQ(half.completion, 0.5);
+  press(kMiddle + beside - 0.9e-3 * up, 0.25);  // 1.1 mm off
+  in.explore = m = meter.result();
+  EXPECT_EQ(m.sites_within(1e-3), 1);
+  const Score wrong = score(in, default_rules(in));
+  EXPECT_EQ(wrong.completion, 1);
+  EXPECT_GT(wrong.points, half.points);
+  press(kMiddle + beside - 1.1e-3 * up, 0.25);
+  in.explore = meter.result();
+  const Score right = score(in, default_rules(in));
+  EXPECT_DOUBLE_EQ(right.points, right.full);
+  press(kMiddle + beside - 2e-3 * up, 0.7);
+  in.explore = meter.result();
+  EXPECT_LT(score(in, default_rules(in)).points, 0.85 * right.points) << "tissue would be pierced";
+}
+
 TEST(ExploreMeter, DoingNothingScoresNothingAndFindingAllScoresFull) {
   ScoreInput in;
   in.before[2] = in.after[2] = 100e-9;
@@ -75,7 +119,7 @@ TEST(ExploreMeter, DoingNothingScoresNothingAndFindingAllScoresFull) {
   const Score best = score(in, default_rules(in));
   EXPECT_DOUBLE_EQ(best.points, best.full);
   double last = best.points;
-  for (const ExploreMeasures worse :
+  for (const ExploreMeasures& worse :
        {ExploreMeasures{2, 2, 0, 0.8}, ExploreMeasures{2, 2, 1, 0.8}, ExploreMeasures{2, 1, 1, 0.8}}) {
     in.explore = worse;
     const double points = score(in, default_rules(in)).points;

@@ -89,14 +89,14 @@ Ordered task_of(const Json& family, const Ordered& base) {
 /// Weight of each item of the score in the cases of a family.
 std::map<std::string, double> weights_of(const Json& family, const Ordered& task) {
   session::ScoreInput input;
-  if (task.contains("explore"))
-    input.explore.emplace();
-  else
+  const std::string recipe = family["recipe"].string();
+  if (!task.contains("explore"))
     input.ideal.emplace();
+  else if (input.explore.emplace(); recipe == "pockets")
+    input.explore->sites.resize(1);
   std::map<std::string, double> weights;
   if (task.value("defaults", true))
     for (const session::ScoreRule& rule : session::default_rules(input)) weights[rule.name] = rule.weight;
-  const std::string recipe = family["recipe"].string();
   const auto made_by = [&](std::initializer_list<const char*> recipes) {
     return std::ranges::find(recipes, recipe) != recipes.end();
   };
@@ -215,9 +215,9 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
   } else {
     const double curvature = result.parameters.contains("curvature_deg") ? result.parameters.at("curvature_deg") : 0;
     result.tooth = make_tooth(tooth, result.parameters.at("age"), random, glm::radians(curvature));
-    draft.tissue = sample_tooth(result.tooth, kVoxel);
     draft.offset = kTop - dvec3(0, 0, result.tooth.crown);
     apply_recipe(draft);
+    draft.tissue = sample_tooth(result.tooth, kVoxel, draft.gum ? &*draft.gum : nullptr);
     apply_lesions(draft);
     check_tissue(draft);
     draft.tissue = turned(draft.tissue, draft.turn);

@@ -8,6 +8,7 @@
 
 #include "engine/app/hands/expert.h"
 #include "engine/app/hands/implant_expert.h"
+#include "engine/app/hands/probing_hand.h"
 #include "engine/app/hands/stroke_planner.h"
 #include "engine/app/stepped.h"
 #include "engine/app/task/task.h"
@@ -23,6 +24,8 @@ namespace {
 constexpr double kExpertPoints = 95, kCarelessPoints = 60;
 // m, displacement of the strokes of a simulated careless hand from the planned strokes, on a tooth
 constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
+// A careless examiner: the same displacement, three times the force, the ball not held against the tooth.
+constexpr ProbingHabit kCarelessProbing{.slip = dvec3(kSlip.x, kSlip.y, 0), .force = 0.6, .lean = 0};
 constexpr int kMaxRounds = 200;  // limit of the layers of a filling
 
 /// Cuts the strokes of a plan directly, without a servo. Each stroke is displaced by `slip` (m).
@@ -67,20 +70,22 @@ Results follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& R, co
   return results;
 }
 
-/// The score of a simulated surgeon who follows the plan of `seen`.
-session::Score operate(const Scene& scene, const Scene& seen, const haptics::TissueVolume& start) {
-  constexpr double kRate = 1000;  // Hz
-  ImplantExpert hand(seen, kRate);
+constexpr double kRate = 1000;  // Hz, of the servo
+
+/// The score of a simulated surgeon or examiner.
+session::Score perform(const Scene& scene, haptics::HapticDevice& hand, const haptics::TissueVolume& start) {
   SteppedSession session(scene, start.clone(), hand.info());
   session::HandMeter meter(kRate);
-  session::ImplantMeter implant(*scene.implant);
+  std::optional<session::ImplantMeter> implant;
+  if (scene.implant) implant.emplace(*scene.implant);
+  FinishedHand finished;
   while (session.advance(hand)) {
     meter.add({&session.last(), 1});
-    implant.add({&session.last(), 1});
+    if (implant) implant->add({&session.last(), 1});
+    if (scene.task->explore) finished.unexplored.push_back(session.last());
   }
-  FinishedHand finished;
   finished.input.hand = meter.result();
-  finished.input.implant = implant.result();
+  if (implant) finished.input.implant = implant->result();
   return final_score(scene, session.carver().volume(), std::move(finished));
 }
 
@@ -125,7 +130,18 @@ session::ExploreMeasures feel(const TaskEvaluator& judge, const Scene& scene, co
 void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3& R,
            const haptics::TissueVolume& start) {
   session::Score reached;
-  if (scene.task->explore) {
+  const auto perform_both = [&](auto& expert, auto& careless) {
+    std::array<haptics::HapticDevice*, 2> hands{&expert, &careless};
+    std::array<session::Score, 2> scores;
+    in_parallel(
+        2, [&](std::size_t k) { scores[k] = perform(scene, *hands[k], start); }, {}, /*block=*/1);
+    reached = scores[0];
+    result.careless = scores[1].points;
+  };
+  if (!scene.task->sites.empty()) {
+    ProbingHand expert(scene, kRate), careless(scene, kRate, kCarelessProbing);
+    perform_both(expert, careless);
+  } else if (scene.task->explore) {
     const TaskEvaluator judge(scene, start);
     session::ScoreInput input;
     input.explore = feel(judge, scene, start, /*half=*/false);
@@ -133,12 +149,8 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     input.explore = feel(judge, scene, start, /*half=*/true);
     result.careless = session::score_of_scene(text, input).points;
   } else if (scene.implant) {
-    std::array<session::Score, 2> scores;
-    const Scene careless = misread(scene);
-    in_parallel(
-        2, [&](std::size_t k) { scores[k] = operate(scene, k ? careless : scene, start); }, {}, /*block=*/1);
-    reached = scores[0];
-    result.careless = scores[1].points;
+    ImplantExpert expert(scene, kRate), careless(misread(scene), kRate);
+    perform_both(expert, careless);
   } else {
     Expert expert(scene, start);
     const auto score = [&](const haptics::TissueVolume& after) {

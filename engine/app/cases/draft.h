@@ -2,10 +2,12 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/cases/case.h"
+#include "engine/app/cases/pocket_gum.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 
@@ -39,6 +41,7 @@ struct Draft {
   Ordered ideal = Ordered::object(), explore, prepare = Ordered::array();
   Ordered neighbours = Ordered::array(), filling = Ordered::array();  // filling: solids of an old filling
   std::vector<Lesion> lesions;
+  std::optional<PocketGum> gum;
   glm::dmat3 R{1};     // columns: the axes u, v, w in the tooth's frame
   glm::dmat3 turn{1};  // rotation of the tooth in frame W, by quarter turns
   double lean = 0;     // rad, inclination of each wall of a cavity; above 0: the walls open outwards

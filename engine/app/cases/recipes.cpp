@@ -318,6 +318,39 @@ void hidden_caries(Draft& draft) {
       {{"box", {{"center_mm", draft.point(middle)}, {"size_mm", {in_mm(2.4 * half.x), in_mm(2.4 * half.y), 4.5}}}}});
 }
 
+/// Gum with a pocket at each of six sites: mesial, middle and distal on the buccal and the lingual side. In a molar,
+/// the middle ones stay above the furcation.
+void pockets(Draft& draft) {
+  const CaseTooth& tooth = draft.out.tooth;
+  constexpr std::size_t kSites = 6;
+  constexpr double kHealthy = 1.83e-3, kHealthySd = 0.5e-3;  // m, depth of a healthy sulcus; limits 1 and 3 mm
+  constexpr double kPocketFrom = 4e-3;                       // m, depth from which a sulcus is a pocket
+  constexpr double kAboveFurcation = 1e-3;                   // m
+  const std::vector<Json> names = draft.family["sites"].items();
+  std::array<double, kSites> depth;
+  for (double& d : depth) d = std::clamp(kHealthy + kHealthySd * normal(draft.random), 1e-3, 3e-3);
+  const auto count = static_cast<std::size_t>(std::lround(draft.out.parameters.at("pockets")));
+  draft.out.parameters["pockets"] = static_cast<double>(count);
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < kSites; ++i)
+    if (i % 3 != 1 || tooth.furcation == 0) places.push_back(i);
+  for (std::size_t k = 0; k < count && !places.empty(); ++k) {
+    const std::size_t i = draft.random.next() % places.size();
+    depth[places[i]] = glm::mix(kPocketFrom, draft.mm("deepest_mm"), k == 0 ? 1 : uniform(draft.random));
+    places.erase(places.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  draft.gum.emplace(tooth);
+  for (std::size_t i = 0; i < kSites; ++i) {
+    const double along = 0.36 * tooth.form.neck.x * (1 - static_cast<double>(i % 3));
+    if (i % 3 == 1 && tooth.furcation > 0) depth[i] = std::min(depth[i], tooth.furcation - kAboveFurcation);
+    draft.gum->add_pocket(along, i < 3 ? 1 : -1, depth[i], 0.5 * draft.mm("pocket_width_mm"));
+    const Pocket& pocket = draft.gum->pockets.back();
+    draft.explore["sites"].push_back({{"name", Ordered::parse(names[i].text())},
+                                      {"margin_mm", draft.point(pocket.margin)},
+                                      {"floor_mm", draft.point(pocket.floor)}});
+  }
+}
+
 /// The socket of a hip: a cup of 56 mm, its axis tilted from the socket's own.
 void socket(Draft& draft) {
   const double tilt = glm::radians(draft.out.parameters.at("tilt_deg"));
@@ -347,19 +380,13 @@ void implant(Draft& draft) {
 }
 
 using Recipe = void (*)(Draft&);
-const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure},
-                                                {"lesion", lesion},
-                                                {"access", access},
-                                                {"lingual_access", lingual_access},
-                                                {"boxes", boxes},
-                                                {"onlay", onlay},
-                                                {"crown", crown},
-                                                {"lingual_box", lingual_box},
-                                                {"cervical", cervical},
-                                                {"fracture", fracture},
-                                                {"calculus", calculus},
-                                                {"implant", implant},
-                                                {"hidden_caries", hidden_caries},
+const std::map<std::string, Recipe> kRecipes = {{"fissure", fissure},   {"lesion", lesion},
+                                                {"access", access},     {"lingual_access", lingual_access},
+                                                {"boxes", boxes},       {"onlay", onlay},
+                                                {"crown", crown},       {"lingual_box", lingual_box},
+                                                {"cervical", cervical}, {"fracture", fracture},
+                                                {"calculus", calculus}, {"pockets", pockets},
+                                                {"implant", implant},   {"hidden_caries", hidden_caries},
                                                 {"socket", socket}};
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
+#include "engine/app/cases/pocket_gum.h"
 #include "engine/app/surroundings/blend.h"
 #include "engine/base/error.h"
 #include "engine/base/in_parallel.h"
@@ -32,13 +33,6 @@ constexpr double kApexCurve = 1.4e-3;  // m, radius of the tip of a single root
 double pulp_area(const std::string& type, double age) {
   const auto area = [&](double years) { return type[0] == 'U' ? 11.582 - 0.142 * years : 14.249 - 0.163 * years; };
   return area(age) / area(20);
-}
-
-/// Normally distributed number (mean 0, standard deviation 1) as a sum of twelve uniform numbers.
-double normal(SplitMix64& random) {
-  double sum = -6;
-  for (int i = 0; i < 12; ++i) sum += uniform(random);
-  return std::clamp(sum, -kMaxDeviation, kMaxDeviation);
 }
 
 Json teeth_table() {
@@ -114,6 +108,12 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
 
 double uniform(SplitMix64& random) {
   return static_cast<double>(random.next() >> 11) * 0x1p-53;
+}
+
+double normal(SplitMix64& random) {
+  double sum = -6;  // of twelve uniform numbers
+  for (int i = 0; i < 12; ++i) sum += uniform(random);
+  return std::clamp(sum, -kMaxDeviation, kMaxDeviation);
 }
 
 double TaperedTube::distance(const dvec3& p) const {
@@ -240,7 +240,7 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, do
   return tooth;
 }
 
-haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
+haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel, const PocketGum* gum) {
   haptics::DenseTissue out;
   out.band = kBand;
   out.frame.voxel = voxel;
@@ -250,6 +250,13 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
     low = glm::min(low, glm::min(root.a, root.b) - wide);
     high = glm::max(high, glm::max(root.a, root.b) + wide);
   }
+  if (gum) {
+    low = glm::min(low, gum->low());
+    high = glm::max(high, gum->high());
+  }
+  const auto distance = [&](const dvec3& p) {
+    return gum ? std::min(tooth.distance(p), gum->distance(p)) : tooth.distance(p);
+  };
   out.frame.origin = voxel * glm::floor((low - kBand) / voxel);
   out.size = glm::ivec3(glm::ceil((high + kBand - out.frame.origin) / voxel)) + 1;
   session::DenseField field{
@@ -263,14 +270,14 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
   in_parallel(columns, [&](std::size_t column) {
     for (int z = 0; z < out.size.z; ++z) {
       const dvec3 p = at(column, z);
-      double d = tooth.distance(p);
+      double d = distance(p);
       // First-order estimate of the distance: d / |∇d|.
       if (std::abs(d) < 4 * voxel) {
         dvec3 slope;
         for (int a = 0; a < 3; ++a) {
           dvec3 step(0);
           step[a] = 0.25 * voxel;
-          slope[a] = (tooth.distance(p + step) - tooth.distance(p - step)) / (0.5 * voxel);
+          slope[a] = (distance(p + step) - distance(p - step)) / (0.5 * voxel);
         }
         d /= std::max(glm::length(slope), 0.5);
       }
@@ -286,7 +293,10 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel) {
       const std::size_t i = column * static_cast<std::size_t>(out.size.z) + static_cast<std::size_t>(z);
       const double d = static_cast<double>(field.distance[i]);
       out.distance[i] = static_cast<float>(std::clamp(d * voxel, -kBand, kBand));
-      if (d < 2) out.tissue[i] = tooth.tissue(at(column, z));
+      if (d >= 2) continue;
+      const dvec3 p = at(column, z);
+      const double to_tooth = gum ? tooth.distance(p) : 0;
+      out.tissue[i] = to_tooth > 0 && gum->distance(p) < to_tooth ? Tissue::kGingiva : tooth.tissue(p);
     }
   });
   return out;

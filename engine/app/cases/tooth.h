@@ -12,6 +12,8 @@ namespace typodont {
 
 /// Uniform random number, 0 to 1.
 double uniform(SplitMix64& random);
+/// Normally distributed random number: mean 0, standard deviation 1, at most two standard deviations from the mean.
+double normal(SplitMix64& random);
 
 /// A tapered tube; its cross-section is a circle, or an ellipse if `stretch_y` is not 1.
 struct TaperedTube {
@@ -56,7 +58,9 @@ std::vector<std::string> tooth_types();
 /// distal at half its length (Schneider 1971). Throws Error.
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature = 0);
 
-/// Samples the tooth with exact distances. `voxel`: edge length, m.
-haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel);
+struct PocketGum;
+
+/// Samples the tooth with exact distances. `voxel`: edge length, m. `gum`: gum around the tooth; may be null.
+haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel, const PocketGum* gum = nullptr);
 
 }  // namespace typodont

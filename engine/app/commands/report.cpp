@@ -207,6 +207,12 @@ void run(const ReportArguments& options) {
     if (const auto made = scene ? case_in(*scene) : std::nullopt) result["case"] = json_of(*made);
     for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
+    if (report.input && report.input->explore)
+      for (const session::SiteReading& site : report.input->explore->sites)
+        result["sites"].push_back(
+            {{"depth_mm", site.depth * 1e3},
+             {"reading_mm", site.reading < 0 ? nlohmann::json() : nlohmann::json(site.reading * 1e3)},
+             {"force_N", site.force}});
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt)
       if (const auto means = by_tissue(*hardness, 1); !means.empty()) result["removed_hardness"] = means;
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));

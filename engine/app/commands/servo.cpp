@@ -13,6 +13,7 @@
 #include "engine/app/commands/values.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
+#include "engine/app/hands/probing_hand.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording.h"
 #include "engine/app/session_start.h"
@@ -71,10 +72,13 @@ void check_room(const ServoOptions& options, double seconds) {
 void run(const ServoOptions& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
-  const bool expert = options.hand == "expert:" && !scene.implant;
+  const bool probes = scene.task && !scene.task->sites.empty();
+  const bool expert = options.hand == "expert:" && !scene.implant && !probes;
   std::unique_ptr<haptics::HapticDevice> hand;
   if (options.hand == "expert:" && scene.implant) {
     hand = std::make_unique<ImplantExpert>(scene, options.rate);
+  } else if (options.hand == "expert:" && probes) {
+    hand = std::make_unique<ProbingHand>(scene, options.rate);
   } else if (!expert) {
     hand = open_unpaced_hand(scene, options.hand, options.rate);
   }

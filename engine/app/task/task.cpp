@@ -267,6 +267,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
   if (!task_) return;
   protect_ = read_solids(task_->protect);
   region_ = read_solids(task_->region);
+  tip_ = haptics::tool_set(scene.servo).front().radius();
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
@@ -318,6 +319,7 @@ std::optional<session::Preparation> TaskEvaluator::judge(const haptics::TissueVo
 
 std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
   if (!task_ || !task_->explore) return std::nullopt;
+  if (!task_->sites.empty()) return session::ExploreMeter(task_->sites, task_->axis_W, tip_);
   const DenseCopy copy = dense_copy(start_);
   return session::ExploreMeter(copy.frame, copy.field, copy.tissue, inside(region_, copy));
 }

@@ -42,6 +42,7 @@ class TaskEvaluator {
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<session::Task> task_;
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
+  double tip_ = 0;  // m, radius of the first tool
   /// Data of the box in which tissues are compared; used again as long as the box does not change.
   struct Reference {
     dvec3 origin;  // m, frame W, origin of the box

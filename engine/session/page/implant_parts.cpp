@@ -1,4 +1,4 @@
-// The report's part about implant surgery: phases, drilled hole, forces.
+// The report's parts about implant surgery (phases, drilled hole, forces) and about measured pockets.
 #include <algorithm>
 #include <cmath>
 
@@ -67,6 +67,21 @@ void Page::implant() {
     put("<h3>{}. {}</h3>\n<div class=\"scroll\">{}</div>\n", i + 1, escaped(name_in(phase)),
         time_plot(plot, series, number_text()));
   }
+  end_section();
+}
+
+void Page::probing() {
+  if (!input_.explore || input_.explore->sites.empty() || !task_) return;
+  begin_section("probing", "probing.title");
+  begin_table("probing", {say("probing.site"), say("probing.reading"), say("probing.depth"), say("probing.force")});
+  for (std::size_t i = 0; i < input_.explore->sites.size(); ++i) {
+    const SiteReading& site = input_.explore->sites[i];
+    const bool read = site.reading >= 0;
+    put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        escaped(task_->site_names.at(i).in(language)), read ? quantity(site.reading * 1e3, "mm") : "–",
+        quantity(site.depth * 1e3, "mm"), read ? quantity(site.force, "N") : "–");
+  }
+  end_table();
   end_section();
 }
 

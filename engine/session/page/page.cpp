@@ -51,6 +51,7 @@ std::string Page::html() {
   pictures();
   items();
   implant();
+  probing();
   comparison();
   volumes();
   over_time();

@@ -91,6 +91,8 @@ class Page : private Words {
   void volumes();
   /// Writes the part about implant surgery: phases and their forces.
   void implant();
+  /// Writes the part about measured pockets: the readings of each site.
+  void probing();
 
   /// Text of an event, with names of tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
