@@ -12,7 +12,7 @@ typodont_test(stress_session KIND stress SOURCES stress/session_crash_test.cpp L
 typodont_test(stress_power_cut KIND stress SOURCES stress/session_power_cut_test.cpp LIBS typodont_session)
 find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # the one that has Debian's h5py
 find_program(TYPODONT_H5DUMP h5dump REQUIRED)
-typodont_test(golden_session KIND golden SOURCES golden/session_python_test.cpp golden/session_elsewhere_test.cpp LIBS typodont_session)
+typodont_test(golden_session KIND golden SOURCES golden/session_elsewhere_test.cpp LIBS typodont_session)
 target_compile_definitions(golden_session PRIVATE TYPODONT_PYTHON="${TYPODONT_PYTHON}" TYPODONT_H5DUMP="${TYPODONT_H5DUMP}")
 # R with hdf5r is large, so this test runs only where it is installed.
 find_program(TYPODONT_RSCRIPT Rscript)

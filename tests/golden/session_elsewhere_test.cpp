@@ -1,7 +1,9 @@
-// Tests the session file in other programs: R with the documented example, and the tool of the HDF5 library. Like
-// h5read of MATLAB, this tool has only the filters that the library contains.
+// Tests the session file in other programs: h5py in the system's Python, R with the documented example, and the tool of
+// the HDF5 library. Like h5read of MATLAB, this tool has only the filters that the library contains.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +12,8 @@
 #include <sstream>
 
 #include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
+#include "engine/session/ticks_csv.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -23,8 +27,8 @@ std::string output_of(const std::string& command) {
   std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
   char buffer[4096];
   while (pipe && std::fgets(buffer, sizeof buffer, pipe)) out += buffer;
-  if (pipe) pclose(pipe);
-  return out;
+  const int status = pipe ? pclose(pipe) : -1;
+  return out + fmt::format("exit {}", status);
 }
 
 std::vector<ServoTick> recorded(const std::filesystem::path& file) {
@@ -33,6 +37,88 @@ std::vector<ServoTick> recorded(const std::filesystem::path& file) {
   writer.append(ticks);
   EXPECT_TRUE(writer.finish({}));
   return ticks;
+}
+
+std::uint64_t bits_of(double v) {
+  std::uint64_t b;
+  std::memcpy(&b, &v, sizeof b);
+  return b;
+}
+
+std::uint64_t hand_bits(std::span<const ServoTick> ticks) {
+  std::uint64_t sum = 0;
+  for (const ServoTick& t : ticks) {
+    const double v[] = {t.X_WT.p.x, t.X_WT.p.y, t.X_WT.p.z, t.X_WT.R.w, t.X_WT.R.x, t.X_WT.R.y, t.X_WT.R.z};
+    for (std::uint64_t i = 0; i < 7; ++i) sum += bits_of(v[i]) * (2 * i + 1);
+  }
+  return sum;
+}
+
+std::uint64_t force_bits(std::span<const ServoTick> ticks) {
+  std::uint64_t sum = 0;
+  for (const ServoTick& t : ticks) {
+    for (std::uint64_t i = 0; i < 3; ++i) sum += bits_of(t.f_T_W[static_cast<int>(i)]) * (2 * i + 1);
+  }
+  return sum;
+}
+
+TEST(SessionFromPython, HasTheSameNumbersAsTheCsvAndEveryBitOfTheHand) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(1300, 61);
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+    writer.append(random_cuts(9, 62));
+    writer.append(random_patches(4, 63));
+    ASSERT_TRUE(writer.finish({}));
+    TicksCsvWriter csv(folder / "t.csv");
+    csv.append(ticks);
+    csv.finish();
+  }
+  double greatest = 0;
+  for (const ServoTick& t : ticks) greatest = std::max(greatest, glm::length(t.f_T_W));
+  const std::string out =
+      output_of(fmt::format("{} tests/golden/session_read.py {} {} docs/session_format.md", TYPODONT_PYTHON,
+                            (folder / "s.h5").string(), (folder / "t.csv").string()));
+  EXPECT_THAT(out, HasSubstr("format typodont-session 1 complete 1\n"));
+  EXPECT_THAT(out, HasSubstr("ticks 1300 cuts 9 patches 4\n"));
+  EXPECT_THAT(out, HasSubstr(fmt::format("hand {}\n", hand_bits(ticks))));
+  EXPECT_THAT(out, HasSubstr(fmt::format("force {}\n", force_bits(ticks))));
+  EXPECT_THAT(out, HasSubstr(fmt::format("columns {}\n", ticks_csv_columns().size())));
+  const std::string example = "example Zähne, 牙齿 1300 ticks, greatest force ";
+  ASSERT_THAT(out, HasSubstr(example));
+  EXPECT_NEAR(std::strtod(out.c_str() + out.find(example) + example.size(), nullptr), greatest, 1e-12);
+  EXPECT_THAT(out, testing::EndsWith("exit 0"));
+}
+
+TEST(SessionFromPython, OpensAfterACrashAndAfterARepair) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(1024, 64);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+    writer.flush();
+    _exit(0);  // without a word to HDF5: what a kill leaves behind
+  }
+  waitpid(pid, nullptr, 0);
+  const std::string read =
+      fmt::format("{} tests/golden/session_read.py {}", TYPODONT_PYTHON, (folder / "s.h5").string());
+  const std::string expected = fmt::format("complete 0\nticks 1024 cuts 0 patches 0\nhand {}\n", hand_bits(ticks));
+  EXPECT_THAT(output_of(read + " swmr"), HasSubstr(expected));
+  EXPECT_THAT(output_of(read), HasSubstr("already open for write"));
+  EXPECT_TRUE(repair_session(folder / "s.h5"));
+  EXPECT_THAT(output_of(read), HasSubstr(expected));
+}
+
+TEST(SessionFromPython, ReadsTheFiveLossCountersOfAFileOfTheFirstRelease) {
+  TemporaryFolder folder;
+  { ASSERT_TRUE(SessionWriter(folder / "s.h5", some_header()).finish({})); }
+  const std::string older =
+      "import h5py, numpy, sys; f = h5py.File(sys.argv[1], 'r+'); del f['lost']; f['lost'] = numpy.arange(1, 6, "
+      "dtype='u8')";
+  EXPECT_EQ(output_of(fmt::format("{} -c \"{}\" {}", TYPODONT_PYTHON, older, (folder / "s.h5").string())), "exit 0");
+  EXPECT_EQ(SessionReader(folder / "s.h5").lost(), (Lost{1, 2, 3, 4, 5}));
 }
 
 TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyStandardHdf5Filters) {
