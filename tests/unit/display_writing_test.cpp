@@ -77,19 +77,6 @@ TEST(Writing, SaysASlowSpindlesSpeedInRevolutionsPerMinute) {
   EXPECT_EQ(display::spindle_text(299.6), "300 krpm");
 }
 
-TEST(Writing, AHintWiderThanThePictureBreaksIntoLinesAndLosesNoLetter) {
-  Writing wide, narrow;
-  wide.write(hud(), {1920, 720});
-  narrow.write(hud(), {480, 720});
-  ASSERT_EQ(wide.panels().size(), 2u);
-  ASSERT_EQ(narrow.panels().size(), 2u);
-  const Writing::Panel &one_line = wide.panels()[1], &broken = narrow.panels()[1];
-  EXPECT_LE(broken.box.lo.x + broken.box.size.x, 480);
-  EXPECT_GE(broken.box.lo.x, 0);
-  EXPECT_GT(broken.box.size.y, 2 * one_line.box.size.y);
-  EXPECT_NEAR(letters(broken), letters(one_line), 0.04 * letters(one_line));
-}
-
 TEST(Writing, FitsSmallPicturesWithLettersThatCanBeRead) {
   for (const glm::ivec2 place : {glm::ivec2(640, 360), {320, 256}, {192, 216}, {160, 120}}) {
     Writing writing;
@@ -137,31 +124,6 @@ TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
       rows += ink;
     }
     EXPECT_GE((rows + 1) * across, display::kMinXHeight) << distance;  // + 1: pixels at the edges are half covered
-  }
-}
-
-TEST(Writing, ItsPanelsDoNotOverlapInAnyPictureOfTheRigsWithTheShortestAndLongestTexts) {
-  const display::DisplayRig mirror = display::load_rig("assets/rigs/mirror.json");
-  for (const glm::ivec2 place : {glm::ivec2(1920, 1080), {960, 1080}, {1280, 720}, {640, 480}, {1280, 1024}}) {
-    for (const double least : {0.0, display::readable_letters(mirror)}) {
-      for (const bool shortest : {true, false}) {
-        Writing writing;
-        Hud says = hud();
-        says.tool = shortest ? "x" : "Kegelstumpffräser mit runder Spitze 12.5 mm";
-        says.hint = shortest ? "x" : kHint + "   Z macht den letzten Strich rückgängig   Y wiederholt ihn   " + kHint;
-        says.min_letters = least;
-        writing.write(says, place);
-        ASSERT_EQ(writing.panels().size(), 2u);
-        const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;
-        const bool apart = a.lo.x + a.size.x <= b.lo.x || b.lo.x + b.size.x <= a.lo.x || a.lo.y + a.size.y <= b.lo.y ||
-                           b.lo.y + b.size.y <= a.lo.y;
-        EXPECT_TRUE(apart) << place.x << " x " << place.y;
-        for (const auto& panel : writing.panels()) {
-          EXPECT_GE(panel.box.lo.x, 0);
-          EXPECT_LE(panel.box.lo.x + panel.box.size.x, place.x);
-        }
-      }
-    }
   }
 }
 
