@@ -218,10 +218,10 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
-  dim(s.own_view ? s.text("op.own_view_help") : s.trainee_seen ? s.text("op.trainee_picture") : "");
+  over_picture(s.own_view ? s.text("op.own_view_help") : s.trainee_seen ? s.text("op.trainee_picture") : "");
   if (s.look_in_work) {
     ImGui::SetCursorPosX(0.7f * u);
-    dim(fmt::format("{} …", s.text("op.look_in_work")));
+    over_picture(fmt::format("{} …", s.text("op.look_in_work")));
   }
   ImGui::PopFont();
   ImGui::EndChild();

@@ -108,6 +108,17 @@ void dim_wrapped(const std::string& text) {
   ImGui::PopTextWrapPos();
   ImGui::PopStyleColor();
 }
+
+void over_picture(const std::string& text) {
+  if (text.empty()) return;
+  const ImVec2 at = ImGui::GetCursorScreenPos(), size = ImGui::CalcTextSize(text.data(), text.data() + text.size());
+  const float edge = 0.3f * ImGui::GetFontSize();
+  ImGui::GetWindowDrawList()->AddRectFilled({at.x - edge, at.y - 0.5f * edge},
+                                            {at.x + size.x + edge, at.y + size.y + 0.5f * edge}, IM_COL32(0, 0, 0, 190),
+                                            edge);
+  ImGui::TextUnformatted(text.data(), text.data() + text.size());
+}
+
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width) {
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";

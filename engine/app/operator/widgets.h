@@ -37,6 +37,8 @@ void end_panel();
 void heading(const char* text, InterfaceWindow& w);
 void dim(const std::string& text);
 void dim_wrapped(const std::string& text);
+/// Writes a text over a picture, on a dark plate: readable on every picture, with a contrast of 4.5 or more.
+void over_picture(const std::string& text);
 /// Shortens a text with an ellipsis if it is wider than `room` (pixels). Cuts between words if possible, and never
 /// inside a character. `width` measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
