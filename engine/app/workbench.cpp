@@ -54,6 +54,8 @@ using namespace std::chrono_literals;
 constexpr double kStuckDistance = 3e-3;
 // Only a tool that is caught for longer than this is reported to the user, ns.
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
+constexpr Nanos kFirstPictures = 10 * kNanosPerSecond;  // longest wait for the first pictures
+constexpr Nanos kQuickPass = kNanosPerSecond / 4;
 constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: take the phase's instrument, make the drill slower or faster, reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -124,7 +126,8 @@ struct Workbench::Impl {
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool hand_gone = false;
-  // The session's threads wait at this gate until all of them exist and the recording has its name.
+  // The session's threads wait at this gate until all of them exist and the recording has its name. The carver thread
+  // starts earlier.
   struct Gate {
     enum State { kShut, kOpen, kClosed };
     void set(State to) {
@@ -132,8 +135,9 @@ struct Workbench::Impl {
       state.notify_all();
     }
     bool passed() const {
-      state.wait(kShut);
-      return state == kOpen;
+      State found;
+      while ((found = state) == kShut) state.wait(kShut);
+      return found == kOpen;
     }
     std::atomic<State> state{kShut};
   } gate;
@@ -149,7 +153,14 @@ struct Workbench::Impl {
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
   void set_up();
   void start_headset(const std::string& hand_address);
-  void start();
+  void start(const std::function<glm::ivec2()>& show);
+  /// Draws until the pictures show the tissue and take less than kQuickPass, because the first ones create pipelines;
+  /// at most for kFirstPictures. The carver thread already runs.
+  void show_first_pictures(const std::function<glm::ivec2()>& show);
+  /// Sets the size in pixels of the picture in the operator's window.
+  void fit(glm::ivec2 size) {
+    if (options.embedded && picture->stage()->resize(size) && pointer) pointer->follow_rig(picture->stage()->rig());
+  }
   /// Starts a session's thread. If its work throws, the session ends.
   template <class Work>
   void launch(std::jthread& thread, Work work) {
@@ -345,7 +356,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
     explain("headset: not registered to the hand's device: what is seen is not where it is felt");
 }
 
-void Workbench::Impl::start() {
+void Workbench::Impl::start(const std::function<glm::ivec2()>& show) {
   // The carver thread offers the first tissue patch before the servo's first tick.
   LiveSession& s = *session;
   tick = tool_at_start();
@@ -358,7 +369,11 @@ void Workbench::Impl::start() {
   before = process_counts();
   before.desktop_requests = desktop_requests();
   try {
+    // The carver thread makes the surface. The session's time starts when the user sees the tissue.
     launch(carver, [&s] { carver_thread(s); });
+    gate.set(Gate::kOpen);
+    show_first_pictures(show);
+    gate.set(Gate::kShut);
     launch(servo, [&] { servo_thread(s, *hands.right); });
     if (hands.left) launch(left, [&] { left_hand_thread(s.wiring, *hands.left); });
     if (recording) launch(recorder, [&] { recorder_thread(s, *recording); });
@@ -366,12 +381,12 @@ void Workbench::Impl::start() {
     if (recording) recording->writer().start();
   } catch (...) {
     gate.set(Gate::kClosed);
+    s.wiring.stop = true;
     throw;
   }
   running = true;
   gate.set(Gate::kOpen);
   began = now();
-  if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
   const session::Language language = options.language;
   keys.push_back(hud_text(language, "undo"));
@@ -380,6 +395,25 @@ void Workbench::Impl::start() {
   if (picture && picture->world().debris() && picture->world().debris()->has_spray())
     keys.push_back(hud_text(language, "water"));
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
+}
+
+void Workbench::Impl::show_first_pictures(const std::function<glm::ivec2()>& show) {
+  if (picture) picture->begin();
+  if (!session->draw || headset || !picture || !picture->stage()) return;
+  const std::atomic<bool>& seen = session->wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)];
+  const Nanos latest = now() + kFirstPictures;
+  for (Nanos began_pass = now(); began_pass < latest && !thread_failed; began_pass = now()) {
+    if (!options.embedded) picture->stage()->output().poll();
+    picture->collect();
+    const bool complete = picture->has_surface();
+    const bool first = picture->frames() == 0;
+    if (complete || !seen) {
+      picture->draw(told, summary.work);
+      if (show && picture->frames() > 0) fit(show());
+      if (complete && !first && now() - began_pass < kQuickPass) return;
+    }
+    std::this_thread::sleep_for(1ms);
+  }
 }
 
 /// Reads the servo's and the carver's events since the last call.
@@ -441,8 +475,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (pointer)
       s.wiring.pointer.publish(
           pointer->follow(over, now() - began, tick.depth > 0 ? std::optional(tick.X_WG.p) : std::nullopt));
-    PictureStage& stage = *picture->stage();
-    if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
+    fit(picture_size);
     pressed = over.pressed;
     follow_keys(over);
     // If the score is computed (in the operator's window; `meter` exists), score() passes every tick to `implant`.
@@ -736,8 +769,8 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
 Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
     : impl_(std::make_unique<Impl>(scene, options)) {}
 Workbench::~Workbench() = default;
-void Workbench::start() {
-  impl_->start();
+void Workbench::start(const std::function<glm::ivec2()>& show) {
+  impl_->start(show);
 }
 bool Workbench::step() {
   return impl_->step(nullptr, {0, 0});

@@ -8,7 +8,7 @@
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
-#include "engine/base/realtime.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"
 #include "haptics/scripted_hand.h"
@@ -89,26 +89,6 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 }
 
 namespace {
-
-/// Gives the times of the samples: sample i has the time i / rate.
-class Ticker {
- public:
-  Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
-  Nanos next() noexcept {
-    const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
-    if (paced_) {
-      if (index_ == 1) start_ = now();
-      sleep_until(start_ + t);
-    }
-    return t;
-  }
-
- private:
-  double rate_;
-  bool paced_;
-  std::uint64_t index_ = 0;
-  Nanos start_ = 0;
-};
 
 class ScriptedHand : public HapticDevice {
  public:

@@ -5,7 +5,7 @@
 
 #include "engine/app/hands/expert_hand.h"
 #include "engine/base/clock.h"
-#include "engine/base/realtime.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "haptics/implant_tool.h"
 
@@ -260,9 +260,7 @@ class LiveImplantExpert final : public haptics::HapticDevice {
     if (!held_) hand_.see(tick);
   }
   bool read(haptics::HandSample& sample) noexcept override {
-    const Nanos t = from_seconds(static_cast<double>(ticks_++) / info().rate);
-    if (ticks_ == 1) began_ = now();
-    sleep_until(began_ + t);
+    const Nanos t = ticker_.next();
     if (!held_ && !hand_.read(last_)) return false;
     sample = last_;
     sample.t = t;
@@ -273,8 +271,7 @@ class LiveImplantExpert final : public haptics::HapticDevice {
  private:
   ImplantExpert hand_;
   haptics::HandSample last_;
-  std::uint64_t ticks_ = 0;
-  Nanos began_ = 0;
+  Ticker ticker_{info().rate};
   bool held_ = false;
 };
 

@@ -13,8 +13,8 @@
 #include "engine/app/recording/resume.h"
 #include "engine/base/clock.h"
 #include "engine/base/log.h"
-#include "engine/base/realtime.h"
 #include "engine/base/ring.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -33,7 +33,8 @@ class LiveExpert final : public haptics::HapticDevice {
       : wiring_(wiring),
         paced_(paced),
         expert_(scene, load_untouched(scene)),
-        hand_(expert_.plan(start), rate, expert_.grip()) {
+        hand_(expert_.plan(start), rate, expert_.grip()),
+        ticker_(rate, paced) {
     planner_ = std::jthread([this](std::stop_token stop) { plan_when_asked(stop); });
   }
   ~LiveExpert() override {
@@ -51,13 +52,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
   bool read(haptics::HandSample& sample) noexcept override {
-    const Nanos t = from_seconds(static_cast<double>(ticks_++) / info().rate);
-    if (paced_) {
-      if (ticks_ == 1) began_ = now();
-      sleep_until(began_ + t);
-    } else if (waits_) {
-      std::this_thread::sleep_for(kPollInterval);
-    }
+    const Nanos t = ticker_.next();
+    if (!paced_ && waits_) std::this_thread::sleep_for(kPollInterval);
     if (!held_ && !follow_plan()) return false;
     sample = last_;
     sample.t = t;
@@ -110,8 +106,7 @@ class LiveExpert final : public haptics::HapticDevice {
   Expert expert_;    // planner thread only, once that thread runs
   ExpertHand hand_;  // from here to waits_: servo thread only
   haptics::HandSample last_;
-  std::uint64_t ticks_ = 0;
-  Nanos began_ = 0;
+  Ticker ticker_;
   bool held_ = false;
   bool waits_ = false;              // true: waits for the next plan
   std::atomic<bool> asked_{false};  // set by the servo thread, cleared by the planner thread

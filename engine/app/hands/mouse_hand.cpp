@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "engine/base/error.h"
-#include "engine/base/realtime.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
 
@@ -35,16 +35,14 @@ constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
  public:
-  MouseHand(Wiring& wiring, const Pose& start, double rate) : wiring_(wiring), rate_(rate), smoothing_(start, rate) {
+  MouseHand(Wiring& wiring, const Pose& start, double rate) : wiring_(wiring), ticker_(rate), smoothing_(start, rate) {
     info_ = {"mouse:", "mouse over the window", "", rate, 0, 0};
     wanted_.X_WT = start;
-    start_ = now();
   }
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
 
   bool read(haptics::HandSample& sample) noexcept override {
-    const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
-    sleep_until(start_ + t);
+    const Nanos t = ticker_.next();
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
     return true;  // the servo ends the session, not this hand
@@ -53,12 +51,10 @@ class MouseHand : public haptics::HapticDevice {
 
  private:
   Wiring& wiring_;
-  double rate_;
+  Ticker ticker_;
   haptics::DeviceInfo info_;
   haptics::HandSample wanted_;
   PointerSmoothing smoothing_;
-  Nanos start_ = 0;
-  std::uint64_t index_ = 0;
 };
 
 }  // namespace

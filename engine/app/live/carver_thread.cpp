@@ -55,7 +55,8 @@ class TissueSaver {
 };
 
 /// Sends mesh bricks (blocks of the surface) to a picture, unless its GPU device is being created again. Bricks for
-/// which the queue has no room stay here in their latest version; otherwise the picture would keep the old surface.
+/// which the queue has no room stay here in their latest version; otherwise the picture would keep the old surface. The
+/// first batch is sent even if it is empty.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -64,12 +65,15 @@ class BrickQueue {
     for (const render::MeshUpdate& brick : bricks)
       std::erase_if(waiting_, [&](const render::MeshUpdate& older) { return older.brick == brick.brick; });
     waiting_.insert(waiting_.end(), std::make_move_iterator(bricks.begin()), std::make_move_iterator(bricks.end()));
-    if (!waiting_.empty() && ring_.has_room()) ring_.push(new MeshBatch(std::exchange(waiting_, {})));
+    if ((waiting_.empty() && sent_) || !ring_.has_room()) return;
+    ring_.push(new MeshBatch(std::exchange(waiting_, {})));
+    sent_ = true;
   }
 
  private:
   Ring<MeshBatch*>& ring_;
   MeshBatch waiting_;
+  bool sent_ = false;
 };
 
 void execute_command(LiveSession& s, TissueCommand command, TissueSaver& saver) {

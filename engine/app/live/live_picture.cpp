@@ -187,6 +187,7 @@ void LivePicture::collect() {
   while ((session_.watched ? session_.wiring.bricks_to_watch : session_.wiring.bricks).pop(batch)) {
     const std::unique_ptr<MeshBatch> owned(batch);
     views_->take(std::move(*owned));
+    has_surface_ = true;
   }
   views_->advance();
 }

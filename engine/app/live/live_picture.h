@@ -63,6 +63,8 @@ class LivePicture {
 
   /// Receives the parts of the surface that the carver thread has computed since the last call.
   void collect();
+  /// True after collect() has received the whole surface once.
+  bool has_surface() const { return has_surface_; }
   /// Computes the temperatures, if the scene has the key "heat". Call before the first event. `rate`: ticks per second,
   /// Hz.
   void add_heat(double rate) { world_.add_heat(session_.carver.volume(), rate); }
@@ -132,7 +134,8 @@ class LivePicture {
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;    // true if the last drawing pass drew a frame
+  bool drew_last_ = false;  // true if the last drawing pass drew a frame
+  bool has_surface_ = false;
   bool new_quality_ = false;  // true: the next frame has the quality of ladder_
   // Number of cuts in the session when ladder_ (QualityLadder) last evaluated a frame.
   std::uint64_t ladder_cuts_ = 0;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/realtime.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -27,17 +27,16 @@ constexpr Nanos kStale = 150'000'000;
 class XrHand : public haptics::HapticDevice {
  public:
   XrHand(Wiring& wiring, const std::string& address, const Pose& start, double rate)
-      : wiring_(wiring), rate_(rate), filter_(start), start_(now()) {
+      : wiring_(wiring), ticker_(rate), filter_(start) {
     info_ = {address, "headset controller", "", rate, 0, 0};
   }
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
 
   bool read(haptics::HandSample& sample) noexcept override {
-    const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
-    sleep_until(start_ + t);
+    const Nanos t = ticker_.next();
     if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
     const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
-    sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
+    sample = filter_.next(wanted_, seen, force_, t, 1 / info_.rate);
     return true;  // never false, so this device never ends the session
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
@@ -45,13 +44,11 @@ class XrHand : public haptics::HapticDevice {
 
  private:
   Wiring& wiring_;
-  double rate_;
+  Ticker ticker_;
   haptics::DeviceInfo info_;
   XrHandSample wanted_;
   XrHandFilter filter_;
   dvec3 force_{0};
-  Nanos start_;
-  std::uint64_t index_ = 0;
 };
 
 }  // namespace

@@ -476,7 +476,7 @@ class Operator {
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
     // The author's brush changes the distance field, so contact and picture must use the field.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
-    desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
+    desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address, [this] { draw(); });
   }
 
   void begin_experiment() {

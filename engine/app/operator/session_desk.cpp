@@ -38,7 +38,9 @@ void SessionDesk::show_task(const Scene& scene) {
   window_.announce_text(texts);
 }
 
-void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::string& hand) {
+void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::string& hand,
+                        const std::function<void()>& draw_page) {
+  const Page before = s_.page;
   show_task(scene);
   WorkbenchOptions options;
   options.rig = rig.file.string();
@@ -84,12 +86,19 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
     }
     begin_views(scene);
     s_.live_is_own = rig.embedded;
-    bench_->start();
+    bench_->start([&] {
+      s_.page = Page::kSession;
+      s_.status = bench_->status();
+      s_.live = &bench_->stage()->pictures();
+      draw_page();
+      return s_.live_size;
+    });
     authored_.reset();
   } catch (...) {
     window_.wait_idle();
     bench_.reset();
     s_.live = nullptr;
+    s_.page = before;
     throw;
   }
   if (!rig.embedded && s_.trainee_seen) {

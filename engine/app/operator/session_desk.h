@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,8 +36,8 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Starts a session. If this function throws, no session runs.
-  void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
+  /// Starts a session. `draw_page`: draws the page with the first pictures. If this function throws, no session runs.
+  void start(const Scene& scene, const RigChoice& rig, const std::string& hand, const std::function<void()>& draw_page);
   enum class Turn { kSame, kChanged, kOver };
   /// Runs one step. kChanged: the trainee's picture has changed, or a second has passed. kOver: the session must be
   /// ended.
