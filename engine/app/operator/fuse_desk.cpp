@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 560;  // pixels, side of a surface's picture
+constexpr int kSurfacePixels = 560;  // pixels, side of a surface's picture
 }
 
 void FuseDesk::open() {
@@ -88,7 +88,7 @@ void FuseDesk::follow() {
   if (s_.page != Page::kFuse || !fusion_ || !(s_.fuse.changed || images_.empty())) return;
   destroy();
   for (const ScanFusion::Side side : {ScanFusion::kScan, ScanFusion::kCt})
-    images_.push_back(window_.upload(fusion_->view(side).draw(kPixels)));
+    images_.push_back(window_.upload(fusion_->view(side).draw(kSurfacePixels)));
   for (std::size_t i = 0; i < images_.size(); ++i) s_.fuse.pictures[i] = &images_[i];
   ++s_.fuse.drawn;
   s_.fuse.changed = false;

@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // pixels, side of a section's picture
+constexpr int kPlanSectionPixels = 384;  // pixels, side of a section's picture
 }
 
 void PlanDesk::open(BackgroundTask& work, int bone_class) {
@@ -70,7 +70,7 @@ void PlanDesk::follow() {
   // While the implant is dragged, the section planes do not move: only the implant moves in the picture.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
   for (const SectionPlane& plane : form.planes)
-    images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPixels)));
+    images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPlanSectionPixels)));
   for (std::size_t i = 0; i < images_.size(); ++i) form.pictures[i] = &images_[i];
   ++form.drawn;
   form.changed = false;
