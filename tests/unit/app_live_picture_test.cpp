@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <set>
 #include <thread>
@@ -22,9 +23,11 @@
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/workbench.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
+#include "tests/support/session_fixture.h"
 
 namespace typodont {
 namespace {
@@ -239,6 +242,31 @@ TEST(LivePicture, TheOperatorsWindowNeverGetsABlankPictureWhenTheQualityChanges)
     EXPECT_FALSE(picture.stage()->blank());
   }
   EXPECT_GT(picture.ladder().changes(), 0);
+}
+
+TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
+  const session::test::TemporaryFolder folder;
+  std::ofstream(folder / "scene.json") << R"({"tissue": {"voxel_mm": 0.2, "solids": [
+    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012"})";
+  std::ofstream(folder / "hand.csv")
+      << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,20,1,0,0,0,0\n60,0,0,20,1,0,0,0,0\n";
+  std::ofstream(folder / "rig.json") << R"({"display": "offscreen"})";
+  const Scene scene = read_scene(folder / "scene.json");
+  WorkbenchOptions options;
+  options.rig = folder / "rig.json";
+  options.hand = "script:" + (folder / "hand.csv").string();
+  options.pedal = "none", options.audio = "none:", options.no_real_time = true;
+  Workbench bench(scene, options);
+  int shown = 0;
+  bench.start([&] {
+    ++shown;
+    EXPECT_EQ(bench.status().tick.index, 0u);
+    return glm::ivec2(640, 480);
+  });
+  EXPECT_GT(shown, 0);
+  const render::Picture first = bench.stage()->eye(0);
+  EXPECT_GT(std::ranges::count_if(first.rgba, [](std::uint8_t byte) { return byte > 150; }), 1000);
+  bench.stop();
 }
 
 TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewReplacesIt) {

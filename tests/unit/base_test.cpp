@@ -5,11 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "engine/base/cache.h"
@@ -20,6 +22,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/pose.h"
+#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
 #include "tests/support/folder.h"
@@ -35,6 +38,14 @@ std::filesystem::path temporary(const std::string& name, const std::string& text
   const auto file = std::filesystem::temp_directory_path() / ("typodont_base_" + name);
   std::ofstream(file) << text;
   return file;
+}
+
+TEST(Ticker, ItsTimeBeginsWithTheFirstSampleHoweverLateThatIs) {
+  Ticker ticker(1000);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const Nanos began = now();
+  for (int i = 0; i <= 20; ++i) EXPECT_EQ(ticker.next(), i * Nanos(1'000'000));
+  EXPECT_GE(now() - began, 20'000'000);
 }
 
 TEST(Pose, ProductsJoinEqualInnerFrames) {
