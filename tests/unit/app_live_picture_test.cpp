@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/assets.h"
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/label_blocks.h"
@@ -247,13 +248,14 @@ TEST(LivePicture, TheOperatorsWindowNeverGetsABlankPictureWhenTheQualityChanges)
 TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
   const session::test::TemporaryFolder folder;
   std::ofstream(folder / "scene.json") << R"({"tissue": {"voxel_mm": 0.2, "solids": [
-    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012"})";
+    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012",
+    "parts": ["haptics", "render"]})";
   std::ofstream(folder / "hand.csv")
       << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,20,1,0,0,0,0\n60,0,0,20,1,0,0,0,0\n";
-  std::ofstream(folder / "rig.json") << R"({"display": "offscreen"})";
   const Scene scene = read_scene(folder / "scene.json");
   WorkbenchOptions options;
-  options.rig = folder / "rig.json";
+  options.rig = (assets_folder() / "rigs/window.json").string();
+  options.embedded = true;
   options.hand = "script:" + (folder / "hand.csv").string();
   options.pedal = "none", options.audio = "none:", options.no_real_time = true;
   Workbench bench(scene, options);
