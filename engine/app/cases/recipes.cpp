@@ -326,6 +326,8 @@ void pockets(Draft& draft) {
   constexpr double kHealthy = 1.83e-3, kHealthySd = 0.5e-3;  // m, depth of a healthy sulcus; limits 1 and 3 mm
   constexpr double kPocketFrom = 4e-3;                       // m, depth from which a sulcus is a pocket
   constexpr double kAboveFurcation = 1e-3;                   // m
+  constexpr double kNeckBelowTop = 4e-3;                     // m; the gum's margin is in view
+  draft.offset.z = kTop.z - kNeckBelowTop;
   const std::vector<Json> names = draft.family["sites"].items();
   std::array<double, kSites> depth;
   for (double& d : depth) d = std::clamp(kHealthy + kHealthySd * normal(draft.random), 1e-3, 3e-3);
