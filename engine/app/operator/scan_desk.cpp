@@ -135,7 +135,8 @@ void ScanDesk::follow() {
   if (s_.page != Page::kScan || !review_ || (drawn_ == review_->changes() && !images_.empty())) return;
   destroy();
   s_.scan.planes = review_->planes();
-  for (const SectionPlane& plane : s_.scan.planes) images_.push_back(window_.upload(review_->picture(plane, kScanPixels)));
+  for (const SectionPlane& plane : s_.scan.planes)
+    images_.push_back(window_.upload(review_->picture(plane, kScanPixels)));
   for (std::size_t i = 0; i < images_.size(); ++i) s_.scan.pictures[i] = &images_[i];
   drawn_ = review_->changes();
   ++s_.scan.drawn;
