@@ -402,15 +402,14 @@ void Workbench::Impl::show_first_pictures(const std::function<glm::ivec2()>& sho
   if (!session->draw || headset || !picture || !picture->stage()) return;
   const std::atomic<bool>& seen = session->wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)];
   const Nanos latest = now() + kFirstPictures;
+  int drawn = 0;
   for (Nanos began_pass = now(); began_pass < latest && !thread_failed; began_pass = now()) {
     if (!options.embedded) picture->stage()->output().poll();
     picture->collect();
-    const bool complete = picture->has_surface();
-    const bool first = picture->frames() == 0;
-    if (complete || !seen) {
+    if (picture->has_surface() || !seen) {
       picture->draw(told, summary.work);
       if (show && picture->frames() > 0) fit(show());
-      if (complete && !first && now() - began_pass < kQuickPass) return;
+      if (++drawn > 1 && now() - began_pass < kQuickPass) return;
     }
     std::this_thread::sleep_for(1ms);
   }
