@@ -55,7 +55,7 @@ constexpr double kStuckDistance = 3e-3;
 // Only a tool that is caught for longer than this is reported to the user, ns.
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr Nanos kFirstPictures = 10 * kNanosPerSecond;  // longest wait for the first pictures
-constexpr Nanos kQuickPass = kNanosPerSecond / 4;
+constexpr Nanos kQuickPass = kNanosPerSecond / 4;       // a picture that creates no pipelines takes less
 constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: take the phase's instrument, make the drill slower or faster, reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -403,7 +403,7 @@ void Workbench::Impl::show_first_pictures(const std::function<glm::ivec2()>& sho
   const std::atomic<bool>& seen = session->wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)];
   const Nanos latest = now() + kFirstPictures;
   int drawn = 0;
-  for (Nanos began_pass = now(); began_pass < latest && !thread_failed; began_pass = now()) {
+  for (Nanos began_pass = now(); began_pass < latest && !thread_failed && !g_asked_to_stop; began_pass = now()) {
     if (!options.embedded) picture->stage()->output().poll();
     picture->collect();
     if (picture->has_surface() || !seen) {

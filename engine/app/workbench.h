@@ -136,8 +136,8 @@ class Workbench {
   Workbench(const Workbench&) = delete;
   Workbench& operator=(const Workbench&) = delete;
 
-  /// Starts the session's threads when the pictures show the tissue. `show`: called after each picture before; returns
-  /// the size in pixels of the picture in the operator's window.
+  /// Draws until the pictures show the tissue, then starts the session's time. `show`: called after each of these
+  /// pictures; returns the size in pixels of the picture in the operator's window.
   void start(const std::function<glm::ivec2()>& show = {});
   /// Processes input and draws a frame; without a picture, waits for a short time. Returns false at the session's end:
   /// window closed, hand's script ended, time over, or the process asked to stop.

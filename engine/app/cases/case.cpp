@@ -90,10 +90,12 @@ Ordered task_of(const Json& family, const Ordered& base) {
 std::map<std::string, double> weights_of(const Json& family, const Ordered& task) {
   session::ScoreInput input;
   const std::string recipe = family["recipe"].string();
-  if (!task.contains("explore"))
+  if (task.contains("explore")) {
+    input.explore.emplace();
+    if (recipe == "pockets") input.explore->sites.resize(1);
+  } else {
     input.ideal.emplace();
-  else if (input.explore.emplace(); recipe == "pockets")
-    input.explore->sites.resize(1);
+  }
   std::map<std::string, double> weights;
   if (task.value("defaults", true))
     for (const session::ScoreRule& rule : session::default_rules(input)) weights[rule.name] = rule.weight;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "engine/app/surroundings/blend.h"
 
@@ -13,22 +14,18 @@ constexpr double kPocketGap = 0.7e-3;  // m, width of a pocket between root and 
 constexpr double kFreeGum = 0.5e-3;    // m, height of the gum's margin above the neck
 constexpr double kSulcusSide = 0.42;   // half the length of the sulcus on each side, as a fraction of the neck's width
 constexpr double kThinEdge = 0.45e-3;  // m, thickness of the gum near its margin
-constexpr double kThick = 1.6e-3;      // m, thickness of the gum further down
+constexpr double kThick = 1.6e-3;      // m, thickness of the gum below
 constexpr double kThickens = 2.5e-3;   // m, depth over which the gum becomes thick
 constexpr double kAboveMargin = 1e-3;  // m, largest height of a papilla above the margin
 constexpr double kBelowRoot = 1e-3;    // m, depth of the block's base below the root
 constexpr double kSearchStep = 0.01e-3;  // m, step of the search for the tooth's surface
 
 /// Distance to the tooth's surface by first-order correction, m.
-double exact_distance(const CaseTooth& tooth, const dvec3& p) {
+double first_order_distance(const CaseTooth& tooth, const dvec3& p) {
   const double d = tooth.distance(p);
   if (d <= 0 || d > 3 * kPocketGap) return d;
-  dvec3 slope;
-  for (int a = 0; a < 3; ++a) {
-    dvec3 step(0);
-    step[a] = 0.05e-3;
-    slope[a] = (tooth.distance(p + step) - tooth.distance(p - step)) / 0.1e-3;
-  }
+  constexpr double kStep = 0.05e-3;
+  const dvec3 slope = central_difference(std::bind_front(&CaseTooth::distance, &tooth), p, kStep) / (2 * kStep);
   return d / std::max(glm::length(slope), 0.3);
 }
 
@@ -41,18 +38,18 @@ double PocketGum::margin(const dvec3& p) const {
 
 void PocketGum::add_pocket(double x, double side, double depth, double half_width) {
   dvec3 on(x, side * tooth->bl, kFreeGum);
-  while (side * on.y > 0 && exact_distance(*tooth, on) > 0) on.y -= side * kSearchStep;
+  while (side * on.y > 0 && first_order_distance(*tooth, on) > 0) on.y -= side * kSearchStep;
   on.z = margin(on);
-  dvec3 slope(tooth->distance(on + dvec3(0.1e-3, 0, 0)) - tooth->distance(on - dvec3(0.1e-3, 0, 0)),
-              tooth->distance(on + dvec3(0, 0.1e-3, 0)) - tooth->distance(on - dvec3(0, 0.1e-3, 0)), 0);
   Pocket pocket;
-  pocket.out = glm::normalize(slope);
+  pocket.out = central_difference(std::bind_front(&CaseTooth::distance, tooth), on, 0.1e-3);
+  pocket.out = glm::normalize(dvec3(pocket.out.x, pocket.out.y, 0));
   pocket.half_width = half_width;
   // Middle of the gap at the height z, in the vertical plane through the site.
   const auto middle = [&](double z) {
     dvec3 p = on + 2e-3 * pocket.out;
     p.z = z;
-    while (glm::dot(p, pocket.out) > 0 && exact_distance(*tooth, p) > 0.5 * kPocketGap) p -= kSearchStep * pocket.out;
+    while (glm::dot(p, pocket.out) > 0 && first_order_distance(*tooth, p) > 0.5 * kPocketGap)
+      p -= kSearchStep * pocket.out;
     return p;
   };
   pocket.margin = middle(on.z);
@@ -67,7 +64,7 @@ double PocketGum::distance(const dvec3& p) const {
   const double f = std::pow(
       std::pow(2 * std::abs(p.x) / tooth->form.neck.x, n) + std::pow(2 * std::abs(p.y) / tooth->form.neck.y, n), 1 / n);
   const double from_neck = f > 1e-3 ? r - r / f : -0.5 * std::min(tooth->form.neck.x, tooth->form.neck.y);
-  const double to_tooth = exact_distance(*tooth, p);
+  const double to_tooth = first_order_distance(*tooth, p);
   const double thick = deep > 0 ? kThinEdge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
                                       (kThick - kThinEdge) * (1 - std::exp(-deep / kThickens))
                                 : deep / 1.5;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 
@@ -24,13 +25,7 @@ constexpr double kApart = 2e-3;              // m, smallest distance of two lesi
 
 /// Unit vector out of the tooth at a point of its surface.
 dvec3 outward(const CaseTooth& tooth, const dvec3& p) {
-  dvec3 slope;
-  for (int a = 0; a < 3; ++a) {
-    dvec3 step(0);
-    step[a] = 0.1e-3;
-    slope[a] = tooth.distance(p + step) - tooth.distance(p - step);
-  }
-  return glm::normalize(slope);
+  return glm::normalize(central_difference(std::bind_front(&CaseTooth::distance, &tooth), p, 0.1e-3));
 }
 
 /// Half the length of the cavity's outline, m. 1.8 mm of the marginal ridges remain (rubric rcampus PX4C443: 1.5 to 2
@@ -323,7 +318,7 @@ void hidden_caries(Draft& draft) {
 void pockets(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   constexpr std::size_t kSites = 6;
-  constexpr double kHealthy = 1.83e-3, kHealthySd = 0.5e-3;  // m, depth of a healthy sulcus; limits 1 and 3 mm
+  constexpr double kHealthy = 1.83e-3, kHealthySd = 0.5e-3;  // m, depth of a healthy sulcus: mean, deviation
   constexpr double kPocketFrom = 4e-3;                       // m, depth from which a sulcus is a pocket
   constexpr double kAboveFurcation = 1e-3;                   // m
   constexpr double kNeckBelowTop = 4e-3;                     // m; the gum's margin is in view

@@ -273,12 +273,7 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel, const Po
       double d = distance(p);
       // First-order estimate of the distance: d / |∇d|.
       if (std::abs(d) < 4 * voxel) {
-        dvec3 slope;
-        for (int a = 0; a < 3; ++a) {
-          dvec3 step(0);
-          step[a] = 0.25 * voxel;
-          slope[a] = (distance(p + step) - distance(p - step)) / (0.5 * voxel);
-        }
+        const dvec3 slope = central_difference(distance, p, 0.25 * voxel) / (0.5 * voxel);
         d /= std::max(glm::length(slope), 0.5);
       }
       field.distance[column * static_cast<std::size_t>(out.size.z) + static_cast<std::size_t>(z)] =

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "engine/app/hands/expert_hand.h"
-#include "engine/base/clock.h"
 
 namespace typodont {
 
@@ -13,15 +12,15 @@ namespace {
 constexpr double kProbeTravel = 40e-3, kProbeTurn = 4;  // m/s and rad/s, between two sites
 constexpr double kEnter = 8e-3, kLowerPace = 3e-3;      // m/s, towards the margin; in the pocket
 constexpr double kYield = 30;                           // 1/s, rate at which the hand yields to the walls
-constexpr double kOverMargin = 0.6e-3;                  // m, height of the entry above the margin
-constexpr double kFromTooth = 3e-3, kOverCrown = 8e-3;  // m, beside and above the entry
+constexpr double kOverMargin = 0.6e-3;                  // m, ball above the margin, at the entry
+constexpr double kFromTooth = 3e-3, kOverCrown = 8e-3;  // m, on the way: beside the entry; above that
 constexpr double kLongestWay = 14e-3;                   // m, longest motion into a pocket
 constexpr double kHoldTime = 0.3, kMarkTime = 0.1;      // s, before a reading; with the pedal pressed
 
 }  // namespace
 
 ProbingHand::ProbingHand(const Scene& scene, double rate, const ProbingHabit& habit)
-    : info_(ExpertHand::info_for(rate)), habit_(habit), dt_(1 / rate) {
+    : info_(ExpertHand::info_for(rate)), habit_(habit), dt_(1 / rate), ticker_(rate, /*paced=*/false) {
   const auto& sites = scene.task->sites;
   const dvec3 up = scene.task->axis_W;
   dvec3 middle(0);
@@ -52,7 +51,7 @@ void ProbingHand::go(const Pose& to) noexcept {
 bool ProbingHand::read(haptics::HandSample& sample) noexcept {
   if (site_ == entries_.size()) return false;
   sample = {};
-  sample.t = static_cast<Nanos>(std::llround(static_cast<double>(ticks_++) * dt_ * 1e9));
+  sample.t = ticker_.next();
   waited_ += dt_;
   const auto next = [&](Stage stage) {
     stage_ = stage;
