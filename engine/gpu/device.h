@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/clock.h"
 #include "engine/base/error.h"
 
 namespace typodont::gpu {
@@ -21,6 +22,8 @@ class DeviceLost : public RunFailure {
  public:
   using RunFailure::RunFailure;
 };
+/// A device that is lost earlier than this after it was created again is broken, ns.
+inline constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
 /// Throws DeviceLost or RunFailure with the name of the call if `result` is an error.
 void check(VkResult result, const char* call);

@@ -491,11 +491,11 @@ TEST(Difference, IsTheSignedDistanceOfTheSurfaceFromTheIdeal) {
     for (const auto& brick : surface)
       for (const auto& v : brick.vertices) ASSERT_NEAR(v.difference, expected, 0.03e-3);
   };
-  mark_difference(smaller, now.frame().origin, surface);
+  mark_difference(ToothField(smaller, kDifferenceReach), now.frame().origin, surface);
   all_near(0.8e-3);
-  mark_difference(larger, now.frame().origin, surface);
+  mark_difference(ToothField(larger, kDifferenceReach), now.frame().origin, surface);
   all_near(-0.3e-3);
-  mark_difference(now, now.frame().origin, surface);
+  mark_difference(ToothField(now, kDifferenceReach), now.frame().origin, surface);
   all_near(0);
 }
 

@@ -292,7 +292,7 @@ void run(const RenderOptions& options) {
   TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
     std::vector<render::MeshUpdate> surface = carver ? view.update(*carver) : view.update(shown);
-    if (ideal) mark_difference(*ideal, shown.frame().origin, surface);
+    if (ideal) mark_difference(ToothField(*ideal, kDifferenceReach), shown.frame().origin, surface);
     stage.show(surface, shown.frame().origin);
     if (options.geometry) geometry.add(render::kWorkingTooth, surface, shown.frame().origin);
     add_view(stage, options, scene, shown);

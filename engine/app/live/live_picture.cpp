@@ -16,9 +16,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// If a GPU device is lost less than this time after it was created again, it is assumed to be broken and not created
-// again, ns.
-constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 // Time between two searches for changed mesh bricks (blocks of the surface) while the CPU draws the pictures, ns.
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 // Time between checks for motion while nothing is drawn, ns.
@@ -44,7 +41,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), world_.surroundings(), session.wiring,
                                          session.operated)),
-      revived_(-kReviveInterval) {
+      revived_(-gpu::kReviveInterval) {
   world_.place(start);
   if (!options.quality.empty()) ladder_ = QualityLadder::fixed_at(options.quality);
 }
@@ -115,7 +112,7 @@ void LivePicture::close() {
 }
 
 bool LivePicture::recreate_lost_device() {
-  if (now() - revived_ < kReviveInterval) return false;
+  if (now() - revived_ < gpu::kReviveInterval) return false;
   revived_ = now();
   drop();
   make(nullptr);
@@ -270,7 +267,7 @@ void LivePicture::draw(const std::string& hint, WorkCounts& work) {
     return std::this_thread::sleep_for(4ms);
   }
   world_.say(hint);
-  // Not before, because the operator's window shows the last frame until the next one.
+  // The quality changes only here, because the operator's window shows the last frame until this one.
   if (std::exchange(new_quality_, false)) stage_->set_quality(ladder_.step());
   const auto stats = stage_->draw(world_, views_->look(Eyes::kTrainee));
   frames_ += stats.drawn;

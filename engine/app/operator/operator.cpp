@@ -47,9 +47,8 @@ constexpr double kIdleFrame = 60;  // s, time between two frames while nothing h
 // Interval between checks for changes that the desktop does not report, ns.
 constexpr Nanos kIdleWait = 25'000'000;
 // If the wait for input ends earlier than this, the loop pauses, ns.
-constexpr Nanos kBriefWait = 4'000'000;
+constexpr Nanos kShortWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, interval between this window's frames during a session
-constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
 /// Draws the pages, and executes their requests between two frames.
 class Operator {
@@ -112,7 +111,7 @@ class Operator {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
       // A mouse can send a thousand events per second, so the loop pauses.
-      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
+      if (now() - since < kShortWait) std::this_thread::sleep_for(4ms);
     }
   }
 
@@ -132,10 +131,9 @@ class Operator {
     return true;
   }
 
-  /// Creates the GPU device again while the session continues. If the device is lost again within kReviveInterval, the
-  /// GPU is assumed to be broken.
+  /// Creates the GPU device again while the session continues. Throws RunFailure if the GPU is broken.
   void recreate_device(const gpu::DeviceLost& e) {
-    if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
+    if (now() - revived_ < gpu::kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
     revived_ = now();
     s_.live = nullptr;
@@ -558,7 +556,7 @@ class Operator {
   BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
-  Nanos revived_ = -kReviveInterval;
+  Nanos revived_ = -gpu::kReviveInterval;
   bool quit_ = false;
 };
 

@@ -19,14 +19,12 @@ constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // Time between two copies of the tissue, ns. A copy blocks the carver thread for some milliseconds.
 constexpr Nanos kBodiesInterval = 120'000'000;
-// Largest distance between tissue and ideal shape that the difference view computes, m.
-constexpr double kDifferenceReach = 3e-3;
 // Largest number of servo ticks of an exploration task that wait for their evaluation (ten minutes). Further ticks are
 // lost.
 constexpr std::size_t kMaxUnexplored = 600'000;
 
-constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
-                                render::kInsideCaries, render::kInsideDentin};
+constexpr std::array kInsideColors = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
+                                      render::kInsideCaries, render::kInsideDentin};
 
 }  // namespace
 
@@ -132,7 +130,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
   if (wanted.view == render::View::kLook) wish.look.hidden = wanted.hidden;
   if (wish == p.wish) return;
   if (wish.look.view != p.wish.look.view)
-    for (const render::MeshId body : kInside) p.stage->show_inside(body, {}, origin_W_);
+    for (const render::MeshId body : kInsideColors) p.stage->show_inside(body, {}, origin_W_);
   if (p.replaced && wish.look.hidden == 0) {
     p.stage->show_inside(render::kWorkingTooth, {}, origin_W_);
     p.replaced = false;

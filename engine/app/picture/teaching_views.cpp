@@ -11,12 +11,7 @@
 
 namespace typodont {
 
-namespace {
-
-// Largest distance between tissue and ideal shape that the difference view computes, m.
-constexpr double kDifferenceReach = 3e-3;
-
-}  // namespace
+namespace {}  // namespace
 
 bool can_show(const Scene& scene, render::View view) {
   if (view == render::View::kDifference) return scene.task && scene.task->ideal;
@@ -130,11 +125,6 @@ std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, st
   }
   for (ViewBody& body : bodies) add_paint(volume, body.bricks);
   return bodies;
-}
-
-void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin,
-                     std::vector<render::MeshUpdate>& updates) {
-  mark_difference(ToothField(ideal, kDifferenceReach), origin, updates);
 }
 
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates) {

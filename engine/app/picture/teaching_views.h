@@ -37,11 +37,11 @@ struct ViewBody {
 std::vector<ViewBody> view_bodies(render::View view, const glm::dvec4& plane, std::uint32_t hidden,
                                   const haptics::TissueVolume& volume);
 
-/// Sets `difference` of every vertex to its distance (m) from the target shape `ideal`: positive outside (tissue must
-/// still be removed), negative inside (too much was removed). `origin`: origin of the positions in `updates`, m, frame
-/// W.
-void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// Like mark_difference() above. `ideal`: distance field with distances up to the largest shown difference.
+/// Largest distance between tissue and target shape that the difference view shows, m.
+inline constexpr double kDifferenceReach = 3e-3;
+/// Sets `difference` of every vertex to its distance (m) from the target shape `ideal`, sampled with kDifferenceReach:
+/// positive outside (tissue must still be removed), negative inside (too much was removed). `origin`: origin of the
+/// positions in `updates`, m, frame W.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

@@ -83,7 +83,8 @@ class Side {
   void show_as(View view) {
     const Scene& scene = player_.scene();
     view_ = can_show(scene, view) ? view : View::kLook;
-    if (view_ == View::kDifference && !ideal_) ideal_ = ideal_tissue(scene, load_untouched(scene));
+    if (view_ == View::kDifference && !ideal_)
+      ideal_.emplace(ideal_tissue(scene, load_untouched(scene)).value(), kDifferenceReach);
     if (view_ == View::kTemperature) player_.add_heat();
     player_.smooth_to(detail_->tolerance());
     stage_->show_as(View::kLook);
@@ -150,7 +151,7 @@ class Side {
   session::Language language_;
   PictureStage* stage_ = nullptr;
   std::optional<Detail> detail_;
-  std::optional<haptics::TissueVolume> ideal_;
+  std::optional<ToothField> ideal_;
   View view_ = View::kLook;
   std::uint64_t inside_cuts_ = ~std::uint64_t{0};
   glm::dvec4 plane_{0, 0, 1, 0};
