@@ -5,10 +5,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "engine/base/cache.h"
+#include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
-#include "engine/render/cached_parts.h"
 #include "engine/render/shared.h"
 #include "engine/render/sphere_directions.h"
 #include "engine/render/srgb.h"
@@ -38,8 +37,7 @@ constexpr float kCurved = 0.15f;
 constexpr int kOpenStep = 4;  // distance, in grid spacings, between the samples in open space
 // Distance from a surface at which its light is looked up, grid spacings.
 constexpr double kBegin = 0.5;
-constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files
-constexpr const char* kSuffix = ".rays";
+constexpr cache::Shelf kRayTables{"light", ".rays", 64u << 20};
 
 constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
@@ -351,11 +349,13 @@ struct LightScene::Impl {
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
     find_samples();
-    const std::filesystem::path in = cache::folder("light");
-    const std::uint64_t key = key_of(box);
-    if (read(cache::find(in, key, kSuffix))) return;
-    cast_rays();
-    cache::keep(in, key, kSuffix, kMaxKept, [&](const std::filesystem::path& file) { write(file); });
+    const std::vector<Sample> unread = samples;
+    cache::read_or_make(
+        kRayTables, key_of(box), [&](cache::Parts& file) { return parts_of(file); },
+        [&] {
+          samples = unread, used.clear();
+          cast_rays();
+        });
   }
 
   template <class Each>
@@ -373,33 +373,10 @@ struct LightScene::Impl {
     key.add(tissue_mirrors);
     return key.key();
   }
-  /// Calls use(address, size in bytes) for the memory of each value that cast_rays() has computed.
-  template <class Use>
-  bool each_part(Use&& use) {
-    for (Sample& sample : samples)
-      if (!use(&sample.p, sizeof sample.p) || !use(&sample.valid, sizeof sample.valid)) return false;
-    return use(met.data(), met.size() * sizeof met[0]) &&
-           use(met_by_images.data(), met_by_images.size() * sizeof met_by_images[0]) &&
-           use(used.data(), used.size() * sizeof used[0]);
-  }
-  /// Writes the result of cast_rays(). Throws Error.
-  void write(const std::filesystem::path& file) {
-    const std::size_t count = used.size();
-    write_parts(file, [&](const auto& put) { return put(&count, sizeof count) && each_part(put); });
-  }
-  /// Reads the result of cast_rays(). Returns false if there is no file.
-  bool read(const std::filesystem::path& file) {
-    const std::vector<Sample> unread = samples;
-    const bool complete = read_parts(file, [&](const auto& get) {
-      std::size_t count = 0;
-      if (!get(&count, sizeof count) || count > triangles.size()) return false;
-      met.resize(samples.size() * kRays);
-      met_by_images.resize(imaged.size() * kImageRays);
-      used.resize(count);
-      return each_part(get);
-    });
-    if (!complete) samples = unread, used.clear();
-    return complete;
+  /// Writes or reads what cast_rays() computes.
+  bool parts_of(cache::Parts& file) {
+    return std::ranges::all_of(samples, [&](Sample& s) { return file.value(s.p) && file.value(s.valid); }) &&
+           file.values(met) && file.values(met_by_images) && file.values(used);
   }
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }

@@ -10,11 +10,10 @@
 #include <unordered_map>
 #include <utility>
 
-#include "engine/base/cache.h"
+#include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/split_mix.h"
 #include "engine/base/units.h"
-#include "engine/render/cached_parts.h"
 #include "engine/render/sphere_directions.h"
 
 namespace typodont::render {
@@ -45,8 +44,7 @@ constexpr int kGathered = 4;         // cost of a cell's random walks divided by
 constexpr std::int32_t kNone = -1, kFree = -2;
 constexpr int kMaxSteps = 200;  // largest number of steps of a random walk; a walk rarely needs 30
 
-constexpr std::uintmax_t kMaxKept = 64u << 20;  // bytes, largest total size of the cached files
-constexpr const char* kSuffix = ".light";
+constexpr cache::Shelf kLights{"tissue_light", ".light", 64u << 20};
 
 /// Unit directions that are distributed evenly over the sphere, and free paths in units of the mean free path. A random
 /// walk chooses the direction and the length of each step from these tables at random.
@@ -706,13 +704,14 @@ struct TissueLight::Impl {
     lit = true;
     std::fill(waits.begin(), waits.end(), std::uint8_t{0});
     fresh.clear(), gathering.clear(), walking.clear();
-    const std::filesystem::path in = cache::folder("tissue_light");
-    const std::uint64_t key = key_of_light();
-    const auto parts = [&](const auto& use) { return each_part(use); };
-    if (!read_parts(cache::find(in, key, kSuffix), parts)) {
-      compute();
-      cache::keep(in, key, kSuffix, kMaxKept, [&](const std::filesystem::path& file) { write_parts(file, parts); });
-    }
+    cache::read_or_make(
+        kLights, key_of_light(),
+        [&](cache::Parts& file) {  // what compute() computes
+          return std::ranges::all_of(elements, [&](Element& e) {
+            return file.value(e.lamp) && file.value(e.arrives) && file.value(e.leaves);
+          });
+        },
+        [&] { compute(); });
     std::vector<std::size_t> every(element_of.size());
     std::iota(every.begin(), every.end(), std::size_t{0});
     fill(every);
@@ -751,14 +750,6 @@ struct TissueLight::Impl {
     for (const glm::vec3& v : {sources.toward_lamp, sources.lamp}) key.bytes(&v, sizeof v);
     key.add(sources.lamp_half_angle);
     return key.key();
-  }
-  /// Calls use(address, size in bytes) for each value that compute() computes, until a call returns false.
-  template <class Use>
-  bool each_part(Use&& use) {
-    for (Element& e : elements)
-      if (!use(&e.lamp, sizeof e.lamp) || !use(&e.arrives, sizeof e.arrives) || !use(&e.leaves, sizeof e.leaves))
-        return false;
-    return true;
   }
   CellBox refresh(int most) {
     if (!lit) return {};

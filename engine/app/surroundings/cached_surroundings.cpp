@@ -1,20 +1,12 @@
 // Caches the surroundings' meshes.
-#include <filesystem>
-#include <fstream>
-#include <type_traits>
-
 #include "engine/app/surroundings/surroundings.h"
-#include "engine/base/cache.h"
-#include "engine/base/error.h"
+#include "engine/base/cached_result.h"
 
 namespace typodont {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr std::uintmax_t kMaxKept = 256u << 20;  // bytes, largest total size of the cached files
-constexpr const char* kSuffix = ".around";
+constexpr cache::Shelf kMeshes{"surroundings", ".around", 256u << 20};
 
 template <glm::length_t N>
 void add(Sha256& key, const glm::vec<N, double>& v) {
@@ -70,107 +62,30 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   return key.key();
 }
 
-/// Calls `part` for each number and each array of the bricks, in the order of the cached file.
-template <class Bricks, class Part>
-bool each_brick(Bricks& bricks, Part&& part) {
-  return part.list(bricks, [&](auto& brick) {
-    return part.value(brick.brick) && part.values(brick.vertices) && part.values(brick.indices) &&
-           part.value(brick.two_sided);
+bool bricks_of(cache::Parts& file, std::vector<render::MeshUpdate>& bricks) {
+  return file.list(bricks, [&](auto& brick) {
+    return file.value(brick.brick) && file.values(brick.vertices) && file.values(brick.indices) &&
+           file.value(brick.two_sided);
   });
 }
-template <class Around, class Part>
-bool each_part(Around& around, Part&& part) {
-  return part.value(around.covered) && part.value(around.coarse_from) && part.optional(around.lit) &&
-         part.list(around.meshes, [&](auto& mesh) {
-           return part.value(mesh.id) && part.value(mesh.origin) && each_brick(mesh.bricks, part) &&
-                  each_brick(mesh.coarse, part);
+
+bool parts_of(cache::Parts& file, Surroundings& around) {
+  return file.value(around.covered) && file.value(around.coarse_from) && file.optional(around.lit) &&
+         file.list(around.meshes, [&](auto& mesh) {
+           return file.value(mesh.id) && file.value(mesh.origin) && bricks_of(file, mesh.bricks) &&
+                  bricks_of(file, mesh.coarse);
          });
 }
-
-struct Writer {
-  std::ofstream out;
-  bool bytes(const void* data, std::size_t size) {
-    return static_cast<bool>(out.write(static_cast<const char*>(data), static_cast<std::streamsize>(size)));
-  }
-  template <class T>
-  bool value(const T& number) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    return bytes(&number, sizeof number);
-  }
-  template <class T>
-  bool values(const std::vector<T>& all) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    return value(all.size()) && bytes(all.data(), all.size() * sizeof(T));
-  }
-  template <class T>
-  bool optional(const std::optional<T>& maybe) {
-    return value(maybe.has_value()) && (!maybe || value(*maybe));
-  }
-  template <class T, class Each>
-  bool list(const std::vector<T>& all, Each&& each) {
-    if (!value(all.size())) return false;
-    for (const T& one : all)
-      if (!each(one)) return false;
-    return true;
-  }
-};
-
-struct Reader {
-  std::ifstream in;
-  std::uintmax_t size;  // bytes, size of the file; a list that states more elements than this is invalid
-  bool bytes(void* data, std::size_t count) {
-    return static_cast<bool>(in.read(static_cast<char*>(data), static_cast<std::streamsize>(count)));
-  }
-  template <class T>
-  bool value(T& number) {
-    return bytes(&number, sizeof number);
-  }
-  template <class T>
-  bool resize(std::vector<T>& all) {
-    std::size_t count = 0;
-    if (!value(count) || count > size) return false;
-    all.resize(count);
-    return true;
-  }
-  template <class T>
-  bool values(std::vector<T>& all) {
-    return resize(all) && bytes(all.data(), all.size() * sizeof(T));
-  }
-  template <class T>
-  bool optional(std::optional<T>& maybe) {
-    bool there = false;
-    return value(there) && (!there || value(maybe.emplace()));
-  }
-  template <class T, class Each>
-  bool list(std::vector<T>& all, Each&& each) {
-    if (!resize(all)) return false;
-    for (T& one : all)
-      if (!each(one)) return false;
-    return true;
-  }
-};
 
 }  // namespace
 
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan) {
-  if (!plan) return {};
-  const fs::path in = cache::folder("surroundings");
-  const auto key = in.empty() ? std::nullopt : key_of(*plan);
-  if (key) {
-    Surroundings kept;
-    if (const fs::path file = cache::find(in, *key, kSuffix); !file.empty()) {
-      std::error_code code;
-      if (each_part(kept, Reader{std::ifstream(file, std::ios::binary), fs::file_size(file, code)})) return kept;
-    }
-  }
-  Surroundings made = make_surroundings(*plan);
-  if (key)
-    cache::keep(in, *key, kSuffix, kMaxKept, [&](const fs::path& file) {
-      Writer writer{std::ofstream(file, std::ios::binary)};
-      if (!each_part(made, writer) || !writer.out.flush())
-        throw Error(file.string(), "", "not written", "a writable place");
-    });
-  return made;
+  Surroundings around;
+  if (!plan) return around;
+  cache::read_or_make(
+      kMeshes, key_of(*plan), [&](cache::Parts& file) { return parts_of(file, around); },
+      [&] { around = make_surroundings(*plan); });
+  return around;
 }
 
 }  // namespace typodont
