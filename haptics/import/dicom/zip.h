@@ -1,4 +1,4 @@
-// Unpacks ZIP archives. Not for real time; throws Error.
+// Unpacks ZIP archives by minizip. Not for real time; throws Error.
 #pragma once
 
 #include <filesystem>
