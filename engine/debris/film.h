@@ -38,7 +38,7 @@ struct FilmOptions {
   // Cells with dot(drain, (p, 1)) < 0 are in the gum and lose their content. All zero: no cell drains.
   glm::dvec4 drain{0};
   // largest number of substeps of a step(); if more were needed, the film flows more slowly
-  int max_substeps = 12;
+  int max_substeps = 24;
 };
 
 /// Masses of water and of each tissue in kg: deposited = on_surface + sucked + run_off + dried + flung.

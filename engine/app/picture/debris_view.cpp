@@ -12,9 +12,9 @@ namespace {
 // Grid spacing of the distance field from which chips bounce off, m. It may be coarse, because details of a cavity do
 // not matter for bouncing.
 constexpr double kCoarse = 4e-4;
-// Grid spacing of the distance field on which the film of water flows, m. It must be so fine that a cavity is
-// several cells wide.
-constexpr double kFilm = 3e-4;
+// Grid spacing of the distance field on which the film of water flows, m. Finer cells need more substeps: with 0.3 mm
+// and as many substeps, a ball under a spray of 50 ml/min holds twice as much water.
+constexpr double kFilm = 5e-4;
 constexpr double kFilmShown = 0.05;  // s, interval of updates of the water film's picture
 // The head's cut is applied to the water's distance field each time that the head has moved this far, m.
 constexpr double kCutSteps = 0.1e-3;
