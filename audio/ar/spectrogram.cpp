@@ -10,7 +10,7 @@ namespace typodont::audio {
 
 namespace {
 // Smallest power density, full scale² per Hz (-200 dB).
-constexpr double kSilence = 1e-20;
+constexpr double kMinPower = 1e-20;
 }  // namespace
 
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window) {
@@ -23,7 +23,7 @@ Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t 
     const std::size_t middle = (begins + ends) / 2;
     const std::size_t from = std::min(middle - std::min(middle, length / 2), sound.size() - length);
     for (const double power : welch(sound.subspan(from, length), n, rate))
-      result.dB.push_back(static_cast<float>(10 * std::log10(power + kSilence)));
+      result.dB.push_back(static_cast<float>(10 * std::log10(power + kMinPower)));
   }
   return result;
 }

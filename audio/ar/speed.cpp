@@ -15,7 +15,7 @@ namespace {
 // Shortest and longest sound whose speed is followed, s.
 constexpr double kShortest = 0.5, kLongest = 60;
 // A line is followed only if it exceeds the neighbouring frequencies by this, dB.
-constexpr double kProminence = 10;
+constexpr double kSpeedProminence = 10;
 constexpr std::size_t kMaxTried = 6;  // largest number of spectral lines that are tried, strongest first
 // Length of the moving averages, s. A spindle has inertia, so its speed changes slowly.
 constexpr double kSmoothing = 0.3;
@@ -71,7 +71,7 @@ double SpeedTrack::range() const {
 SpeedTrack speed_of(std::span<const double> x, double rate) {
   const double duration = static_cast<double>(x.size()) / rate;
   if (duration < kShortest || duration > kLongest) return {};
-  const auto lines = spectral_lines(x, rate, kProminence);
+  const auto lines = spectral_lines(x, rate, kSpeedProminence);
   for (std::size_t i = 0; i < std::min(kMaxTried, lines.size()); ++i) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;

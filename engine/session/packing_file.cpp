@@ -17,7 +17,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr const char* kFormat = "typodont_packing";
+constexpr const char* kPackingFormat = "typodont_packing";
 constexpr std::uint64_t kVersion = 1;
 // Largest number of spheres. More need over half a gigabyte, so the file is probably damaged.
 constexpr hsize_t kMaxSpheres = 16'000'000;
@@ -78,7 +78,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
 bool is_packing(const std::filesystem::path& file) {
   const H5 h5(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   std::string format;
-  return h5 && get_attribute(h5.get(), "format", format) && format == kFormat;
+  return h5 && get_attribute(h5.get(), "format", format) && format == kPackingFormat;
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ void save_packing(const std::filesystem::path& file, const SpherePacking& packin
   if (!h5) refuse();
   const hsize_t n = packing.size();
   const bool good =
-      set_attribute(h5.get(), "format", kFormat) && set_attribute(h5.get(), "format_version", kVersion) &&
+      set_attribute(h5.get(), "format", kPackingFormat) && set_attribute(h5.get(), "format_version", kVersion) &&
       set_attribute(h5.get(), "seed", packing.seed) && set_attribute(h5.get(), "tissue_hash", packing.tissue_hash) &&
       set_attribute(h5.get(), "max_radius_m", packing.max_radius) &&
       set_attribute(h5.get(), "largest_hole_m", packing.max_hole) &&
@@ -125,8 +125,8 @@ SpherePacking load_packing(const std::filesystem::path& file) {
   if (!h5) throw Error(path, "", fmt::format("no intact HDF5 file ({})", h5_reason()), "a packing (.h5)");
   std::string format, checksum;
   std::uint64_t version = 0;
-  if (!get_attribute(h5.get(), "format", format) || format != kFormat) {
-    throw Error(path, "attribute \"format\"", format.empty() ? "nothing" : format.substr(0, 40), kFormat);
+  if (!get_attribute(h5.get(), "format", format) || format != kPackingFormat) {
+    throw Error(path, "attribute \"format\"", format.empty() ? "nothing" : format.substr(0, 40), kPackingFormat);
   }
   if (!get_attribute(h5.get(), "format_version", version) || version != kVersion) {
     throw Error(path, "attribute \"format_version\"", std::to_string(version), std::to_string(kVersion));

@@ -335,7 +335,7 @@ struct HandOptions : GuideOptions {
 };
 
 /// Options of a calibration step that computes its result from captures and updates the rig file.
-struct RigOptions {
+struct StepOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
   double tip_radius_mm = 0, tolerance_mm = 0.5, worst_mm = 1.0;
@@ -343,7 +343,7 @@ struct RigOptions {
 };
 
 void add_rig_step(cli::Command& calibrate, const char* step, const char* what, const char* files) {
-  auto options = std::make_shared<RigOptions>();
+  auto options = std::make_shared<StepOptions>();
   cli::Command* command = calibrate.add_command(step, what);
   const std::string_view name = step;
   command->add_option("--rig", options->rig, "rig file to read and to update")->required();

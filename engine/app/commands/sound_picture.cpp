@@ -19,8 +19,8 @@ constexpr double kRange = 70;  // dB, level difference between the darkest and t
 constexpr glm::u8vec3 kGround{255, 255, 255}, kLabelColour{40, 44, 50};
 constexpr double kLetters = 15;  // pixels, height of the text
 constexpr int kTick = 6;         // pixels, length of a tick mark on an axis
-// Margins of the plot, pixels; kBefore: at the left and top; kAfter: at the right and bottom.
-constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};
+// Margins of the plot, pixels; kTopLeft: at the left and top; kBottomRight: at the right and bottom.
+constexpr glm::ivec2 kTopLeft{74, 34}, kBottomRight{18, 52};
 
 /// Colour scale from dark violet over red to light yellow, in even steps of lightness; similar to "inferno" of Smith
 /// and van der Walt (2015).
@@ -60,8 +60,11 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   if (to > recording.rate / 2)
     throw Error(sound.string(), "", fmt::format("a rate of {:.0f} Hz", recording.rate),
                 fmt::format("one of {:.0f} Hz, or a lower upper end than {:.0f} Hz", 2 * to, to));
-  SoundPicture made{
-      {pixels, {}}, kBefore, pixels - kBefore - kAfter, to, static_cast<double>(recording.length()) / recording.rate};
+  SoundPicture made{{pixels, {}},
+                    kTopLeft,
+                    pixels - kTopLeft - kBottomRight,
+                    to,
+                    static_cast<double>(recording.length()) / recording.rate};
   render::Picture& p = made.picture;
   p.rgba.assign(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 4, 255);
   for (int y = 0; y < pixels.y; ++y)

@@ -14,7 +14,7 @@ using State = session::WriterStatus::State;
 
 // Period of the recorder's loop. If the program is killed, at most the data of the last 20 periods (half a second) is
 // missing. The servo's event log has room for eight seconds at 4 kHz.
-constexpr auto kTurn = 25ms;
+constexpr auto kRecorderPeriod = 25ms;
 
 /// Tells the user about the state of the recording. `told`: the state in the last message. Returns the new value of
 /// `told`.
@@ -41,7 +41,7 @@ void recorder_thread(LiveSession& s, SessionRecorder& recorder) {
     recorder.turn();
     recorder.writer().heartbeat();
     told = tell(s.wiring, recorder.writer().status(), told);
-    if (more) std::this_thread::sleep_for(kTurn);
+    if (more) std::this_thread::sleep_for(kRecorderPeriod);
   }
 }
 

@@ -19,7 +19,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTurn = 10'000'000,
+constexpr Nanos kSoundPeriod = 10'000'000,
                 kSilence =
                     5 * kNanosPerSecond;   // ns, longest wait for one message, and longest time without any message
 constexpr Nanos kToCompare = 100'000'000;  // ns, time before the sound starts, to measure the shortest arrival delay
@@ -149,7 +149,7 @@ FollowedSound follow_sound(const FollowOptions& options) {
   Follower follower(options);
   for (Nanos heard = now(); !follower.long_enough();) {
     std::string_view text;
-    const auto got = socket.receive(text, kTurn);
+    const auto got = socket.receive(text, kSoundPeriod);
     if (got == haptics::MessageStream::Got::kMessage) {
       heard = now();
       if (!follower.take(Json::parse(text, options.address, Json::Lines::kUnknown))) break;

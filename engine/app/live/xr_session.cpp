@@ -37,7 +37,7 @@ constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
 // Hz, lowest and highest frequency of a controller's vibration
-constexpr double kSlowest = 60, kFastest = 320;
+constexpr double kMinRate = 60, kMaxRate = 320;
 // Spindle speed at which the controller vibrates with its highest frequency, rad/s.
 constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm: a time (s) and a distance (m). The tip counts as still if it moves less than
@@ -55,7 +55,7 @@ display::Vibration vibration_of(const ServoTick& tick) {
   // Amplitude for a drill that runs without contact; just perceptible.
   const double running = tick.spindle > 1 ? 0.04 : 0;
   const double speed = std::clamp(std::abs(tick.spindle) / kFastSpindle, 0.0, 1.0);
-  return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
+  return {std::clamp(running + force / kFullForce, 0.0, 1.0), kMinRate + (kMaxRate - kMinRate) * speed};
 }
 
 /// Call if a thread hangs in a call of the headset's runtime. At exit, the process then runs no destructors, because

@@ -19,9 +19,9 @@ namespace typodont {
 
 namespace {
 
-constexpr int kPollInterval = 50;  // ms, time between two checks for a cancellation
+constexpr int kChildPoll = 50;  // ms, time between two checks for a cancellation
 // Time from the request to end until the process is killed, ms.
-constexpr int kPatience = 3000;
+constexpr int kEndPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -93,9 +93,9 @@ std::string run_program(std::vector<std::string> words, Progress& progress, cons
       for (const int one : from) close(one);
       if (child <= 0) return;
       kill(child, SIGINT);  // the process ends and removes its partial files
-      for (int i = 0; i < kPatience / kPollInterval; ++i) {
+      for (int i = 0; i < kEndPatience / kChildPoll; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
-        poll(nullptr, 0, kPollInterval);
+        poll(nullptr, 0, kChildPoll);
       }
       kill(child, SIGKILL);  // the process did not end in time
       waitpid(child, nullptr, 0);
@@ -108,7 +108,7 @@ std::string run_program(std::vector<std::string> words, Progress& progress, cons
   std::size_t told = 0;  // bytes of output whose lines on_line has got
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
     progress.at(fraction);
-    if (poll(waiting.data(), waiting.size(), kPollInterval) <= 0) continue;
+    if (poll(waiting.data(), waiting.size(), kChildPoll) <= 0) continue;
     for (std::size_t i = 0; i < 2; ++i) {
       if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
       std::array<char, 4096> piece;

@@ -45,7 +45,7 @@ glm::dvec3 kind_color(haptics::LabelKind kind) {
 }
 
 /// Position, size and plane of one section on the screen.
-struct View {
+struct SliceView {
   const SectionPlane& plane;
   ImVec2 at;
   float size;
@@ -73,7 +73,7 @@ void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
 
 /// Left button: drags an edge or the crosshair, or uses the tool. Right button: moves the crosshair. Wheel: changes the
 /// slice; with Ctrl: the width of the shown section.
-void follow_mouse_of_scan(OperatorState& s, std::size_t i, const View& view, float grip) {
+void follow_mouse_of_scan(OperatorState& s, std::size_t i, const SliceView& view, float grip) {
   ScanForm& form = s.scan;
   ScanReview& review = *form.review;
   const ImGuiIO& io = ImGui::GetIO();
@@ -123,7 +123,7 @@ void follow_mouse_of_scan(OperatorState& s, std::size_t i, const View& view, flo
 }
 
 /// Draws the region's box, the crosshair, the brush, and the letters that name the patient's sides.
-void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered) {
+void draw_marks(OperatorState& s, std::size_t i, const SliceView& view, bool hovered) {
   const ScanForm& form = s.scan;
   const ScanReview& review = *form.review;
   ImDrawList* draw = ImGui::GetWindowDrawList();
@@ -155,7 +155,7 @@ void draw_marks(OperatorState& s, std::size_t i, const View& view, bool hovered)
 void draw_section_of_scan(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   ScanForm& form = s.scan;
   titled_picture(s, w, kScanTitles[i], form.pictures[i], form.drawn, size, [&](ImVec2 at) {
-    const View view{form.planes[i], at, size};
+    const SliceView view{form.planes[i], at, size};
     const bool hovered = ImGui::IsItemHovered();
     follow_mouse_of_scan(s, i, view, kGrip * w.style().unit);
     draw_marks(s, i, view, hovered);

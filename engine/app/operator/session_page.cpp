@@ -19,7 +19,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-constexpr double kSpeedStep = 0.05;
+constexpr double kShareStep = 0.05;
 
 /// Shows the current phase of an implant exercise: the phase's problems, tool depth, and bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
@@ -256,13 +256,13 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
                          ImGuiSliderFlags_AlwaysClamp);
   if (changed) s.settings.speed_fraction = speed / 100;
-  const double step = (typed("+=") - typed("-")) * kSpeedStep;
+  const double step = (typed("+=") - typed("-")) * kShareStep;
   if (step != 0) {
     s.settings.speed_fraction = std::clamp(s.settings.speed_fraction + step, 0.0, 1.0);
     changed = true;
   }
   if (s.device.force_limit > 0) {
-    const double more = (typed("]") - typed("[")) * kSpeedStep;
+    const double more = (typed("]") - typed("[")) * kShareStep;
     if (more != 0) {
       s.settings.force_fraction = std::clamp(s.settings.force_fraction + more, 0.0, 1.0);
       changed = true;

@@ -13,7 +13,7 @@ namespace {
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
 // Length of the tool's path that completes a step with the action "move", m.
-constexpr double kMoved = 10 * kMillimetre;
+constexpr double kPathOfMove = 10 * kMillimetre;
 // Longest plausible motion of the tool between two ticks, m.
 constexpr double kMost = 20 * kMillimetre;
 
@@ -46,7 +46,7 @@ bool StepWatcher::follow(const StepActions& now) {
   last_p_ = now.tick.X_WT.p;
 
   const std::string& deed = task_.step_actions[static_cast<std::size_t>(current_)];
-  const bool done = deed == "move"    ? path_ > kMoved
+  const bool done = deed == "move"    ? path_ > kPathOfMove
                     : deed == "touch" ? touched_ > kTouch
                     : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled
                     : deed == "tool"  ? now.tick.tool != start_.tick.tool

@@ -8,7 +8,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // width of the picture, in widths of the sphere packing
+constexpr double kPictureMargin = 1.05;  // width of the picture, in widths of the sphere packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
 constexpr double kAmbient = 0.25;  // fraction of the colour that is visible in shadow
 
@@ -58,7 +58,7 @@ render::Picture packing_picture(const SpherePacking& packing, const MaterialTabl
     hi = glm::max(hi, packing.center[i] + packing.radius[i]);
   }
   const dvec3 middle = 0.5 * (lo + hi);
-  const double scale = kMargin * std::max(hi.x - lo.x, hi.z - lo.z) / pixels;
+  const double scale = kPictureMargin * std::max(hi.x - lo.x, hi.z - lo.z) / pixels;
   render::Picture picture;
   picture.size = {2 * pixels, pixels};
   picture.rgba.resize(static_cast<std::size_t>(8) * static_cast<std::size_t>(pixels) *

@@ -26,7 +26,7 @@ constexpr double kToothStep = 0.25e-3;
 // Points of a nerve canal farther from the implant than this are ignored, m.
 constexpr double kCanalReach = 25e-3;
 // Distance between neighbouring positions of the implant that the proposal tries, m.
-constexpr double kGrid = 1e-3;
+constexpr double kEntrySpacing = 1e-3;
 constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed implant's upper end below the ridge's top
 constexpr double kRidge = 10e-3;        // m, radius of the region of bone from which the arch's direction is computed
 constexpr double kOutline = 0.8;        // pixels, half the width of the outlines in a section's picture
@@ -165,8 +165,8 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
   double best = -1;
   session::ImplantPlan proposed = plan;
   proposed.entry_W = 0.5 * (lo + hi);
-  for (double x = lo.x; x <= hi.x; x += kGrid) {
-    for (double y = lo.y; y <= hi.y; y += kGrid) {
+  for (double x = lo.x; x <= hi.x; x += kEntrySpacing) {
+    for (double y = lo.y; y <= hi.y; y += kEntrySpacing) {
       double z = hi.z;
       while (z > lo.z && tissue_.at({x, y, z}) == Tissue::kAir) z -= tissue_.spacing();
       if (!tissue_.is_bone({x, y, z})) continue;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMinRegion = 3e-3;  // m, smallest width of the imported region per axis
 // The widest view is wider than the scan by this factor, so that a margin remains.
-constexpr double kMargin = 1.06;
+constexpr double kViewMargin = 1.06;
 constexpr double kMinWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples for a preview in about a second.
 constexpr double kCoarseSamples = 4e5;
@@ -54,7 +54,7 @@ ScanReview::ScanReview(std::shared_ptr<const haptics::ScanVolume> scan)
   crosshair_ = centre_ = 0.5 * (region_.lo + region_.hi);
   const dvec3 size = region_.hi - region_.lo;
   const double longest = std::max({size.x, size.y, size.z});
-  whole_ = width_ = kMargin * longest;
+  whole_ = width_ = kViewMargin * longest;
   preset_ = longest > kTooth ? haptics::ImportPreset::kJaw : haptics::ImportPreset::kTooth;
 }
 

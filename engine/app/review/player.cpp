@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kSlowest = 0.125, kFastest = 16;
+constexpr double kSlowestPlay = 0.125, kFastestPlay = 16;
 
 }  // namespace
 
@@ -99,7 +99,7 @@ void PlayClock::seek(double t) {
 
 void PlayClock::faster(bool up) {
   const double sign = speed < 0 ? -1 : 1;
-  speed = sign * std::clamp(std::abs(speed) * (up ? 2 : 0.5), kSlowest, kFastest);
+  speed = sign * std::clamp(std::abs(speed) * (up ? 2 : 0.5), kSlowestPlay, kFastestPlay);
 }
 
 }  // namespace typodont

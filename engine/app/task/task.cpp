@@ -25,7 +25,7 @@ namespace typodont {
 namespace {
 
 // Margin around the region in which initial, final and target tissue differ, m.
-constexpr double kMargin = session::kPulpReach + 0.5e-3;
+constexpr double kRegionMargin = session::kPulpReach + 0.5e-3;
 // Largest distance at which surfaces count as equal, voxels.
 constexpr float kChanged = 0.02f;
 
@@ -151,7 +151,7 @@ session::Preparation cropped(const session::Preparation& in) {
     }
   }
   if (hi.x < 0) lo = hi = n / 2;
-  const auto margin = static_cast<int>(std::ceil(kMargin / in.frame.voxel));
+  const auto margin = static_cast<int>(std::ceil(kRegionMargin / in.frame.voxel));
   lo = glm::max(lo - margin, glm::ivec3(0));
   hi = glm::min(hi + margin, n - 1);
 

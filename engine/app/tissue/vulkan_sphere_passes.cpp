@@ -61,7 +61,7 @@ struct Head {
 };
 static_assert(sizeof(SphereShare) == 16 && sizeof(SphereChange) == 104);
 
-enum Kind { kContact, kOverlap, kMeasure, kRemoval, kKinds };
+enum PassKind { kContact, kOverlap, kMeasure, kRemoval, kKinds };
 
 constexpr VkAccessFlags2 kShaderAccess = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
 
@@ -240,7 +240,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   }
 
   /// Runs one pass and waits for its end. Returns the number of workgroups; 0: failed.
-  std::size_t run(Kind kind) noexcept {
+  std::size_t run(PassKind kind) noexcept {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMaxGroups);
     const Pass pass{around_,
                     {origin_.x, origin_.y, origin_.z},
@@ -273,7 +273,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   }
 
   template <class Result>
-  bool list(Kind kind, std::span<const Result>& found) noexcept {
+  bool list(PassKind kind, std::span<const Result>& found) noexcept {
     auto* const head = results_.mapped<Head>();
     head->count = 0;
     if (run(kind) == 0) return false;

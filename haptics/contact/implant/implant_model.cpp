@@ -16,7 +16,7 @@ constexpr double kAtPlace = 2e-6;
 // The tip counts as touching if the cosine between contact force and tool axis is larger than this.
 constexpr double kTipContactCosine = 0.5;
 constexpr int kMaxSteps = 8;             // largest number of steps of a tool in a tick (Zhao 2020, eq. 11)
-constexpr double kArrived = 1e-7;        // m; a proxy that moves by itself to a place nearer than this is put there
+constexpr double kFollowEnd = 1e-7;      // m; a proxy that moves by itself to a place nearer than this is put there
 constexpr double kThreadGrips = 0.2e-3;  // m, depth of the tip at which a thread engages
 // m; an implant counts as seated if it is nearer than this to its final depth or to the bottom of the bed
 constexpr double kSeated = 0.05e-3;
@@ -175,7 +175,7 @@ double ImplantModel::own_step(const ContactInput& in, double left, double& speed
   } else {
     speed = slew / k;
   }
-  return left < kArrived ? left : speed * in.dt;
+  return left < kFollowEnd ? left : speed * in.dt;
 }
 
 /// Reduces the pose's jump (offset_, turn_) that remains from entering or leaving a bed, and adds it to the pose.

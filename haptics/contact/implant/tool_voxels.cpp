@@ -14,8 +14,8 @@ namespace {
 constexpr double kFacingEnd = 0.5;
 // tool voxels; nearer to the axis than this, a mean of 1/r over the voxel is used (r: distance from the axis)
 constexpr int kNear = 4;
-constexpr int kParts = 8;           // number of parts of a voxel's edge in the mean of 1/r (r: distance from the axis)
-constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
+constexpr int kParts = 8;  // number of parts of a voxel's edge in the mean of 1/r (r: distance from the axis)
+constexpr double kVoxelRounding = 1e-6;  // voxels, tolerance for rounding errors
 // tool voxels, depth below the surface at which a second normal is computed
 constexpr double kWithin = 0.005;
 // a rim is sharp if the cosine between the normals on the surface and at the depth kWithin is smaller than this
@@ -62,7 +62,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge) {
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);
-        if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
+        if (!(outside > -half_layer + kVoxelRounding * edge && outside <= half_layer + kVoxelRounding * edge)) continue;
         // The head's upper end gets no voxels, because it touches bone only if the shank touches bone too.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMaxClearance = 10e-3;  // m, largest distance that clearance() can return
 // m; tissue_at() finds spheres whose surfaces are up to this far from the point
-constexpr double kNearby = 0.2e-3;
+constexpr double kNearSphere = 0.2e-3;
 // largest number of cut lengths per tick that are tried to find the longest one within the energy budget
 constexpr int kTrials = 8;
 // The search for the length of a cut ends when the cut uses at least this fraction of the energy budget.
@@ -30,7 +30,7 @@ constexpr double kFastest = 5;
 
 // With a large contact, the head advances only about 10 nm per tick but cuts thousands of spheres: cuts are postponed.
 constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kMinStep = 1e-6;         // m; cuts with shorter steps are postponed
+constexpr double kMinCutStep = 1e-6;      // m; cuts with shorter steps are postponed
 constexpr double kLongestDelay = 4.5e-3;  // s, largest time for which a cut is postponed
 constexpr double kAtRest = 0.1e-6;        // m; after a smaller motion, the tissue estimate is reused
 
@@ -354,11 +354,11 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut is postponed, because its step would be shorter than kMinStep; the energy is saved for
+/// Returns true if the cut is postponed, because its step would be shorter than kMinCutStep; the energy is saved for
 /// later. `step`: m, step that the current energy allows.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const bool waits =
-      step < kMinStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
+      step < kMinCutStep && surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
   postponed_for_ = waits ? postponed_for_ + dt : 0;
   return waits;
 }
@@ -453,9 +453,9 @@ void PackingModel::feel(const ContactInput& in, Contact& out) noexcept {
 Tissue PackingModel::tissue_at(const dvec3& p_W) const noexcept {
   std::array<Place, 64> near;
   const SphereTree& tree = snapshot_.spheres.tree();
-  const std::size_t count = std::min(tree.near_segment(p_W, p_W, kNearby, near), near.size());
+  const std::size_t count = std::min(tree.near_segment(p_W, p_W, kNearSphere, near), near.size());
   Tissue tissue = Tissue::kAir;
-  double nearest = kNearby;
+  double nearest = kNearSphere;
   for (std::size_t k = 0; k < count; ++k) {
     const double off = glm::distance(p_W, tree.center(near[k])) - tree.radius(near[k]);
     if (off < nearest) nearest = off, tissue = snapshot_.spheres.tissue(near[k]);

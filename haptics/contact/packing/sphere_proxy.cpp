@@ -31,9 +31,9 @@ constexpr double kMaxMargin = 300e-6;
 // margin of a near list (motion for which the list is valid) divided by the motion per tick
 constexpr double kAhead = 3;
 // m; an empty near list is valid for a motion up to the nearest tissue sphere, searched within this distance
-constexpr double kSearchDistance = 2e-3;
+constexpr double kMaxSearch = 2e-3;
 // m, rounding error of a distance between spheres, added to limits
-constexpr double kRounding = 1e-12;
+constexpr double kDistanceRounding = 1e-12;
 // Fraction of the motion up to which contacts are searched: slightly past its end, to find contacts there.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of a near list, in spheres
@@ -42,7 +42,7 @@ constexpr std::size_t kAllListed = 16384;  // capacity of all near lists togethe
 constexpr double kFewOthers = 100e-6;
 // number of tissue spheres from which a list of near spheres counts as long
 constexpr std::size_t kLongList = 1024;
-constexpr std::size_t kLanes = 8;  // number of spheres that one vector instruction compares
+constexpr std::size_t kSphereLanes = 8;  // number of spheres that one vector instruction compares
 // m, rounding error of a gap in single precision
 constexpr float kFloatRounding = 1e-9f;
 // m; if a list of near spheres would be valid only for a shorter motion, the tree is searched without a list
@@ -83,7 +83,8 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       options_(options),
       lever_(std::max(tool.reach, 1e-6)),
       lists_(tool.size()),
-      list_capacity_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
+      list_capacity_(
+          std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kSphereLanes * kSphereLanes)),
       listed_(list_capacity_ * tool.size()),
       gap_(list_capacity_ * tool.size()),
       moved_before_(tool.size()) {
@@ -94,7 +95,8 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
   const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the remaining angle
-  return {goal, glm::distance(X_W_.p, goal.p) + kRounding, 2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
+  return {goal, glm::distance(X_W_.p, goal.p) + kDistanceRounding,
+          2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
 }
 
 void SphereProxy::place(const Pose& X_W) noexcept {
@@ -156,7 +158,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
     const std::size_t before = left;
-    next_.count += tree.search_on(next_.search, next_.center, r + next_.margin, r + kRounding, left,
+    next_.count += tree.search_on(next_.search, next_.center, r + next_.margin, r + kDistanceRounding, left,
                                   std::span(next_.places).subspan(next_.count), &next_.gaps[next_.count]);
     next_.leaves += before - left;
     while (next_.count + SphereTree::kLeafSize > list_capacity_ && next_.margin > kMinMargin) {
@@ -189,14 +191,14 @@ void SphereProxy::use_list() noexcept {
     return;
   }
   list.moved = next_.moved;
-  list.margin = list.free = next_.margin - kRounding - static_cast<double>(kFloatRounding);
+  list.margin = list.free = next_.margin - kDistanceRounding - static_cast<double>(kFloatRounding);
   list.count = next_.count;
   for (std::size_t k = 0; k < list.count; ++k) {
     list.free = std::min(list.free, static_cast<double>(next_.gaps[k] - kFloatRounding));
   }
   std::copy_n(next_.places.begin(), list.count, &listed_[i * list_capacity_]);
   std::copy_n(next_.gaps.begin(), list.count, &gap_[i * list_capacity_]);
-  for (std::size_t k = list.count; k % kLanes != 0; ++k) {
+  for (std::size_t k = list.count; k % kSphereLanes != 0; ++k) {
     listed_[i * list_capacity_ + k] = Place{};
     gap_[i * list_capacity_ + k] = std::numeric_limits<float>::infinity();
   }
@@ -204,7 +206,7 @@ void SphereProxy::use_list() noexcept {
 
 /// Makes the list of tissue spheres near tool sphere `i` at `center` now. `travel`: motion for which it is valid, m.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double travel) noexcept {
-  const double needed = travel + std::max(0.0, lists_[i].wider) + kRounding;
+  const double needed = travel + std::max(0.0, lists_[i].wider) + kDistanceRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
     const double margin =
         list_capacity_ < kLongList ? std::clamp(kAhead * travel, kMargin, kMaxMargin) : prepared_margin(travel);
@@ -215,7 +217,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   NearList& list = lists_[i];
   if (list.count == 0 && list.refused == 0 && list_capacity_ < kLongList) {
     list.moved = 0;
-    list.margin = list.free = tree.clearance(center, kSearchDistance + tool_.radius[i]) - tool_.radius[i] - kRounding;
+    list.margin = list.free =
+        tree.clearance(center, kMaxSearch + tool_.radius[i]) - tool_.radius[i] - kDistanceRounding;
   }
 }
 
@@ -246,7 +249,7 @@ void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
 
 template <class Limit, class Visit>
 void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const noexcept {
-  for (std::size_t k = i * list_capacity_; k < i * list_capacity_ + lists_[i].count; k += kLanes) {
+  for (std::size_t k = i * list_capacity_; k < i * list_capacity_ + lists_[i].count; k += kSphereLanes) {
     const F8 most = F8{} + (static_cast<float>(limit()) + kFloatRounding);
     for (unsigned bits = bits_of(*reinterpret_cast<const F8*>(&gap_[k]) <= most); bits; bits &= bits - 1) {
       visit(listed_[k + static_cast<std::size_t>(std::countr_zero(bits))]);
@@ -373,14 +376,14 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   NearList& list = lists_[i];
   const dvec3 c = X_W_ * tool_.center_T[i];
   const double reach = tool_.radius[i] + epsilon;
-  const auto too_short = [&] { return !(list.moved + epsilon + kRounding < list.margin); };
+  const auto too_short = [&] { return !(list.moved + epsilon + kDistanceRounding < list.margin); };
   if (too_short() && list.wider >= 0 && list.refused <= 0) {
     list.wider = epsilon;
     list_near(tree, i, c, 0);
     if (too_short()) list.wider = -1;
   }
   if (too_short()) return tree.near_segment(c, c, reach, found);
-  return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
+  return listed_near(tree, i, list.moved + epsilon + kDistanceRounding, c, c, reach, found);
 }
 
 /// Largest fraction 0..1 of the motion to `goal` that leaves the gap kGap to the sphere of the first contact.

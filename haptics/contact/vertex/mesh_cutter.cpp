@@ -24,7 +24,7 @@ using P = CutParameters;
 namespace {
 
 // m, rounding error of the faces' bounding balls (floats)
-constexpr double kRounding = 1e-6;
+constexpr double kBallRounding = 1e-6;
 // Largest number of rounds per step that move vertices back out of folds or intersections. If more are needed, all
 // vertices return to their positions before the step.
 constexpr int kMaxRounds = 8;
@@ -60,7 +60,7 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   return longest2 > 0 ? glm::length(glm::cross(ab, bc)) / longest2 : 0;
 }
 
-constexpr std::size_t kBatch = 8;
+constexpr std::size_t kFaceBatch = 8;
 // If the bounding ball of a face overlaps more balls than this, a quick test (crowd_) excludes some. Usual: up to 60.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in crowd_, the table for a quick test of intersections.
@@ -76,7 +76,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
                              const float* p, float r, const float* n, std::uint32_t* at) {
   constexpr float kClear = 1e-7f;  // m, tolerance for rounding errors of a ball's distance from the tested face's plane
   std::size_t found = 0;
-  for (std::size_t k = 0; k < count; k += kBatch) {
+  for (std::size_t k = 0; k < count; k += kFaceBatch) {
     F8 px, py, pz, far;
     std::memcpy(&px, x + k, sizeof px);
     std::memcpy(&py, y + k, sizeof py);
@@ -129,9 +129,10 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   moved_.reserve(mesh.vertex_capacity());
   affected_.reserve(mesh.face_capacity());
   suspects_.reserve(2 * mesh.face_capacity());
-  for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_capacity() + kBatch);
+  for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_})
+    list->resize(mesh.face_capacity() + kFaceBatch);
   ball_at_.resize(mesh.face_capacity());
-  overlapping_.resize(mesh.face_capacity() + kBatch);
+  overlapping_.resize(mesh.face_capacity() + kFaceBatch);
   crowd_ = mesh::TriangleTable(std::min(mesh.face_capacity(), kMaxInCrowd));
   slot_of_.resize(mesh.face_capacity());
   tested_in_.resize(mesh.face_capacity());
@@ -166,7 +167,7 @@ bool MeshCutter::covers(const KnownFaces& known) const noexcept {
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
-  return margin_ + kMotion * moved + kRounding <= known.within;
+  return margin_ + kMotion * moved + kBallRounding <= known.within;
 }
 
 /// Collects near faces from `known` or the mesh, until the effort of this tick is used up. Returns true if complete.
@@ -341,7 +342,7 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
         // If the bounding ball of a face is outside the head, so are the face's corners.
         const Index f = near_[k];
-        const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
+        const float far = mesh.ball_radius(f) + static_cast<float>(kBallRounding);
         if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
         for (const Index v : mesh.face(f).v) {
           if (!see_vertex(v)) continue;
@@ -515,7 +516,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
       if (intersect(mesh, corners, n, g)) first = k;
     }
   };
-  const float at = c[slice_axis_], reach = r + widest_ + static_cast<float>(kRounding);
+  const float at = c[slice_axis_], reach = r + widest_ + static_cast<float>(kBallRounding);
   test(slice_start_[static_cast<std::size_t>(slice_at(at - reach))],
        slice_start_[static_cast<std::size_t>(slice_at(at + reach)) + 1]);
   test(slice_start_[kSlices], slice_start_[kSlices + 1]);
@@ -533,7 +534,7 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
   };
   // Quick test with an approximate normal, and with the ball around the face: no corner is outside this ball.
   const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
-  const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
+  const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kBallRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
   if (glm::dot(dvec3(mesh.rough_normal(f)), center) < kFacesCore * (far + radius) - kError * far - radius) return true;
   const dvec3 n = normal2(mesh, f);
@@ -562,7 +563,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
 /// Distance from the head (m) within which a face can intersect another. Moved vertices lie on the head's surface, so
 /// unchanged faces can intersect only very near the head.
 double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
-  return mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? edge : kRounding);
+  return mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? edge : kBallRounding);
 }
 
 void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
 // voxels; faces within this distance of a sample determine the sample's value
-constexpr double kNear = 2.5;
+constexpr double kNearSample = 2.5;
 
 /// Point of a triangle nearest to a sample. `feature`: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, 5.1.5).
 struct Closest {
@@ -79,7 +79,8 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// For samples near a face (kNear): computes whether they are inside, and their distance if a cut has moved the face.
+/// For samples near a face (kNearSample): computes whether they are inside, and their distance if a cut has moved the
+/// face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -87,12 +88,12 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
     Closest to;
   };
   std::array<Nearest, kEdge * kEdge * kEdge> nearest;
-  const double reach = kNear * frame.voxel;
+  const double reach = kNearSample * frame.voxel;
   const dvec3 lo = frame.to_world(dvec3(key * kEdge)), hi = frame.to_world(dvec3(key * kEdge + kEdge - 1));
   mesh.near(lo - reach, hi + reach, [&](Index f) {
     const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-    const dvec3 first = frame.to_voxels(glm::min(glm::min(a, b), c)) - kNear,
-                last = frame.to_voxels(glm::max(glm::max(a, b), c)) + kNear;
+    const dvec3 first = frame.to_voxels(glm::min(glm::min(a, b), c)) - kNearSample,
+                last = frame.to_voxels(glm::max(glm::max(a, b), c)) + kNearSample;
     const glm::ivec3 from = glm::max(glm::ivec3(glm::ceil(first)) - key * kEdge, glm::ivec3(0));
     const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(last)) - key * kEdge, glm::ivec3(kEdge - 1));
     for (int x = from.x; x <= to.x; ++x)
@@ -169,8 +170,8 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // Inside before the cuts, outside now, and no face near: the value becomes the positive constant kNear.
-      if (side > 0 && value < 0) value = static_cast<float>(kNear);
+      // Inside before the cuts, outside now, and no face near: the value becomes the positive constant kNearSample.
+      if (side > 0 && value < 0) value = static_cast<float>(kNearSample);
       queue.push_back(to);
     }
   }
