@@ -17,6 +17,9 @@ namespace {
 constexpr int kMaxNeighbours = 16;  // largest number of neighbours of a cell; a cell of a smooth surface has eight
 // largest fraction of a cell's content that may flow out per substep; a larger fraction is unstable
 constexpr float kStableShare = 0.4f;
+// Volume fraction of solids above which slurry does not flow (random packing of rough grains; Krieger & Dougherty
+// 1959).
+constexpr double kMaxSolids = 0.6;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
 
 struct Links {                                    // from a cell to its neighbours; the others lead to the cell itself
@@ -302,8 +305,7 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
 TYPODONT_DISPATCH("avx2", "default")
 float Film::State::find_fluxes() {
   const double per_kg = 1 / options.water_density;
-  const auto of_water = static_cast<float>(options.water_density * options.gravity / (3 * options.water_viscosity)),
-             thinned = static_cast<float>(2.5 * options.max_solids);  // 2.5: intrinsic viscosity of spheres
+  const auto of_water = static_cast<float>(options.water_density * options.gravity / (3 * options.water_viscosity));
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);
     content[at] = static_cast<float>(load[at].water * per_kg + (has_solids[at] ? solid_volume(load[at]) : 0));
@@ -316,10 +318,11 @@ float Film::State::find_fluxes() {
     rate[at] = 0;
     const float area = cells[at].area, thick = content[at] / area - static_cast<float>(options.clinging);
     const double fraction = has_solids[at] ? 1 - load[at].water * per_kg / content[at] : 0;
-    if (!(thick > 0) || fraction >= options.max_solids) continue;
-    // Viscosity of water / viscosity of the suspension (Krieger & Dougherty 1959)
-    const float thinning = fraction > 0 ? std::pow(static_cast<float>(1 - fraction / options.max_solids), thinned) : 1;
-    const float mobility = of_water * thinning * thick * thick * thick;
+    if (!(thick > 0) || fraction >= kMaxSolids) continue;
+    // Viscosity of water / viscosity of the suspension: (1 − φ/φmax)^(2.5 φmax), 2.5 φmax = 1.5 (Krieger & Dougherty
+    // 1959)
+    const auto room = static_cast<float>(1 - fraction / kMaxSolids);
+    const float mobility = of_water * room * std::sqrt(room) * thick * thick * thick;
     float outflow = 0, levelling = 0;
     for (std::size_t k = 0; k < links[at].used; k += 8)
       find_flux(surface.data(), surface[at], mobility, &links[at].to[k], &links[at].width[k], &flux[n][k], outflow,

@@ -26,15 +26,12 @@ struct FilmOptions {
   double gravity = 9.81;          // m/s², acceleration of gravity
   double water_density = 1000;    // kg/m³, density of the water
   double water_viscosity = 1e-3;  // Pa·s, viscosity of the water at 20 °C
-  // volume fraction of solids above which slurry does not flow (random packing of rough grains; Krieger & Dougherty
-  // 1959)
-  double max_solids = 0.6;
-  double clinging = 10e-6;    // m, thickness of the film that sticks to the surface and does not flow
-  double hanging = 60e-6;     // m, largest thickness below an overhang; the rest drips off
-  double overhang = -0.25;    // cosine between normal and `up` below which a surface is an overhang
-  double drying = 0.5e-6;     // m/s, loss of thickness by drying: 30 µm per minute
-  double suction_rate = 20;   // 1/s, fraction of the film that suction removes per time at `suction_speed`
-  double suction_speed = 10;  // m/s, speed of the air at which `suction_rate` holds
+  double clinging = 10e-6;        // m, thickness of the film that sticks to the surface and does not flow
+  double hanging = 60e-6;         // m, largest thickness below an overhang; the rest drips off
+  double overhang = -0.25;        // cosine between normal and `up` below which a surface is an overhang
+  double drying = 0.5e-6;         // m/s, loss of thickness by drying: 30 µm per minute
+  double suction_rate = 20;       // 1/s, fraction of the film that suction removes per time at `suction_speed`
+  double suction_speed = 10;      // m/s, speed of the air at which `suction_rate` holds
   // Cells with dot(drain, (p, 1)) < 0 are in the gum and lose their content. All zero: no cell drains.
   glm::dvec4 drain{0};
   // largest number of substeps of a step(); if more were needed, the film flows more slowly

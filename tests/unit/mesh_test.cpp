@@ -26,19 +26,19 @@ using test::square;
 
 constexpr double kEdge = 0.5e-3;  // m
 
-/// Makes `count` random edits: splits, flips, collapses and small moves.
+/// Makes `count` random edits: splits, flips, collapses, small and large moves.
 void edit(EditableMesh& mesh, std::mt19937& random, int count) {
   for (int k = 0; k < count; ++k) {
     const Index f = static_cast<Index>(random() % mesh.face_range());
     const int i = static_cast<int>(random() % 3);
-    const auto what = random() % 4;
+    const auto what = random() % 5;
     if (!mesh.uses(f)) continue;
     if (what == 0) mesh.split(f, i, 0.5 * (mesh.point(f, i) + mesh.point(f, (i + 1) % 3)));
     if (what == 1) mesh.flip(f, i);
     if (what == 2) mesh.collapse(f, i, random() % 2);
-    if (what == 3) {
+    if (what >= 3) {
       const Index v = mesh.face(f).v[i];
-      mesh.move(v, mesh.vertex(v).p + 1e-5 * dvec3(random() % 7, random() % 5, random() % 3));
+      mesh.move(v, mesh.vertex(v).p + (what == 3 ? 1e-5 : 1e-4) * dvec3(random() % 7, random() % 5, random() % 3));
       mesh.settle(v);
     }
   }
@@ -94,7 +94,9 @@ TEST(EditableMesh, TheGridFindsEveryFaceThatReachesIntoABox) {
         continue;
       }
       ASSERT_LE(found[f], 1);
-      if (reaches_into(haptics::mesh::corners(mesh, f), lo, hi)) ASSERT_EQ(found[f], 1) << f;
+      if (reaches_into(haptics::mesh::corners(mesh, f), lo, hi)) {
+        ASSERT_EQ(found[f], 1) << f;
+      }
     }
   }
 }

@@ -216,12 +216,11 @@ void run(const DemoOptions& options) {
 
   show_progress();
   double next_look = 0, next_frame = 0, next_picture = kPictureEvery, film_began = options.film ? 0 : -1;
-  // File, pictures and sound follow the session's event logs.
-  const auto follow = [&](Nanos until) {
+  // File, sound and pictures follow the session's event logs.
+  const auto record = [&] {
     recorder.turn();
-    reader.read(until);
     recorder.writer().heartbeat();
-    sound.advance(until);
+    sound.advance(tick.t);
   };
   const auto add_frame = [&] {
     stage.draw(world);
@@ -234,7 +233,7 @@ void run(const DemoOptions& options) {
     if (!stereo) stereo.emplace(stereo_mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
     stereo->add(screen.rgba);
   };
-  // A second thread follows, and draws the film, while the session advances to the next stop.
+  // A second thread moves the water and draws the film, while the session advances to the next stop.
   std::future<void> following;
   bool filming = false;
   while (tick.t + period <= end_t && session.advance(demo_hand)) {
@@ -242,6 +241,7 @@ void run(const DemoOptions& options) {
     const bool films = film_began >= 0 && (options.film || t < film_began + kFilmed) && t >= next_frame;
     const bool looks = t >= next_look;
     if (!looks && !films) continue;
+    record();
     if (following.valid()) following.get();
     if (filming) {
       frame_pace.took(lap());
@@ -254,7 +254,7 @@ void run(const DemoOptions& options) {
     const bool during =
         pictures.size() == 1 && demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
     if (before || during || t >= next_picture) {
-      follow(tick.t);
+      reader.read(tick.t);
       if (before) take_pictures("before", "Before", {});
       if (during) {
         take_pictures("during", "While drilling", {});
@@ -276,14 +276,15 @@ void run(const DemoOptions& options) {
       ++frames;
       next_frame += 1 / options.fps;
     }
-    following = std::async(std::launch::async, [&follow, &add_frame, films, until = tick.t] {
-      follow(until);
+    following = std::async(std::launch::async, [&reader, &add_frame, films, until = tick.t] {
+      reader.read(until);
       if (films) add_frame();
     });
     show_progress();
   }
   if (following.valid()) following.get();
-  follow(tick.t);
+  record();
+  reader.read(tick.t);
   world.say(result_text(carver.volume(), header.volumes_before, options.language));
   take_pictures("after", "After", {.debris = false});
   sound.stop(tick.t);
