@@ -61,9 +61,10 @@ struct DemoOptions {
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 };
 
-constexpr double kRate = 1000;          // Hz, rate of the servo
-constexpr double kUsualLength = 221;    // s, duration of the shipped scene's session; used to estimate the time left
-constexpr double kDuring = 0.4;         // fraction of strokes before the picture "during" and the short film
+constexpr double kRate = 1000;        // Hz, rate of the servo
+constexpr double kUsualLength = 221;  // s, duration of the shipped scene's session; used to estimate the time left
+constexpr double kDuring = 0.3;       // fraction of the caries removed at the picture "during" and the short film
+constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;          // s, length of the short film
 constexpr double kStep = 1.0 / 25;      // s, time between two updates of the pictures
 constexpr double kPictureEvery = 10;    // s, time between two pictures "at_…"
@@ -116,7 +117,6 @@ void write_pictures(PictureStage& stage, World& world, const Look& look, const f
 
 /// Describes the result of the exercise by comparing the remaining tissue with the tissue at the start.
 std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before, session::Language language) {
-  constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
   return hud_text(language, "caries_left",
                   session::number_text(100 * tissue.volumes()[kCaries] / before[kCaries], 1, language));
 }
@@ -251,8 +251,7 @@ void run(const DemoOptions& options) {
     say();
     if (looks) next_look += kStep;
     const bool before = pictures.empty();
-    const bool during =
-        pictures.size() == 1 && demo_hand.phase() == DemoHand::Phase::kDrill && demo_hand.done() > kDuring;
+    const bool during = pictures.size() == 1 && tick.removed[kCaries] > kDuring * header.volumes_before[kCaries];
     if (before || during || t >= next_picture) {
       reader.read(tick.t);
       if (before) take_pictures("before", "Before", {});
@@ -304,7 +303,7 @@ void run(const DemoOptions& options) {
   const auto mm3 = [&](Tissue tissue_kind) {
     return removed[static_cast<std::size_t>(tissue_kind)] / kCubicMillimetre;
   };
-  const double caries = recorded.header().volumes_before[static_cast<std::size_t>(Tissue::kCaries)] / kCubicMillimetre;
+  const double caries = recorded.header().volumes_before[kCaries] / kCubicMillimetre;
   fmt::print(
       "Removed {:.2f} of {:.2f} mm³ caries, with {:.2f} mm³ sound enamel and {:.2f} mm³ sound dentin, in {:.1f} s.\n",
       mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));

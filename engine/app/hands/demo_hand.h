@@ -22,7 +22,6 @@ class DemoHand final : public haptics::HapticDevice {
   void see(const ServoTick& tick) noexcept override { expert_.see(tick); }
 
   Phase phase() const { return phase_; }
-  double done() const { return expert_.done(); }  // finished fraction of the drilling, 0 to 1
 
  private:
   bool next(haptics::HandSample& sample);
