@@ -2,7 +2,6 @@
 
 #include <zlib.h>
 
-
 #include "engine/base/error.h"
 
 namespace typodont::cache {
