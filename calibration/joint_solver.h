@@ -17,7 +17,7 @@ struct JointResult {
   Panel panel;
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
-  /// m, position felt minus position seen, and its standard deviation
+  /// m, position felt minus position seen, frame W of this solution, and its standard deviation
   dvec3 user_offset_W{0, 0, 0}, user_offset_sigma{0, 0, 0};
   dvec3 eye_center_sigma{0, 0, 0};  // m, standard deviation of the eyes' centre
   double ipd_sigma = 0;             // m, standard deviation of the interpupillary distance
