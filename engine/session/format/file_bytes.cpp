@@ -14,6 +14,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/session/format/hdf5_driver.h"
 
 namespace typodont::session {
 
@@ -96,79 +97,36 @@ void FileBytes::write_to(const std::filesystem::path& out) const {
   if (!file.flush()) throw Error(out.string(), "", std::strerror(errno ? errno : EIO), "a writable file");
 }
 
-/// A file that HDF5 opened with this driver. HDF5 itself accesses only the first member, which every driver has.
-struct BytesDriver {
-  H5FD_t hdf5{};
-  const FileBytes* bytes = nullptr;
-  haddr_t end_of_addresses = 0;
-
-  static BytesDriver& of(H5FD_t* file) { return *reinterpret_cast<BytesDriver*>(file); }
-  static const BytesDriver& of(const H5FD_t* file) { return *reinterpret_cast<const BytesDriver*>(file); }
+struct BytesDriver : DriverFile<BytesDriver, const FileBytes> {
+  static constexpr const char* kName = "typodont_bytes";
+  static constexpr unsigned long kFeatures = H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
+                                             H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
 
   static H5FD_t* open(const char*, unsigned flags, hid_t access, haddr_t) {
-    const auto* bytes = static_cast<const FileBytes* const*>(H5Pget_driver_info(access));
+    const FileBytes* const bytes = source_in(access);
     if (!bytes || flags & H5F_ACC_RDWR) return nullptr;
     auto* file = new (std::nothrow) BytesDriver;
     if (!file) return nullptr;
-    file->bytes = *bytes;
+    file->source = bytes;
     return &file->hdf5;
   }
   static herr_t close(H5FD_t* f) {
     delete &of(f);
     return 0;
   }
-  static herr_t query(const H5FD_t*, unsigned long* flags) {
-    *flags = H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_SUPPORTS_SWMR_IO |
-             H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
-    return 0;
-  }
-  static haddr_t get_eoa(const H5FD_t* f, H5FD_mem_t) { return of(f).end_of_addresses; }
-  static herr_t set_eoa(H5FD_t* f, H5FD_mem_t, haddr_t place) {
-    of(f).end_of_addresses = place;
-    return 0;
-  }
-  static haddr_t get_eof(const H5FD_t* f, H5FD_mem_t) { return of(f).bytes->shown_size_; }
+  static haddr_t get_eof(const H5FD_t* f, H5FD_mem_t) { return of(f).source->shown_size_; }
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* out) {
-    return of(f).bytes->read(out, size, place) ? 0 : -1;
+    return of(f).source->read(out, size, place) ? 0 : -1;
   }
   static herr_t write(H5FD_t*, H5FD_mem_t, hid_t, haddr_t, std::size_t, const void*) { return -1; }
-  // Does nothing, because recordings have their own lock (layout.h).
-  static herr_t lock(H5FD_t*, hbool_t) { return 0; }
-  static herr_t unlock(H5FD_t*) { return 0; }
   // Two readers of one file never share a handle, because one of them may close it first.
   static int compare(const H5FD_t* a, const H5FD_t* b) {
     return a == b ? 0 : std::less<const H5FD_t*>()(a, b) ? -1 : 1;
   }
-
-  static hid_t driver() {
-    static const H5FD_class_t kClass = [] {
-      H5FD_class_t c{};
-      c.name = "typodont_bytes";
-      c.maxaddr = static_cast<haddr_t>(INT64_MAX);
-      c.fc_degree = H5F_CLOSE_STRONG;
-      c.fapl_size = sizeof(FileBytes*);
-      c.open = open;
-      c.close = close;
-      c.cmp = compare;
-      c.query = query;
-      c.get_eoa = get_eoa;
-      c.set_eoa = set_eoa;
-      c.get_eof = get_eof;
-      c.read = read;
-      c.write = write;
-      c.lock = lock;
-      c.unlock = unlock;
-      std::fill(std::begin(c.fl_map), std::end(c.fl_map), H5FD_MEM_DEFAULT);
-      return c;
-    }();
-    static const hid_t id = H5FDregister(&kClass);
-    return id;
-  }
 };
 
 bool FileBytes::use(hid_t access) const {
-  const FileBytes* const self = this;
-  return BytesDriver::driver() >= 0 && H5Pset_driver(access, BytesDriver::driver(), &self) >= 0;
+  return BytesDriver::use(access, this);
 }
 
 }  // namespace typodont::session

@@ -16,6 +16,7 @@
 
 #include "engine/base/fnv.h"
 #include "engine/base/sync.h"
+#include "engine/session/format/hdf5_driver.h"
 
 namespace typodont::session {
 
@@ -61,26 +62,23 @@ std::string random_digits() {
 
 }  // namespace
 
-/// A file that HDF5 opened with this driver. HDF5 itself accesses only the first member, which every driver has.
-struct JournaledFile {
-  H5FD_t hdf5{};
+struct JournaledFile : DriverFile<JournaledFile, Journal> {
+  static constexpr const char* kName = "typodont_journal";
+  static constexpr unsigned long kFeatures = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA |
+                                             H5FD_FEAT_DATA_SIEVE | H5FD_FEAT_AGGREGATE_SMALLDATA |
+                                             H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
   int fd = -1;
-  Journal* journal = nullptr;
-  haddr_t end_of_addresses = 0;
   haddr_t end = 0;       // size of the file as HDF5 sees it
   haddr_t real_end = 0;  // size of the file on the disk, without uncommitted changes
   std::vector<Change> changes;
 
-  static JournaledFile& of(H5FD_t* file) { return *reinterpret_cast<JournaledFile*>(file); }
-  static const JournaledFile& of(const H5FD_t* file) { return *reinterpret_cast<const JournaledFile*>(file); }
-
   bool commit() {
     if (changes.empty()) return true;
     try {
-      if (!journal->commit(fd, changes, real_end, end)) return false;
+      if (!source->commit(fd, changes, real_end, end)) return false;
     } catch (const std::bad_alloc&) {
       errno = ENOMEM;
-      return journal->fail("its journal");
+      return source->fail("its journal");
     }
     real_end = end;
     changes.clear();
@@ -88,7 +86,7 @@ struct JournaledFile {
   }
 
   static H5FD_t* open(const char* name, unsigned flags, hid_t access, haddr_t most) {
-    const auto* journal = static_cast<Journal* const*>(H5Pget_driver_info(access));
+    Journal* const journal = source_in(access);
     if (!journal || most == 0) return nullptr;
     const int open_flags = (flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY) | (flags & H5F_ACC_TRUNC ? O_TRUNC : 0) |
                            (flags & H5F_ACC_CREAT ? O_CREAT : 0) | (flags & H5F_ACC_EXCL ? O_EXCL : 0) | O_CLOEXEC;
@@ -104,27 +102,17 @@ struct JournaledFile {
       return nullptr;
     }
     file->fd = fd;
-    file->journal = *journal;
+    file->source = journal;
     file->end = file->real_end = static_cast<haddr_t>(info.st_size);
     return &file->hdf5;
   }
   static herr_t close(H5FD_t* f) {
     JournaledFile& file = of(f);
     const bool whole = file.commit();
-    if (whole && !file.journal->needed_) file.journal->remove();
+    if (whole && !file.source->needed_) file.source->remove();
     const bool closed = ::close(file.fd) == 0;
     delete &file;
     return whole && closed ? 0 : -1;
-  }
-  static herr_t query(const H5FD_t*, unsigned long* flags) {
-    *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
-             H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
-    return 0;
-  }
-  static haddr_t get_eoa(const H5FD_t* f, H5FD_mem_t) { return of(f).end_of_addresses; }
-  static herr_t set_eoa(H5FD_t* f, H5FD_mem_t, haddr_t place) {
-    of(f).end_of_addresses = place;
-    return 0;
   }
   static haddr_t get_eof(const H5FD_t* f, H5FD_mem_t) { return of(f).end; }
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
@@ -136,9 +124,9 @@ struct JournaledFile {
   static herr_t write(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, const void* bytes) {
     JournaledFile& file = of(f);
     file.end = std::max<haddr_t>(file.end, place + size);
-    if (!file.journal->started_) {
+    if (!file.source->started_) {
       if (!write_all(file.fd, bytes, size, place)) {
-        file.journal->fail("the file");
+        file.source->fail("the file");
         return -1;
       }
       file.real_end = file.end;
@@ -153,7 +141,7 @@ struct JournaledFile {
       }
     } catch (const std::bad_alloc&) {
       errno = ENOMEM;
-      file.journal->fail("the recorder");
+      file.source->fail("the recorder");
       return -1;
     }
     return 0;
@@ -164,45 +152,15 @@ struct JournaledFile {
     if (!file.commit()) return -1;
     if (file.end_of_addresses == file.end) return 0;
     if (ftruncate(file.fd, static_cast<off_t>(file.end_of_addresses)) != 0) return -1;
-    file.end = file.real_end = file.journal->length_ = file.end_of_addresses;
+    file.end = file.real_end = file.source->length_ = file.end_of_addresses;
     return 0;
   }
-  // The driver ignores HDF5's requests for locks, because recordings have their own lock (layout.h).
-  static herr_t lock(H5FD_t*, hbool_t) { return 0; }
-  static herr_t unlock(H5FD_t*) { return 0; }
   static int compare(const H5FD_t* a, const H5FD_t* b) {
     struct stat first {
     }, second{};
     fstat(of(a).fd, &first), fstat(of(b).fd, &second);
     if (first.st_dev != second.st_dev) return first.st_dev < second.st_dev ? -1 : 1;
     return first.st_ino == second.st_ino ? 0 : first.st_ino < second.st_ino ? -1 : 1;
-  }
-
-  static hid_t driver() {
-    static const H5FD_class_t kClass = [] {
-      H5FD_class_t c{};
-      c.name = "typodont_journal";
-      c.maxaddr = static_cast<haddr_t>(INT64_MAX);
-      c.fc_degree = H5F_CLOSE_STRONG;
-      c.fapl_size = sizeof(Journal*);
-      c.open = open;
-      c.close = close;
-      c.cmp = compare;
-      c.query = query;
-      c.get_eoa = get_eoa;
-      c.set_eoa = set_eoa;
-      c.get_eof = get_eof;
-      c.read = read;
-      c.write = write;
-      c.flush = flush;
-      c.truncate = truncate;
-      c.lock = lock;
-      c.unlock = unlock;
-      std::fill(std::begin(c.fl_map), std::end(c.fl_map), H5FD_MEM_DEFAULT);
-      return c;
-    }();
-    static const hid_t id = H5FDregister(&kClass);
-    return id;
   }
 };
 
@@ -213,8 +171,7 @@ Journal::~Journal() {
 }
 
 bool Journal::use(hid_t access) {
-  Journal* const self = this;
-  return JournaledFile::driver() >= 0 && H5Pset_driver(access, JournaledFile::driver(), &self) >= 0;
+  return JournaledFile::use(access, this);
 }
 
 bool Journal::fail(const char* what) {
