@@ -77,12 +77,13 @@ class GuidedCapture {
   std::optional<dvec3> astray_W_;  // m, frame W, previous touch if it is an outlier
 };
 
-/// Picture in 8-bit grey, rows from the top. For a mirror, only the text may be flipped; marks stay.
+/// Picture in 8-bit grey, rows from the top.
 struct Picture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
 };
-Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored, bool upside_down = false);
+/// The marks of a prompt; 0 where there is no mark.
+Picture prompt_marks(const Prompt& prompt, int width, int height);
 
 /// Returns the samples of a short tone, mono, -1..1.
 std::vector<float> cue_sound(Cue cue, double sample_rate);

@@ -63,12 +63,6 @@ bool has_chinese(std::string_view text) {
   return false;
 }
 
-double width_of(std::string_view text, double height) {
-  double x = 0;
-  for (std::size_t i = 0; i < text.size();) x += static_cast<double>(next(text, i).advance);
-  return x * height / font::kSize;
-}
-
 /// Breaks a text into lines of at most `most` width, only at the separator `gap`.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
@@ -77,7 +71,7 @@ std::vector<std::string> broken_at(std::string_view gap, std::string_view text, 
     const std::string_view part = text.substr(from, end - from);
     from = end + gap.size();
     if (part.empty()) continue;
-    if (!lines.empty() && width_of(lines.back(), height) + width_of(gap, height) + width_of(part, height) <= most)
+    if (!lines.empty() && text_width(lines.back(), height) + text_width(gap, height) + text_width(part, height) <= most)
       lines.back().append(gap).append(part);
     else
       lines.emplace_back(part);
@@ -100,7 +94,8 @@ std::vector<std::string> broken_between_characters(std::string_view text, double
       if (!stays && (chinese || code >= kFirstChinese)) break;
     }
     const std::string_view unit = text.substr(from, i - from);
-    if (!lines.back().empty() && width_of(lines.back(), height) + width_of(unit, height) > most) lines.emplace_back();
+    if (!lines.back().empty() && text_width(lines.back(), height) + text_width(unit, height) > most)
+      lines.emplace_back();
     lines.back().append(unit);
   }
   return lines;
@@ -109,12 +104,12 @@ std::vector<std::string> broken_between_characters(std::string_view text, double
 std::vector<std::string> lines_of(std::string_view hint, double most, double height) {
   std::vector<std::string> lines;
   for (const std::string& line : broken_at(kGap, hint, most, height)) {
-    if (width_of(line, height) <= most) {
+    if (text_width(line, height) <= most) {
       lines.push_back(line);
       continue;
     }
     for (const std::string& piece : broken_at(" ", line, most, height)) {
-      if (width_of(piece, height) <= most)
+      if (text_width(piece, height) <= most)
         lines.push_back(piece);
       else
         for (std::string& part : broken_between_characters(piece, most, height)) lines.push_back(std::move(part));
@@ -165,11 +160,11 @@ struct Map {
 /// Draws into one text panel, in user coordinates.
 class Painter {
  public:
-  Painter(const Map& map, const dvec2& lo, const dvec2& hi) : map_(map) {
+  Painter(const Map& map, const dvec2& lo, const dvec2& hi, const Color& background) : map_(map) {
     panel_.box = box_of(lo, hi, {ivec2(0), map.place});
     const auto pixels = static_cast<std::size_t>(panel_.box.size.x) * static_cast<std::size_t>(panel_.box.size.y);
     panel_.rgba.assign(4 * pixels, 0);
-    rounded(lo, hi, kPanel);
+    rounded(lo, hi, background);
   }
 
   /// Draws a box with rounded corners.
@@ -261,6 +256,22 @@ std::string spindle_text(double krpm, const HudWords& words) {
                      fmt::format("{:.0f}", slow ? 10 * std::round(100 * krpm) : krpm));
 }
 
+double text_width(std::string_view text, double height) {
+  double x = 0;
+  for (std::size_t i = 0; i < text.size();) x += static_cast<double>(next(text, i).advance);
+  return x * height / font::kSize;
+}
+
+void write_line(std::uint8_t* rgba, const ivec2& size, const dvec2& at, double height, std::string_view text,
+                const glm::u8vec3& color) {
+  const Map map{size, glm::dmat2(1), static_cast<double>(size.x) / size.y};
+  const dvec2 lo = map.to_user(at + dvec2(-height, height)),
+              hi = map.to_user(at + dvec2(text_width(text, height) + height, -height));
+  Painter line(map, lo, hi, {0, 0, 0, 0});
+  line.text(map.to_user(at), 2 * height / size.y, text, {color.r, color.g, color.b, 255});
+  Writing::lay_over(line.take(), rgba, 4 * static_cast<std::size_t>(size.x), ivec2(0), false);
+}
+
 bool can_write(std::string_view text) {
   for (std::size_t i = 0; i < text.size();)
     if (!glyph(next_code(text, i))) return false;
@@ -322,36 +333,40 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const double least = has_chinese(hud.tool + speed + hud.hint) ? kMinChinese : kMinLetters;
   double h = std::max({kLetters, hud.min_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);
-  const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
+  const auto first_line = [&](double height) {
+    return text_width(hud.tool, height) + text_width(speed, height) + height;
+  };
   h *= std::min(1.0, room / first_line(h));
 
-  // The panel in the lower left corner: tool, speed, force.
-  const double wide = std::min(std::max(kMinPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
-  const dvec2 lo{-map.aspect + kMargin, -1 + kMargin},
-      hi{lo.x + wide, lo.y + 2 * kPad + (hud.force_shown ? 2.85 : 1.5) * h};
-  Painter status(map, lo, hi);
-  const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
-  status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
-  status.text({hi.x - kPad - width_of(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
-  const double fraction = force_fraction(hud);
-  const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - width_of("00.00 N", h) - 0.02, y2 + 0.5 * h};
-  if (hud.force_shown && bar_hi.x > bar_lo.x) {
-    status.rounded(bar_lo, bar_hi, kTrack);
-    const double end = bar_lo.x + std::max(fraction * (bar_hi.x - bar_lo.x), 0.4 * h);
-    if (fraction > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(fraction));
+  if (!hud.tool.empty()) {
+    // The panel in the lower left corner: tool, speed, force.
+    const double wide = std::min(std::max(kMinPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
+    const dvec2 lo{-map.aspect + kMargin, -1 + kMargin},
+        hi{lo.x + wide, lo.y + 2 * kPad + (hud.force_shown ? 2.85 : 1.5) * h};
+    Painter status(map, lo, hi, kPanel);
+    const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
+    status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
+    status.text({hi.x - kPad - text_width(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
+    const double fraction = force_fraction(hud);
+    const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - text_width("00.00 N", h) - 0.02, y2 + 0.5 * h};
+    if (hud.force_shown && bar_hi.x > bar_lo.x) {
+      status.rounded(bar_lo, bar_hi, kTrack);
+      const double end = bar_lo.x + std::max(fraction * (bar_hi.x - bar_lo.x), 0.4 * h);
+      if (fraction > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(fraction));
+    }
+    status.text({hi.x - kPad - text_width(force, h), y2}, h, force, kInk);
+    panels_.push_back(status.take());
   }
-  status.text({hi.x - kPad - width_of(force, h), y2}, h, force, kInk);
-  panels_.push_back(status.take());
 
   // The panel at the top centre: the hints.
   if (const std::vector<std::string> lines = lines_of(hud.hint, room, h); !lines.empty()) {
     double widest = 0;
-    for (const std::string& line : lines) widest = std::max(widest, width_of(line, h));
+    for (const std::string& line : lines) widest = std::max(widest, text_width(line, h));
     const double top = 1 - kMargin, line_height = 1.3 * h;
     Painter hints(map, {-0.5 * widest - kPad, top - 0.4 * h - static_cast<double>(lines.size()) * line_height},
-                  {0.5 * widest + kPad, top});
+                  {0.5 * widest + kPad, top}, kPanel);
     for (std::size_t i = 0; i < lines.size(); ++i)
-      hints.text({-0.5 * width_of(lines[i], h), top - 1.15 * h - static_cast<double>(i) * line_height}, h, lines[i],
+      hints.text({-0.5 * text_width(lines[i], h), top - 1.15 * h - static_cast<double>(i) * line_height}, h, lines[i],
                  kInk);
     panels_.push_back(hints.take());
   }

@@ -26,7 +26,7 @@ bool can_write(std::string_view text);
 /// The values that the text shows.
 struct Hud {
   bool visible = false;
-  std::string tool;  // name of the tool, for example "round 1.2 mm"
+  std::string tool;  // name of the tool, for example "round 1.2 mm"; empty: only the hint is shown
   double speed_krpm = 0;
   // false: the force is hidden, because it would reveal the condition of a blind experiment.
   bool force_shown = true;
@@ -46,6 +46,13 @@ inline constexpr double kMinXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
 /// Smallest readable height of letters, in units of half the picture's height: the letter x in the picture's middle
 /// then has the visual angle kMinXHeight. 0 if the display is not a mirror bench.
 double readable_letters(const DisplayRig& rig);
+
+/// Width of a line of text in the unit of `height`, the height of the font.
+double text_width(std::string_view text, double height);
+/// Draws a line of text over a picture of 4-byte pixels, for example an axis label. `at`: left end of the baseline,
+/// pixels from the upper left corner; `height`: pixels; `color`: sRGB.
+void write_line(std::uint8_t* rgba, const glm::ivec2& size, const glm::dvec2& at, double height, std::string_view text,
+                const glm::u8vec3& color);
 
 /// A rectangle in the region of an eye, pixels.
 struct WritingBox {

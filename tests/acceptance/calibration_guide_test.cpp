@@ -209,7 +209,7 @@ TEST_F(GuidedBench, AnOutlierTouchIsMarkedOnScreenUntilTheNextTouch) {
   Prompt without = prompt;
   without.astray.reset();
   const auto lit = [](const Prompt& p) {
-    const Picture picture = prompt_picture(p, 640, 360, false);
+    const Picture picture = prompt_marks(p, 640, 360);
     return std::count_if(picture.grey.begin(), picture.grey.end(), [](unsigned char g) { return g > 100; });
   };
   EXPECT_GT(lit(prompt), lit(without) + 40);

@@ -9,7 +9,7 @@
 #include "audio/sound_file.h"
 #include "audio/spectrogram.h"
 #include "engine/base/error.h"
-#include "engine/render/picture_text.h"
+#include "engine/display/writing.h"
 
 namespace typodont {
 
@@ -86,6 +86,9 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     }
   }
 
+  const auto write = [&](const glm::dvec2& at, std::string_view text) {
+    display::write_line(p.rgba.data(), p.size, at, kLetters, text, kLabelColour);
+  };
   // Draws the tick marks of the axes with their values.
   const double f_step = step_of(to, 8), t_step = step_of(made.seconds, 10);
   for (int i = 0; i * f_step <= to * (1 + 1e-9); ++i) {
@@ -93,21 +96,18 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     const int y = std::min(hi.y - 1, static_cast<int>(std::lround(hi.y - f / to * size.y)));
     for (int x = lo.x - kTick; x < lo.x; ++x) put(p, x, y, kLabelColour);
     const std::string text = fmt::format("{:g}", f / 1e3);
-    render::write_text(p, {lo.x - kTick - 5 - render::text_width(text, kLetters), y + 0.35 * kLetters}, kLetters, text,
-                       kLabelColour);
+    write({lo.x - kTick - 5 - display::text_width(text, kLetters), y + 0.35 * kLetters}, text);
   }
   for (int i = 0; i * t_step <= made.seconds * (1 + 1e-9); ++i) {
     const double t = i * t_step;
     const int x = std::min(hi.x - 1, static_cast<int>(std::lround(lo.x + t / made.seconds * size.x)));
     for (int y = hi.y; y < hi.y + kTick; ++y) put(p, x, y, kLabelColour);
     const std::string text = fmt::format("{:g}", t);
-    render::write_text(p, {x - render::text_width(text, kLetters) / 2, hi.y + kTick + 1.1 * kLetters}, kLetters, text,
-                       kLabelColour);
+    write({x - display::text_width(text, kLetters) / 2, hi.y + kTick + 1.1 * kLetters}, text);
   }
-  render::write_text(p, {10, lo.y - 0.8 * kLetters}, kLetters, "frequency (kHz)", kLabelColour);
+  write({10, lo.y - 0.8 * kLetters}, "frequency (kHz)");
   const std::string seconds = "time (s)";
-  render::write_text(p, {hi.x - render::text_width(seconds, kLetters), hi.y + kTick + 2.4 * kLetters}, kLetters,
-                     seconds, kLabelColour);
+  write({hi.x - display::text_width(seconds, kLetters), hi.y + kTick + 2.4 * kLetters}, seconds);
   return made;
 }
 

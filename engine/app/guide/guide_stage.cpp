@@ -25,6 +25,7 @@
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
 #include "engine/display/output.h"
+#include "engine/display/writing.h"
 #include "engine/render/picture.h"
 #include "haptics/devices.h"
 
@@ -173,22 +174,35 @@ class GuideVoice {
 /// Properties of the screen, read from the rig file.
 struct Look {
   display::Layout layout = display::Layout::kMono;
-  bool mirrored = false, upside_down = false;
+  glm::dmat2 upright{1.0};  // orientation of the text (Hud::upright)
 };
 
 Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
   Look look;
   const bool in_mirror = guide.bench().rig.mirror.has_value() && guide.step() != Step::kScreen;
-  look.mirrored = in_mirror;
+  if (in_mirror) look.upright = glm::dmat2(-1, 0, 0, 1);
   try {
     const display::DisplayRig rig = display::load_rig(file);
     look.layout = rig.screen.layout;
-    const glm::dmat2 upright = display::upright(rig);
-    if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
+    if (in_mirror) look.upright = display::upright(rig);
   } catch (const Error& e) {  // before its calibration, the rig file describes no screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
+}
+
+/// The text as its reader sees it upright; the marks over it stay in place.
+Picture prompt_picture(const Prompt& prompt, const glm::ivec2& size, const Look& look) {
+  constexpr unsigned char kGround = 16;
+  Picture picture = prompt_marks(prompt, size.x, size.y);
+  std::vector<std::uint8_t> rgba(4 * picture.grey.size(), kGround);
+  display::Writing writing;
+  writing.write({.visible = true, .hint = prompt.text, .upright = look.upright}, size);
+  for (const display::Writing::Panel& panel : writing.panels())
+    display::Writing::lay_over(panel, rgba.data(), 4 * static_cast<std::size_t>(size.x), glm::ivec2(0), false);
+  for (std::size_t i = 0; i < picture.grey.size(); ++i)
+    if (picture.grey[i] == 0) picture.grey[i] = rgba[4 * i];
+  return picture;
 }
 
 #ifdef TYPODONT_WINDOW
@@ -279,7 +293,7 @@ class GuideScreen {
     for (const bool right : {false, true}) {
       Prompt seen = prompt_;
       if (look_.layout != display::Layout::kMono) seen.left_eye &= !right, seen.right_eye &= right;
-      for (const unsigned char grey : prompt_picture(seen, eye.x, eye.y, look_.mirrored, look_.upside_down).grey) {
+      for (const unsigned char grey : prompt_picture(seen, eye, look_).grey) {
         *out++ = grey, *out++ = grey, *out++ = grey, *out++ = 255;
       }
     }
@@ -466,9 +480,7 @@ class Guide {
     fmt::print("{}\n", prompt.text);
     std::fflush(stdout);
     if (!happened.empty()) prompt.text += " (" + happened + ")";
-    if (!options_.picture.empty()) {
-      write_picture(options_.picture, prompt_picture(prompt, 1280, 720, look_.mirrored, look_.upside_down));
-    }
+    if (!options_.picture.empty()) write_picture(options_.picture, prompt_picture(prompt, {1280, 720}, look_));
 #ifdef TYPODONT_WINDOW
     if (screen_) screen_->show(prompt);
 #endif
