@@ -35,6 +35,17 @@ struct CubicMillimetres {
   static double to_file(double si) { return si * 1e9; }
   static double to_si(double v) { return v / 1e9; }
 };
+struct Metres {
+  static constexpr const char* kName = "m";
+  static double to_file(double si) { return si; }
+  static double to_si(double v) { return v; }
+};
+struct Newtons : Metres {
+  static constexpr const char* kName = "N";
+};
+struct NoUnit : Metres {
+  static constexpr const char* kName = "";
+};
 struct Krpm {
   static constexpr const char* kName = "krpm";
   static double to_file(double si) { return si / kKrpm; }
@@ -114,31 +125,39 @@ void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequenc
    ...);
 }
 
+/// Adds three columns. In `name` and `text`, {} is the letter of the axis. `Vector` is a lambda without captures that
+/// returns a vector of a message.
+template <class Unit, class Message, class Vector>
+void add_vector(std::vector<Column<Message>>& columns, std::string_view name, std::string_view text, Vector) {
+  const auto add = [&](char axis, auto field) {
+    columns.push_back(
+        scaled<Unit, Message>(fmt::format(fmt::runtime(name), axis), fmt::format(fmt::runtime(text), axis), field));
+  };
+  add('x', [](Message& m) -> double& { return Vector{}(m).x; });
+  add('y', [](Message& m) -> double& { return Vector{}(m).y; });
+  add('z', [](Message& m) -> double& { return Vector{}(m).z; });
+}
+
 /// Makes the columns of a unit quaternion with its exact bits. `PoseOf` is a lambda without captures that returns a
 /// Pose of a message.
 template <class Message, class PoseOf>
 void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
                      PoseOf) {
-  const std::string what = text + ", unit quaternion into W";
-  columns.push_back(
-      only_in_file(exact<Message>(prefix + "_qw", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.w; })));
-  columns.push_back(
-      only_in_file(exact<Message>(prefix + "_qx", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.x; })));
-  columns.push_back(
-      only_in_file(exact<Message>(prefix + "_qy", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.y; })));
-  columns.push_back(
-      only_in_file(exact<Message>(prefix + "_qz", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.z; })));
+  const auto add = [&](const char* name, auto field) {
+    columns.push_back(only_in_file(exact<Message>(prefix + name, "", text + ", unit quaternion into W", field)));
+  };
+  add("_qw", [](Message& m) -> double& { return PoseOf{}(m).R.w; });
+  add("_qx", [](Message& m) -> double& { return PoseOf{}(m).R.x; });
+  add("_qy", [](Message& m) -> double& { return PoseOf{}(m).R.y; });
+  add("_qz", [](Message& m) -> double& { return PoseOf{}(m).R.z; });
 }
 
 template <class Message, class PoseOf>
 void add_pose(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
               PoseOf pose_of) {
-  columns.push_back(only_in_file(exact<Message>(prefix + "_x_m", "m", text + ", x in W, every bit",
-                                                [](Message& m) -> double& { return PoseOf{}(m).p.x; })));
-  columns.push_back(only_in_file(exact<Message>(prefix + "_y_m", "m", text + ", y in W, every bit",
-                                                [](Message& m) -> double& { return PoseOf{}(m).p.y; })));
-  columns.push_back(only_in_file(exact<Message>(prefix + "_z_m", "m", text + ", z in W, every bit",
-                                                [](Message& m) -> double& { return PoseOf{}(m).p.z; })));
+  add_vector<Metres>(columns, prefix + "_{}_m", text + ", {} in W, every bit",
+                     [](Message& m) -> dvec3& { return PoseOf{}(m).p; });
+  for (std::size_t i = columns.size() - 3; i < columns.size(); ++i) columns[i].in_csv = false;
   add_orientation(columns, prefix, text, pose_of);
 }
 
@@ -155,35 +174,17 @@ std::vector<Column<ServoTick>> make_tick_columns() {
     t.t = std::isfinite(s) && std::abs(s) < 9e9 ? static_cast<Nanos>(std::llround(s * 1e9)) : 0;
   };
   c.push_back(t_s);
-  c.push_back(scaled<Millimetres, T>("hand_x_mm", "head centre where the hand holds it, x in W",
-                                     [](T& t) -> double& { return t.X_WT.p.x; }));
-  c.push_back(scaled<Millimetres, T>("hand_y_mm", "head centre where the hand holds it, y in W",
-                                     [](T& t) -> double& { return t.X_WT.p.y; }));
-  c.push_back(scaled<Millimetres, T>("hand_z_mm", "head centre where the hand holds it, z in W",
-                                     [](T& t) -> double& { return t.X_WT.p.z; }));
-  c.push_back(scaled<Millimetres, T>("tool_x_mm", "head centre as held outside the tissue (drawn), x in W",
-                                     [](T& t) -> double& { return t.X_WG.p.x; }));
-  c.push_back(scaled<Millimetres, T>("tool_y_mm", "head centre as held outside the tissue (drawn), y in W",
-                                     [](T& t) -> double& { return t.X_WG.p.y; }));
-  c.push_back(scaled<Millimetres, T>("tool_z_mm", "head centre as held outside the tissue (drawn), z in W",
-                                     [](T& t) -> double& { return t.X_WG.p.z; }));
-  c.push_back(exact<T>("force_x_N", "N", "force on the hand, x in W", [](T& t) -> double& { return t.f_T_W.x; }));
-  c.push_back(exact<T>("force_y_N", "N", "force on the hand, y in W", [](T& t) -> double& { return t.f_T_W.y; }));
-  c.push_back(exact<T>("force_z_N", "N", "force on the hand, z in W", [](T& t) -> double& { return t.f_T_W.z; }));
-  c.push_back(scaled<NewtonMillimetres, T>("torque_x_Nmm", "torque on the hand about the head centre, x in W",
-                                           [](T& t) -> double& { return t.tau_T_W.x; }));
-  c.push_back(scaled<NewtonMillimetres, T>("torque_y_Nmm", "torque on the hand about the head centre, y in W",
-                                           [](T& t) -> double& { return t.tau_T_W.y; }));
-  c.push_back(scaled<NewtonMillimetres, T>("torque_z_Nmm", "torque on the hand about the head centre, z in W",
-                                           [](T& t) -> double& { return t.tau_T_W.z; }));
+  add_vector<Millimetres>(c, "hand_{}_mm", "head centre where the hand holds it, {} in W",
+                          [](T& t) -> dvec3& { return t.X_WT.p; });
+  add_vector<Millimetres>(c, "tool_{}_mm", "head centre as held outside the tissue (drawn), {} in W",
+                          [](T& t) -> dvec3& { return t.X_WG.p; });
+  add_vector<Newtons>(c, "force_{}_N", "force on the hand, {} in W", [](T& t) -> dvec3& { return t.f_T_W; });
+  add_vector<NewtonMillimetres>(c, "torque_{}_Nmm", "torque on the hand about the head centre, {} in W",
+                                [](T& t) -> dvec3& { return t.tau_T_W; });
   c.push_back(scaled<Millimetres, T>("depth_mm", "distance from tool to hand position",
                                      [](T& t) -> double& { return t.depth; }));
-  c.push_back(exact<T>("normal_x", "", "surface normal at the contact, out of the tissue, x in W; 0 when free",
-                       [](T& t) -> double& { return t.n_C_W.x; }));
-  c.push_back(exact<T>("normal_y", "", "surface normal at the contact, out of the tissue, y in W; 0 when free",
-                       [](T& t) -> double& { return t.n_C_W.y; }));
-  c.push_back(exact<T>("normal_z", "", "surface normal at the contact, out of the tissue, z in W; 0 when free",
-                       [](T& t) -> double& { return t.n_C_W.z; }));
+  add_vector<NoUnit>(c, "normal_{}", "surface normal at the contact, out of the tissue, {} in W; 0 when free",
+                     [](T& t) -> dvec3& { return t.n_C_W; });
   c.push_back(scaled<SquareMillimetres, T>("contact_area_mm2", "area of the head that touches tissue",
                                            [](T& t) -> double& { return t.contact_area; }));
   c.push_back(derived<T>("removed_mm3", "mm^3", "all tissue cut away since the start",
@@ -255,12 +256,8 @@ std::vector<Column<Cut>> make_cut_columns() {
   add_pose<T>(c, "b", "the head after", [](T& t) -> Pose& { return t.X_WB; });
   c.push_back(exact<T>("tool", "", "which of the session's tools", [](T& t) -> std::uint32_t& { return t.tool; }));
   add_removed_exact(c, Solids{});
-  c.push_back(
-      exact<T>("normal_x", "", "surface normal, out of the tissue, x in W", [](T& t) -> double& { return t.n_C_W.x; }));
-  c.push_back(
-      exact<T>("normal_y", "", "surface normal, out of the tissue, y in W", [](T& t) -> double& { return t.n_C_W.y; }));
-  c.push_back(
-      exact<T>("normal_z", "", "surface normal, out of the tissue, z in W", [](T& t) -> double& { return t.n_C_W.z; }));
+  add_vector<NoUnit>(c, "normal_{}", "surface normal, out of the tissue, {} in W",
+                     [](T& t) -> dvec3& { return t.n_C_W; });
   c.push_back(exact<T>("spindle_rad_per_s", "rad/s", "speed of the spindle, signed about the tool's z",
                        [](T& t) -> double& { return t.spindle; }));
   c.push_back(added_later(exact<T>("fill_radius_m", "m", "of the ball that was filled; 0: a cut",
@@ -276,12 +273,7 @@ std::vector<Column<PatchUse>> make_patch_columns() {
                        [](T& t) -> std::uint64_t& { return t.first_tick; }));
   c.push_back(exact<T>("cuts", "", "cuts already in the tissue when it was cut out",
                        [](T& t) -> std::uint64_t& { return t.cuts; }));
-  c.push_back(
-      exact<T>("center_x_m", "m", "where it was asked for, x in W", [](T& t) -> double& { return t.center_W.x; }));
-  c.push_back(
-      exact<T>("center_y_m", "m", "where it was asked for, y in W", [](T& t) -> double& { return t.center_W.y; }));
-  c.push_back(
-      exact<T>("center_z_m", "m", "where it was asked for, z in W", [](T& t) -> double& { return t.center_W.z; }));
+  add_vector<Metres>(c, "center_{}_m", "where it was asked for, {} in W", [](T& t) -> dvec3& { return t.center_W; });
   return c;
 }
 
