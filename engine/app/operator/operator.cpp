@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -49,6 +50,22 @@ constexpr Nanos kIdleWait = 25'000'000;
 // If the wait for input ends earlier than this, the loop pauses, ns.
 constexpr Nanos kShortWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, interval between this window's frames during a session
+
+struct PageEntry {
+  void (*draw)(OperatorState&, InterfaceWindow&);
+  const char* title;  // key of its text in the window's title; null: none
+};
+const std::map<Page, PageEntry> kPages{{Page::kStart, {draw_start_page, nullptr}},
+                                       {Page::kLoading, {draw_loading_page, nullptr}},
+                                       {Page::kSession, {draw_session_page, nullptr}},
+                                       {Page::kResult, {draw_result_page, "op.result"}},
+                                       {Page::kDoctor, {draw_doctor_page, "op.check_computer"}},
+                                       {Page::kArchive, {draw_archive_page, "op.archive"}},
+                                       {Page::kScan, {draw_scan_page, "op.scan"}},
+                                       {Page::kFuse, {draw_fuse_page, "op.fuse"}},
+                                       {Page::kPlan, {draw_plan_page, "op.plan"}},
+                                       {Page::kExperiment, {draw_experiment_page, "op.experiment"}},
+                                       {Page::kSchool, {draw_school_page, "op.school"}}};
 
 /// Draws the pages, and executes their requests between two frames.
 class Operator {
@@ -150,39 +167,11 @@ class Operator {
 
   /// Window title: name of the page; during a session, also the trainee.
   std::string title() const {
+    const char* const name = kPages.at(s_.page).title;
+    const bool of_scene = s_.page == Page::kLoading || s_.page == Page::kSession || s_.page == Page::kResult;
     std::string title = "Typodont";
-    switch (s_.page) {
-      case Page::kStart:
-        break;
-      case Page::kLoading:
-      case Page::kSession:
-        title += ": " + s_.scene_title;
-        break;
-      case Page::kResult:
-        title += fmt::format(": {}, {}", s_.scene_title, s_.text("op.result"));
-        break;
-      case Page::kDoctor:
-        title += fmt::format(": {}", s_.text("op.check_computer"));
-        break;
-      case Page::kArchive:
-        title += fmt::format(": {}", s_.text("op.archive"));
-        break;
-      case Page::kScan:
-        title += fmt::format(": {}", s_.text("op.scan"));
-        break;
-      case Page::kFuse:
-        title += fmt::format(": {}", s_.text("op.fuse"));
-        break;
-      case Page::kPlan:
-        title += fmt::format(": {}", s_.text("op.plan"));
-        break;
-      case Page::kExperiment:
-        title += fmt::format(": {}", s_.text("op.experiment"));
-        break;
-      case Page::kSchool:
-        title += fmt::format(": {}", s_.text("op.school"));
-        break;
-    }
+    if (of_scene) title += ": " + s_.scene_title;
+    if (name) title += (of_scene ? ", " : ": ") + std::string(s_.text(name));
     return title;
   }
 
@@ -193,41 +182,7 @@ class Operator {
     scan_desk_.follow();
     fuse_desk_.follow();
     window_.begin(s_.page == Page::kSession);
-    switch (s_.page) {
-      case Page::kStart:
-        draw_start_page(s_, window_);
-        break;
-      case Page::kLoading:
-        draw_loading_page(s_, window_);
-        break;
-      case Page::kSession:
-        draw_session_page(s_, window_);
-        break;
-      case Page::kResult:
-        draw_result_page(s_, window_);
-        break;
-      case Page::kDoctor:
-        draw_doctor_page(s_, window_);
-        break;
-      case Page::kArchive:
-        draw_archive_page(s_, window_);
-        break;
-      case Page::kScan:
-        draw_scan_page(s_, window_);
-        break;
-      case Page::kFuse:
-        draw_fuse_page(s_, window_);
-        break;
-      case Page::kPlan:
-        draw_plan_page(s_, window_);
-        break;
-      case Page::kExperiment:
-        draw_experiment_page(s_, window_);
-        break;
-      case Page::kSchool:
-        draw_school_page(s_, window_);
-        break;
-    }
+    kPages.at(s_.page).draw(s_, window_);
     draw_help(s_, window_);
     draw_leaving(s_, window_);
     window_.end();
