@@ -19,32 +19,21 @@ void FuseDesk::open() {
   s_.page = Page::kFuse;
   s_.say("");
   const auto ct = std::make_shared<const haptics::DenseTissue>(s_.scan.review->labels()->tissue);
-  struct Loaded {
-    std::shared_ptr<ScanFusion> fusion;
-    std::string failure;
-  };
-  const auto loaded = std::make_shared<Loaded>();
+  const auto loaded = std::make_shared<std::shared_ptr<ScanFusion>>();
   work_.begin(
       [loaded, ct, file = std::filesystem::path(s_.fuse.file.data()),
        unit = static_cast<double>(s_.fuse.unit_mm) * kMillimetre](Progress& progress) {
         progress.stage("op.loading", 0, 1);
-        try {
-          loaded->fusion = std::make_shared<ScanFusion>(ct, file, unit);
-        } catch (const Error& e) {
-          loaded->failure = e.what();
-        }
+        *loaded = std::make_shared<ScanFusion>(ct, file, unit);
       },
       [this, loaded] {
-        if (!loaded->fusion) {
-          s_.page = Page::kScan;
-          return s_.fail(loaded->failure);
-        }
-        fusion_ = loaded->fusion;
+        fusion_ = *loaded;
         s_.fuse.fusion = fusion_.get();
         s_.fuse.changed = true;
         s_.say(s_.text("op.fuse_pick"));
         log::info("surfaces ready");
-      });
+      },
+      [this] { s_.page = Page::kScan; });
 }
 
 void FuseDesk::register_points() {
@@ -85,21 +74,18 @@ void FuseDesk::take() {
 }
 
 void FuseDesk::follow() {
-  if (s_.page != Page::kFuse || !fusion_ || !(s_.fuse.changed || images_.empty())) return;
+  if (s_.page != Page::kFuse || !fusion_ || !(s_.fuse.changed || pictures_.empty())) return;
   destroy();
   for (const ScanFusion::Side side : {ScanFusion::kScan, ScanFusion::kCt})
-    images_.push_back(window_.upload(fusion_->view(side).draw(kSurfacePixels)));
-  for (std::size_t i = 0; i < images_.size(); ++i) s_.fuse.pictures[i] = &images_[i];
+    pictures_.add(fusion_->view(side).draw(kSurfacePixels));
+  pictures_.list(s_.fuse.pictures);
   ++s_.fuse.drawn;
   s_.fuse.changed = false;
 }
 
 void FuseDesk::destroy() {
   s_.fuse.pictures = {};
-  if (images_.empty()) return;
-  window_.wait_idle();
-  for (gpu::Image& image : images_) image.destroy(window_.device());
-  images_.clear();
+  pictures_.clear();
 }
 
 void FuseDesk::close() {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/long_work.h"
@@ -15,10 +14,7 @@ namespace typodont {
 
 class FuseDesk {
  public:
-  FuseDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), window_(w), work_(work) {}
-  ~FuseDesk() { destroy(); }
-  FuseDesk(const FuseDesk&) = delete;
-  FuseDesk& operator=(const FuseDesk&) = delete;
+  FuseDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), work_(work), pictures_(w) {}
 
   /// Shows the page and reads OperatorState::fuse in the background. Needs the CBCT's tissue labels at full voxel size.
   void open();
@@ -35,10 +31,9 @@ class FuseDesk {
 
  private:
   OperatorState& s_;
-  InterfaceWindow& window_;
   BackgroundTask& work_;
   std::shared_ptr<ScanFusion> fusion_;
-  std::vector<gpu::Image> images_;
+  UploadedPictures pictures_;
 };
 
 }  // namespace typodont

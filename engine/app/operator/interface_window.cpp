@@ -122,6 +122,13 @@ static double scale_of(const display::Output& output) {
   return std::min(output.scale(), std::max(most, 1.0));
 }
 
+void UploadedPictures::clear() {
+  if (images_.empty()) return;
+  window_.wait_idle();
+  for (gpu::Image& image : images_) image.destroy(window_.device());
+  images_.clear();
+}
+
 bool can_show(session::Language language) {
   return language != session::Language::kChinese || chinese_font().has_value();
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/app/operator/draw_list_painter.h"
 #include "engine/app/operator/key_queue.h"
@@ -87,6 +88,28 @@ class InterfaceWindow {
   std::string more_;  // characters from announce_text() that the text catalogue does not contain
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
+};
+
+/// Pictures in GPU memory. Destroys them.
+class UploadedPictures {
+ public:
+  explicit UploadedPictures(InterfaceWindow& window) : window_(window) {}
+  ~UploadedPictures() { clear(); }
+  UploadedPictures(const UploadedPictures&) = delete;
+  UploadedPictures& operator=(const UploadedPictures&) = delete;
+
+  void add(const render::Picture& picture) { images_.push_back(window_.upload(picture)); }
+  void clear();
+  bool empty() const { return images_.empty(); }
+  /// Writes the addresses of the pictures to `out`. They are valid until the next change.
+  template <class Out>
+  void list(Out&& out) const {
+    for (std::size_t i = 0; i < images_.size(); ++i) out[i] = &images_[i];
+  }
+
+ private:
+  InterfaceWindow& window_;
+  std::vector<gpu::Image> images_;
 };
 
 /// True if there is a font for the language.

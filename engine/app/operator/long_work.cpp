@@ -4,9 +4,11 @@
 
 namespace typodont {
 
-void BackgroundTask::begin(std::function<void(Progress&)> work, std::function<void()> then) {
+void BackgroundTask::begin(std::function<void(Progress&)> work, std::function<void()> then,
+                           std::function<void()> failed) {
   job_.reset();
   then_ = std::move(then);
+  failed_ = std::move(failed);
   job_ = std::make_unique<Job>(std::move(work));
 }
 
@@ -26,8 +28,9 @@ bool BackgroundTask::look() {
   s_.busy_what = s_.text(job_->progress().what());
   if (s_.busy) return false;
   const auto finished = std::move(job_);
-  const auto then = std::exchange(then_, {});
+  const auto then = std::exchange(then_, {}), failed = std::exchange(failed_, {});
   try {
+    if (finished->failure() && failed) failed();
     if (finished->failure()) std::rethrow_exception(finished->failure());
     if (then) then();
   } catch (const Cancelled&) {

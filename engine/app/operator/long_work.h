@@ -13,8 +13,9 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Starts `work`, and cancels an earlier task. After it has succeeded, look() calls `then`.
-  void begin(std::function<void(Progress&)> work, std::function<void()> then);
+  /// Starts `work`, and cancels an earlier task. After it has succeeded, look() calls `then`; after it has failed or
+  /// was cancelled, `failed`, and then shows the reason.
+  void begin(std::function<void(Progress&)> work, std::function<void()> then, std::function<void()> failed = {});
   bool under_way() const { return job_ != nullptr; }
   void cancel();
   /// Cancels the task and waits for its end.
@@ -25,7 +26,7 @@ class BackgroundTask {
  private:
   OperatorState& s_;
   std::unique_ptr<Job> job_;
-  std::function<void()> then_;
+  std::function<void()> then_, failed_;
 };
 
 }  // namespace typodont

@@ -60,7 +60,7 @@ void PlanDesk::open(BackgroundTask& work, int bone_class) {
 
 void PlanDesk::follow() {
   PlanForm& form = s_.plan;
-  if (s_.page != Page::kPlan || !planner_ || !(form.changed || images_.empty())) return;
+  if (s_.page != Page::kPlan || !planner_ || !(form.changed || pictures_.empty())) return;
   const ImplantProcedure& procedure = form.procedures[static_cast<std::size_t>(form.procedure)];
   form.plan.length = procedure.length;
   form.plan.diameter = procedure.diameter;
@@ -69,19 +69,15 @@ void PlanDesk::follow() {
   destroy();
   // While the implant is dragged, the section planes do not move: only the implant moves in the picture.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
-  for (const SectionPlane& plane : form.planes)
-    images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPlanSectionPixels)));
-  for (std::size_t i = 0; i < images_.size(); ++i) form.pictures[i] = &images_[i];
+  for (const SectionPlane& plane : form.planes) pictures_.add(planner_->picture(plane, form.plan, kPlanSectionPixels));
+  pictures_.list(form.pictures);
   ++form.drawn;
   form.changed = false;
 }
 
 void PlanDesk::destroy() {
   s_.plan.pictures = {};
-  if (images_.empty()) return;
-  window_.wait_idle();
-  for (gpu::Image& image : images_) image.destroy(window_.device());
-  images_.clear();
+  pictures_.clear();
 }
 
 void PlanDesk::close() {

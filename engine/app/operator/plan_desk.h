@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/long_work.h"
@@ -14,10 +13,7 @@ namespace typodont {
 
 class PlanDesk {
  public:
-  PlanDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
-  ~PlanDesk() { destroy(); }
-  PlanDesk(const PlanDesk&) = delete;
-  PlanDesk& operator=(const PlanDesk&) = delete;
+  PlanDesk(OperatorState& s, InterfaceWindow& w) : s_(s), pictures_(w) {}
 
   /// Shows the page, and loads the jaw of the selected scene in the background. `bone_class`: index in kBoneClasses,
   /// from 1; 0: the bone of the scene.
@@ -33,9 +29,8 @@ class PlanDesk {
 
  private:
   OperatorState& s_;
-  InterfaceWindow& window_;
   std::shared_ptr<const ImplantPlanner> planner_;
-  std::vector<gpu::Image> images_;
+  UploadedPictures pictures_;
 };
 
 }  // namespace typodont

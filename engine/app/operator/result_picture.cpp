@@ -23,16 +23,13 @@ void ResultPicture::follow() {
   if (s_.outcome.picture.rgba == shown_) return;
   destroy();
   if (s_.outcome.picture.rgba.empty()) return;
-  image_ = window_.upload(s_.outcome.picture);
+  pictures_.add(s_.outcome.picture);
+  pictures_.list(&s_.result_picture);
   shown_ = s_.outcome.picture.rgba;
-  s_.result_picture = &*image_;
 }
 
 void ResultPicture::destroy() {
-  if (!image_) return;
-  window_.wait_idle();
-  image_->destroy(window_.device());
-  image_.reset();
+  pictures_.clear();
   shown_.clear();
   s_.result_picture = nullptr;
 }

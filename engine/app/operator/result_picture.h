@@ -1,8 +1,6 @@
 // A picture of the final surface from a fixed direction. Main thread only, except picture_of_result().
 #pragma once
 
-#include <optional>
-
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/state.h"
 #include "engine/session/report.h"
@@ -15,10 +13,7 @@ render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
  public:
-  ResultPicture(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
-  ~ResultPicture() { destroy(); }
-  ResultPicture(const ResultPicture&) = delete;
-  ResultPicture& operator=(const ResultPicture&) = delete;
+  ResultPicture(OperatorState& s, InterfaceWindow& w) : s_(s), pictures_(w) {}
 
   /// Uploads a new picture. Call before the page is drawn.
   void follow();
@@ -27,8 +22,7 @@ class ResultPicture {
 
  private:
   OperatorState& s_;
-  InterfaceWindow& window_;
-  std::optional<gpu::Image> image_;
+  UploadedPictures pictures_;
   std::vector<std::uint8_t> shown_;  // pixels that are on the GPU
 };
 

@@ -22,38 +22,24 @@ void ScanDesk::open() {
   s_.page = Page::kScan;
   s_.say("");
   if (s_.import.name[0] == 0) propose_name(s_);
-  struct Loaded {
-    std::unique_ptr<ScanReview> review;
-    std::string failure;
-  };
-  const auto loaded = std::make_shared<Loaded>();
+  const auto loaded = std::make_shared<std::unique_ptr<ScanReview>>();
   const NewTooth tooth = tooth_of(s_.import);
   work_.begin(
       [loaded, tooth](Progress& progress) {
         progress.stage("op.loading", 0, 1);
-        try {
-          loaded->review =
-              std::make_unique<ScanReview>(std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options));
-          progress.at(1);
-        } catch (const Cancelled&) {
-          loaded->review.reset();
-        } catch (const Error& e) {
-          loaded->failure = e.what();
-        }
+        *loaded = std::make_unique<ScanReview>(std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options));
+        progress.at(1);
       },
       [this, loaded] {
-        if (!loaded->review) {
-          s_.page = Page::kArchive;
-          return loaded->failure.empty() ? s_.say(s_.text("op.cancelled")) : s_.fail(loaded->failure);
-        }
-        review_ = std::move(loaded->review);
+        review_ = std::move(*loaded);
         s_.scan.review = review_.get();
         s_.import.preset = static_cast<int>(review_->preset());
         s_.say(s_.text("op.scan_help"));
         const haptics::ScanVolume& scan = *review_->scan();
         const dvec3 size = (scan.hi() - scan.lo()) / scan.spacing();
         log::info("scan read: {}, {:.0f} x {:.0f} x {:.0f} voxels", scan.format(), size.x + 1, size.y + 1, size.z + 1);
-      });
+      },
+      [this] { s_.page = Page::kArchive; });
 }
 
 void ScanDesk::begin_coarse(const LabelRequest& request) {
@@ -68,36 +54,23 @@ void ScanDesk::begin_coarse(const LabelRequest& request) {
 void ScanDesk::begin_full(const LabelRequest& request) {
   full_ = request;
   s_.say("");
-  struct Result {
-    std::optional<haptics::Imported> labels;
-    std::string failure;
-  };
-  const auto result = std::make_shared<Result>();
+  const auto labels = std::make_shared<std::optional<haptics::Imported>>();
   work_.begin(
-      [result, request, scan = review_->scan()](Progress& progress) {
+      [labels, request, scan = review_->scan()](Progress& progress) {
         progress.stage("op.scan_labelling", 0, 1);
         haptics::ImportOptions options = request.options;
         options.progress = [&](double done) { progress.at(done); };
-        try {
-          result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // there are no labels; the code below tells the review so
-        } catch (const Error& e) {
-          result->failure = e.what();
-        }
+        *labels = scan->import(options);
       },
-      [this, result, request] {
+      [this, labels, request] {
         full_.reset();
         if (!review_) return;
-        if (result->labels) {
-          review_->take(request, std::move(*result->labels));
-          log::info("labels computed: full");
-        } else {
-          review_->give_up(request);
-          if (result->failure.empty())
-            s_.say(s_.text("op.cancelled"));
-          else
-            s_.fail(result->failure);
-        }
+        review_->take(request, std::move(**labels));
+        log::info("labels computed: full");
+      },
+      [this, request] {
+        full_.reset();
+        if (review_) review_->give_up(request);
       });
 }
 
@@ -132,12 +105,11 @@ bool ScanDesk::look() {
 }
 
 void ScanDesk::follow() {
-  if (s_.page != Page::kScan || !review_ || (drawn_ == review_->changes() && !images_.empty())) return;
+  if (s_.page != Page::kScan || !review_ || (drawn_ == review_->changes() && !pictures_.empty())) return;
   destroy();
   s_.scan.planes = review_->planes();
-  for (const SectionPlane& plane : s_.scan.planes)
-    images_.push_back(window_.upload(review_->picture(plane, kScanPixels)));
-  for (std::size_t i = 0; i < images_.size(); ++i) s_.scan.pictures[i] = &images_[i];
+  for (const SectionPlane& plane : s_.scan.planes) pictures_.add(review_->picture(plane, kScanPixels));
+  pictures_.list(s_.scan.pictures);
   drawn_ = review_->changes();
   ++s_.scan.drawn;
 }
@@ -148,10 +120,7 @@ void ScanDesk::import(Choices& choices) {
 
 void ScanDesk::destroy() {
   s_.scan.pictures = {};
-  if (images_.empty()) return;
-  window_.wait_idle();
-  for (gpu::Image& image : images_) image.destroy(window_.device());
-  images_.clear();
+  pictures_.clear();
 }
 
 void ScanDesk::close() {

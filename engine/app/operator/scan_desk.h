@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/interface_window.h"
@@ -16,10 +15,7 @@ namespace typodont {
 
 class ScanDesk {
  public:
-  ScanDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), window_(w), work_(work) {}
-  ~ScanDesk() { destroy(); }
-  ScanDesk(const ScanDesk&) = delete;
-  ScanDesk& operator=(const ScanDesk&) = delete;
+  ScanDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), work_(work), pictures_(w) {}
 
   /// Shows the page, and reads the scan of OperatorState::import in the background. If it can't be read, returns to the
   /// import page with the reason.
@@ -41,7 +37,6 @@ class ScanDesk {
   void begin_full(const LabelRequest& request);
 
   OperatorState& s_;
-  InterfaceWindow& window_;
   BackgroundTask& work_;
   std::unique_ptr<ScanReview> review_;
   struct Computed {
@@ -51,7 +46,7 @@ class ScanDesk {
   std::shared_ptr<Computed> coarse_;
   std::optional<LabelRequest> full_;  // labels at full size that work_ computes
   std::unique_ptr<Job> job_;          // computes the coarse tissue labels that `coarse_` requests
-  std::vector<gpu::Image> images_;
+  UploadedPictures pictures_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn
 };
 
