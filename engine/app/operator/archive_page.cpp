@@ -76,20 +76,19 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const bool can_course = course && !s.busy, can_any = any && !s.busy;
   const ImVec2 across{-1, 0};
   const ImVec2 half{0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x), 0};
-  ask_button(s, Ask::kSessionReport, shortcut(Ask::kSessionReport), s.text("op.open_report"), half, can_course);
+  ask_button(s, Ask::kSessionReport, s.text("op.open_report"), half, can_course);
   ImGui::SameLine();
-  ask_button(s, Ask::kLearningCurve, shortcut(Ask::kLearningCurve), s.text("op.learning_curve"), half, can_course);
-  ask_button(s, Ask::kFilm, shortcut(Ask::kFilm), s.text("op.make_film"), across, can_course);
-  ask_button(s, Ask::kWatch, shortcut(Ask::kWatch), s.text("op.watch"), across, can_course);
-  ask_button(s, Ask::kExpert, shortcut(Ask::kExpert), s.text("op.make_expert"), across, can_course);
+  ask_button(s, Ask::kLearningCurve, s.text("op.learning_curve"), half, can_course);
+  ask_button(s, Ask::kFilm, s.text("op.make_film"), across, can_course);
+  ask_button(s, Ask::kWatch, s.text("op.watch"), across, can_course);
+  ask_button(s, Ask::kExpert, s.text("op.make_expert"), across, can_course);
   constexpr std::array kFormats = {"STL", "PLY", "OBJ", "glTF"};
   const float format = 6 * w.style().unit;
-  ask_button(s, Ask::kExportMesh, shortcut(Ask::kExportMesh), s.text("op.export_mesh"),
+  ask_button(s, Ask::kExportMesh, s.text("op.export_mesh"),
              {ImGui::GetContentRegionAvail().x - format - ImGui::GetStyle().ItemSpacing.x, 0}, can_any);
   ImGui::SameLine();
-  ImGui::SetNextItemWidth(format);
-  ImGui::Combo("##format", &s.mesh_format, kFormats.data(), static_cast<int>(kFormats.size()));
-  ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), half, can_any);
+  choice("##format", s.mesh_format, kFormats, format);
+  ask_button(s, Ask::kGoOnFrom, s.text("op.go_on_from"), half, can_any);
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.open_folder"), half)) s.ask(Ask::kOpenFolder);
   end_panel();
@@ -97,26 +96,21 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_import_of_archive(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("import", s.text("op.import"), size, w);
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text("op.import_help"));
-  ImGui::PopFont();
+  note(s.text("op.import_help"), w);
   ImportForm& f = s.import;
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
   const bool as_scanned = f.preset == kScannedSurface;
   file_field("file", s.text("op.import_file"), f.file, f.chooser,
              as_scanned ? haptics::mesh_endings() : tooth_extensions(), s, w);
-  ImGui::SetNextItemWidth(-1);
-  ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
+  text_field("##name", s.text("op.import_name"), f.name);
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
   const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_arch"), s.text("op.preset_bone"),
                               s.text("op.preset_jaw"), s.text("op.preset_surface")};
-  ImGui::SetNextItemWidth(half);
-  ImGui::Combo("##preset", &f.preset, presets.data(), static_cast<int>(presets.size()));
+  choice("##preset", f.preset, presets, half);
   ImGui::SameLine();
   const std::array crowns = {s.text("op.crown_up"),   s.text("op.crown_down"), s.text("op.crown_right"),
                              s.text("op.crown_left"), s.text("op.crown_back"), s.text("op.crown_front")};
-  ImGui::SetNextItemWidth(half);
-  ImGui::Combo("##crown", &f.crown, crowns.data(), static_cast<int>(crowns.size()));
+  choice("##crown", f.crown, crowns, half);
   const auto length = [&](const char* id, float& mm, const char* name, const char* without) {
     ImGui::SetNextItemWidth(half);
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
@@ -140,10 +134,8 @@ void draw_import_of_archive(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   f.series = std::max(f.series, 0);
   ImGui::EndDisabled();
   ImGui::SameLine();
-  ask_button(s, Ask::kLookAtScan, shortcut(Ask::kLookAtScan), s.text("op.look_at_scan"), {-1, 0},
-             !s.busy && f.file[0] != 0 && !as_scanned);
-  ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
-             !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
+  ask_button(s, Ask::kLookAtScan, s.text("op.look_at_scan"), {-1, 0}, !s.busy && f.file[0] != 0 && !as_scanned);
+  ask_button(s, Ask::kImport, s.text("op.import_do"), {-1, 0}, !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
   end_panel();
 }
 

@@ -22,26 +22,19 @@ void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (ImGui::RadioButton(s.text("op.experiment." + name), i == form.question)) form.question = i;
   }
   const auto question = static_cast<std::size_t>(form.question);
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text(fmt::format("op.experiment_help.{}", kExperimentQuestions[question])));
-  ImGui::PopFont();
+  note(s.text(fmt::format("op.experiment_help.{}", kExperimentQuestions[question])), w);
   if (question == kModelQuestion) {
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
     for (std::size_t side = 0; side < form.models.size(); ++side) {
       if (side > 0) ImGui::SameLine();
-      ImGui::SetNextItemWidth(half);
-      int& chosen = form.models[side];
-      if (!ImGui::BeginCombo(side == 0 ? "##first" : "##second", s.models[static_cast<std::size_t>(chosen)].c_str()))
-        continue;
-      for (int i = 0; i < static_cast<int>(s.models.size()); ++i)
-        if (ImGui::Selectable(s.models[static_cast<std::size_t>(i)].c_str(), i == chosen)) chosen = i;
-      ImGui::EndCombo();
+      choice(
+          side == 0 ? "##first" : "##second", form.models[side], 0, static_cast<int>(s.models.size()),
+          [&](int i) { return s.models[static_cast<std::size_t>(i)]; }, half);
     }
   }
   ImGui::Spacing();
   if (key('T', true)) ImGui::SetKeyboardFocusHere();
-  ImGui::SetNextItemWidth(-1);
-  ImGui::InputTextWithHint("##person", s.text("op.experiment_person"), s.trainee.data(), s.trainee.size());
+  text_field("##person", s.text("op.experiment_person"), s.trainee);
   const auto number = [&](auto& value, auto least, auto most, ImGuiDataType type, const std::string& format,
                           const char* id) {
     ImGui::SetNextItemWidth(-1);
@@ -93,7 +86,7 @@ void draw_finding(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       row(s.text("op.experiment_jnd"), interval_text(s, found->found, question == "delay" ? "ms" : "%"));
     }
     ImGui::Spacing();
-    ask_button(s, Ask::kOpenReport, shortcut(Ask::kOpenReport), s.text("op.experiment_open"), {-1, 0}, !s.busy);
+    ask_button(s, Ask::kOpenReport, s.text("op.experiment_open"), {-1, 0}, !s.busy);
   } else {
     dim_wrapped(s.text("op.experiment_none"));
   }
@@ -115,11 +108,8 @@ void draw_experiment_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::EndChild();
   end_titled_page(s, w, !s.busy, [&](ImVec2 button) {
     const ExperimentForm& form = s.experiment;
-    const bool scene = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
-                       s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
     const bool two = static_cast<std::size_t>(form.question) != kModelQuestion || form.models[0] != form.models[1];
-    ask_button(s, Ask::kStart, shortcut(Ask::kStart), s.text("op.experiment_start"), button, scene && two && !s.busy,
-               true);
+    ask_button(s, Ask::kStart, s.text("op.experiment_start"), button, s.can_start() && two && !s.busy, true);
   });
 }
 

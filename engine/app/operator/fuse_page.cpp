@@ -99,9 +99,7 @@ void draw_side_of_fuse(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   button("op.fuse_take", 3, !s.busy && fusion.registration().has_value(), Ask::kFuseTake, true);
   button("op.fuse_back", 4, !s.busy, Ask::kFuseBack, false);
   ImGui::Spacing();
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text("op.fuse_help"));
-  ImGui::PopFont();
+  note(s.text("op.fuse_help"), w);
   end_panel();
 }
 

@@ -109,48 +109,32 @@ void draw_findings(OperatorState& s) {
 void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   PlanForm& form = s.plan;
   begin_panel("plan", s.text("op.plan"), size, w);
-  ImGui::SetNextItemWidth(-1);
-  const auto& procedures = form.procedures;
-  if (ImGui::BeginCombo("##procedure", procedures[static_cast<std::size_t>(form.procedure)].name.c_str())) {
-    for (int i = 0; i < static_cast<int>(procedures.size()); ++i)
-      if (ImGui::Selectable(procedures[static_cast<std::size_t>(i)].name.c_str(), i == form.procedure)) {
-        form.procedure = i;
-        form.changed = true;
-      }
-    ImGui::EndCombo();
-  }
+  if (choice("##procedure", form.procedure, 0, static_cast<int>(form.procedures.size()),
+             [&](int i) { return form.procedures[static_cast<std::size_t>(i)].name; }))
+    form.changed = true;
   // If another bone is selected, the jaw is loaded again, with the plan of the scene.
   if (form.bone_class > 0) {
     const auto title = [&](int i) {
       return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);
     };
-    ImGui::SetNextItemWidth(-1);
-    if (ImGui::BeginCombo("##class", title(form.bone_class).c_str())) {
-      for (int i = 1; i <= static_cast<int>(kBoneClasses.size()); ++i)
-        if (ImGui::Selectable(title(i).c_str(), i == form.bone_class) && i != form.bone_class && !s.busy)
-          s.ask(Ask::kPlan, i);
-      ImGui::EndCombo();
-    }
+    int wanted = form.bone_class;
+    if (choice("##class", wanted, 1, static_cast<int>(kBoneClasses.size()) + 1, title) && !s.busy)
+      s.ask(Ask::kPlan, wanted);
   }
   dim(s.text("op.plan_platform"));
   if (edit_point("##platform", form.plan.entry_W)) form.changed = true;
   dim(s.text("op.plan_tilt"));
   if (edit_axis(form.plan.axis_W)) form.changed = true;
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::SliderFloat("##width", &form.width_mm, 15, 120,
-                         fmt::format("{} %.0f mm", s.text("op.plan_width")).c_str()))
+  if (slider("##width", form.width_mm, 15, 120, fmt::format("{} %.0f mm", s.text("op.plan_width"))))
     form.changed = true;
   ImGui::Spacing();
   draw_findings(s);
   ImGui::Spacing();
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text("op.plan_help"));
-  ImGui::PopFont();
+  note(s.text("op.plan_help"), w);
   ImGui::Spacing();
-  ImGui::SetNextItemWidth(-1);
-  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), form.name.data(), form.name.size());
-  ask_button(s, Ask::kSavePlan, shortcut(Ask::kSavePlan), s.text("op.plan_save"), {-1, 0},
-             !s.busy && form.findings.fits() && form.name[0] != 0, true);
+  text_field("##name", s.text("op.exercise_name"), form.name);
+  ask_button(s, Ask::kSavePlan, s.text("op.plan_save"), {-1, 0}, !s.busy && form.findings.fits() && form.name[0] != 0,
+             true);
   end_panel();
 }
 

@@ -102,9 +102,8 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ExerciseForm& f = s.exercise;
   begin_panel("exercise", s.text("op.new_exercise"), size, w);
   dim_wrapped(s.text("op.new_exercise_help"));
-  ImGui::SetNextItemWidth(-1);
   if (std::exchange(f.fresh, false)) ImGui::SetKeyboardFocusHere();
-  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), f.name.data(), f.name.size());
+  text_field("##name", s.text("op.exercise_name"), f.name);
   heading(s.text("op.goal"), w);
   ImGui::InputTextMultiline("##goal", f.goal.data(), f.goal.size(), {-1, 3.2f * u});
   heading(s.text("op.steps_each_line"), w);
@@ -140,7 +139,7 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::EndTable();
   }
   const bool can = !s.busy && f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
-  ask_button(s, Ask::kSaveExercise, shortcut(Ask::kSaveExercise), s.text("op.save_exercise"), {0, 0}, can, true);
+  ask_button(s, Ask::kSaveExercise, s.text("op.save_exercise"), {0, 0}, can, true);
   end_panel();
 }
 
@@ -179,12 +178,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   ImGui::PopFont();
   if (scored) {
-    ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    ImGui::TextUnformatted(s.text(score.passed() ? "passed" : "not_passed"));
-    ImGui::PopStyleColor();
-    ImGui::PushFont(w.style().small);
-    dim_wrapped(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)));
-    ImGui::PopFont();
+    colored(s.text(score.passed() ? "passed" : "not_passed"), score.passed() ? kGood : kBad);
+    note(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)), w);
     row(s.text("completion"), fmt::format("{:.0f} %", 100 * score.completion));
   }
   ImGui::Separator();
@@ -197,9 +192,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
   ImGui::Separator();
   if (!s.outcome.failure.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, kBad);
-    ImGui::TextWrapped("%s", s.outcome.failure.c_str());
-    ImGui::PopStyleColor();
+    colored_wrapped(s.outcome.failure, kBad);
   }
   draw_school_message(s);
   if (!s.outcome.recording.empty()) {
@@ -217,9 +210,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_result_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(s.scene_title.c_str());
-  ImGui::PopFont();
+  title(s.scene_title, w);
   const float foot = 3.2f * u;
   const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
   const float height = room.y - foot - 1.8f * u - 2 * gap.y, left = 0.32f * room.x;
@@ -230,23 +221,19 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w) {
   else
     draw_items(s, w, {0, height});
   begin_column("message", {0, 1.8f * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * room.x);
-  else
-    message_line(s);
+  state_line(s, 0.5f * room.x);
   ImGui::EndChild();
 
   const ImVec2 button{0, foot - 0.4f * u};
-  ask_button(s, Ask::kOpenReport, shortcut(Ask::kOpenReport), s.text("op.open_report"), button,
-             !s.outcome.report.empty(), true);
+  ask_button(s, Ask::kOpenReport, s.text("op.open_report"), button, !s.outcome.report.empty(), true);
   ImGui::SameLine();
-  ask_button(s, Ask::kAgain, shortcut(Ask::kAgain), s.text("op.again"), button);
+  ask_button(s, Ask::kAgain, s.text("op.again"), button);
   ImGui::SameLine();
   if (!s.outcome.recording.empty()) {
-    ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), button);
+    ask_button(s, Ask::kGoOnFrom, s.text("op.go_on_from"), button);
     ImGui::SameLine();
   }
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), button);
+  ask_button(s, Ask::kToStart, s.text("op.to_start"), button);
   if (!s.outcome.recording.empty()) {
     const char* text = s.text("op.delete_recording");
     ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(text).x - 3 * u);
@@ -259,9 +246,7 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w) {
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(s.text("op.check_computer"));
-  ImGui::PopFont();
+  title(s.text("op.check_computer"), w);
   const float foot = 3.2f * u;
   const ImVec2 room = ImGui::GetContentRegionAvail();
   begin_panel("findings", nullptr, {0, room.y - foot - ImGui::GetStyle().ItemSpacing.y}, w);
@@ -275,9 +260,7 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       const ImVec4 color = f.state == "ok" ? kGood : f.state == "degraded" ? kWarn : kBad;
-      ImGui::PushStyleColor(ImGuiCol_Text, color);
-      ImGui::TextUnformatted(s.text(fmt::format("op.state_{}", f.state)));
-      ImGui::PopStyleColor();
+      colored(s.text(fmt::format("op.state_{}", f.state)), color);
       ImGui::TableNextColumn();
       ImGui::TextWrapped("%s", f.name.c_str());
       ImGui::TableNextColumn();
@@ -288,7 +271,7 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
     ImGui::EndTable();
   }
   end_panel();
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
+  ask_button(s, Ask::kToStart, s.text("op.to_start"), {0, foot - 0.4f * u});
   if (key(keys::kEscape)) s.ask(Ask::kToStart);
   page_shortcuts(s);
   end_page();

@@ -199,12 +199,7 @@ void draw_tools(OperatorState& s) {
   if (form.tool == ScanTool::kLook) return;
   std::array<const char*, kKinds.size()> names{};
   std::ranges::transform(kKinds, names.begin(), [&](const char* key) { return s.text(key); });
-  ImGui::SetNextItemWidth(-1);
-  ImGui::Combo("##kind", &form.kind, names.data(), static_cast<int>(names.size()));
-  const auto slider = [&](const char* id, float& value, float lo, float hi, const std::string& format) {
-    ImGui::SetNextItemWidth(-1);
-    ImGui::SliderFloat(id, &value, lo, hi, format.c_str());
-  };
+  choice("##kind", form.kind, names);
   if (form.tool == ScanTool::kBrush) {
     slider("##radius", form.radius_mm, 0.3f, 8, fmt::format("{} %.1f mm", s.text("op.radius")));
     const bool removes = static_cast<haptics::LabelKind>(form.kind) == haptics::LabelKind::kNothing;
@@ -256,17 +251,15 @@ void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};
   int preset = static_cast<int>(std::ranges::find(kPresets, review.preset()) - kPresets.begin());
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::Combo("##preset", &preset, names.data(), static_cast<int>(names.size()))) {
+  if (choice("##preset", preset, names)) {
     review.set_preset(kPresets[static_cast<std::size_t>(preset)]);
     s.import.preset = static_cast<int>(review.preset());
   }
   dim(s.text("op.scan_region"));
   edit_region(form);
   auto width = static_cast<float>(review.width() / kMillimetre);
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::SliderFloat("##width", &width, 10, static_cast<float>(review.whole_width() / kMillimetre),
-                         fmt::format("{} %.0f mm", s.text("op.plan_width")).c_str()))
+  if (slider("##width", width, 10, static_cast<float>(review.whole_width() / kMillimetre),
+             fmt::format("{} %.0f mm", s.text("op.plan_width"))))
     review.set_width(static_cast<double>(width) * kMillimetre);
   const bool full = review.can_correct();
   ImGui::BeginDisabled(s.busy || full);
@@ -285,9 +278,7 @@ void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     s.ask(Ask::kFuse);
   ImGui::EndDisabled();
   ImGui::Spacing();
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(s.text("op.scan_mouse"));
-  ImGui::PopFont();
+  note(s.text("op.scan_mouse"), w);
   end_panel();
   if (key('Z', true)) review.undo();
   if (key('Y', true)) review.redo();
@@ -295,14 +286,11 @@ void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("import", s.text("op.exercise"), size, w);
-  ImGui::SetNextItemWidth(-1);
-  ImGui::InputTextWithHint("##name", s.text("op.import_name"), s.import.name.data(), s.import.name.size());
+  text_field("##name", s.text("op.import_name"), s.import.name);
   const std::array crowns = {s.text("op.crown_up"),   s.text("op.crown_down"), s.text("op.crown_right"),
                              s.text("op.crown_left"), s.text("op.crown_back"), s.text("op.crown_front")};
-  ImGui::SetNextItemWidth(-1);
-  ImGui::Combo("##crown", &s.import.crown, crowns.data(), static_cast<int>(crowns.size()));
-  ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0}, !s.busy && s.import.name[0] != 0,
-             true);
+  choice("##crown", s.import.crown, crowns);
+  ask_button(s, Ask::kImport, s.text("op.import_do"), {-1, 0}, !s.busy && s.import.name[0] != 0, true);
   end_panel();
 }
 

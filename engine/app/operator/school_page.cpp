@@ -88,9 +88,7 @@ void draw_curves(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_school_message(const OperatorState& s) {
   if (s.school.message.empty()) return;
-  ImGui::PushStyleColor(ImGuiCol_Text, s.school.message_is_error ? kBad : kGood);
-  ImGui::TextWrapped("%s", s.school.message.c_str());
-  ImGui::PopStyleColor();
+  colored_wrapped(s.school.message, s.school.message_is_error ? kBad : kGood);
 }
 
 void draw_school_page(OperatorState& s, InterfaceWindow& w) {
@@ -105,7 +103,7 @@ void draw_school_page(OperatorState& s, InterfaceWindow& w) {
     const SchoolForm& form = s.school;
     const auto chosen = static_cast<std::size_t>(form.assignment);
     const bool any = chosen < form.assignments.size();
-    ask_button(s, Ask::kSchoolTake, shortcut(Ask::kSchoolTake),
+    ask_button(s, Ask::kSchoolTake,
                s.text(any && form.assignments[chosen].sealed ? "op.school_begin_exam" : "op.school_take"), button,
                any && form.assignments[chosen].left > 0 && !form.busy, true);
   });

@@ -105,9 +105,7 @@ float SessionControls::first_line() const {
 
 void SessionControls::draw_clock() {
   const float u = w_.style().unit;
-  ImGui::PushFont(w_.style().large);
-  ImGui::TextUnformatted(clock_text(s_.status.seconds).c_str());
-  ImGui::PopFont();
+  title(clock_text(s_.status.seconds), w_);
   ImGui::SameLine(0, 1.5f * u);
   ImGui::AlignTextToFramePadding();
   if (s_.recording && s_.keep) {

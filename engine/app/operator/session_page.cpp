@@ -28,9 +28,8 @@ void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
       fmt::format("{:.1f} / {:.1f} mm", implant.depth / kMillimetre, implant.phase_depth / kMillimetre));
   row(s.text("implant.temperature"), fmt::format("{:.0f} °C", implant.temperature));
   const bool wrong = implant.note != session::ImplantNote::kNone;
-  ImGui::PushStyleColor(ImGuiCol_Text, wrong ? kBad : kDim);
-  ImGui::TextWrapped("%s", wrong ? s.text(fmt::format("implant.note.{}", session::name_of(implant.note))) : "–");
-  ImGui::PopStyleColor();
+  colored_wrapped(wrong ? s.text(fmt::format("implant.note.{}", session::name_of(implant.note))) : "–",
+                  wrong ? kBad : kDim);
 }
 
 /// True if the page must explain the mouse. The steps of an exercise explain it, but a scan has no steps.
@@ -87,9 +86,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     return end_panel();
   }
   if (s.score.full > 0) {
-    ImGui::PushFont(w.style().large);
-    ImGui::TextUnformatted(s.number(s.score.points, 0).c_str());
-    ImGui::PopFont();
+    title(s.number(s.score.points, 0), w);
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
     // "…" after the score: the latest cuts are not yet included in the score.
@@ -251,10 +248,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm, hud_words(s.language)));
   auto speed = static_cast<float>(100 * s.settings.speed_fraction);
-  ImGui::SetNextItemWidth(-1);
-  bool changed =
-      ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
-                         ImGuiSliderFlags_AlwaysClamp);
+  bool changed = slider("##speed", speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")),
+                        ImGuiSliderFlags_AlwaysClamp);
   if (changed) s.settings.speed_fraction = speed / 100;
   const double step = (typed("+=") - typed("-")) * kShareStep;
   if (step != 0) {
@@ -268,9 +263,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       changed = true;
     }
     auto force = static_cast<float>(100 * s.settings.force_fraction);
-    ImGui::SetNextItemWidth(-1);
-    if (ImGui::SliderFloat("##force", &force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")).c_str(),
-                           ImGuiSliderFlags_AlwaysClamp)) {
+    if (slider("##force", force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")),
+               ImGuiSliderFlags_AlwaysClamp)) {
       s.settings.force_fraction = force / 100;
       changed = true;
     }
@@ -293,17 +287,13 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       if (ImGui::Selectable(name(t), t == s.paint_tissue)) s.paint_tissue = t;
     ImGui::EndCombo();
   }
-  ImGui::SetNextItemWidth(-1);
-  ImGui::SliderFloat("##radius", &s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")).c_str(),
-                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
-  ImGui::SetNextItemWidth(-1);
-  ImGui::SliderFloat("##hardness", &s.paint_hardness, 0.05f, 1, fmt::format("{} × %.2f", s.text("op.hardness")).c_str(),
-                     ImGuiSliderFlags_AlwaysClamp);
+  slider("##radius", s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")),
+         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+  slider("##hardness", s.paint_hardness, 0.05f, 1, fmt::format("{} × %.2f", s.text("op.hardness")),
+         ImGuiSliderFlags_AlwaysClamp);
   const auto tissue = static_cast<std::size_t>(s.paint_tissue);
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::SliderFloat("##stiffness", &s.stiffness[tissue], 0.05f, 3,
-                         fmt::format("{} × %.2f", s.text("op.stiffness")).c_str(),
-                         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic)) {
+  if (slider("##stiffness", s.stiffness[tissue], 0.05f, 3, fmt::format("{} × %.2f", s.text("op.stiffness")),
+             ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic)) {
     s.settings.stiffness[tissue] = static_cast<double>(s.stiffness[tissue]);
     s.ask(Ask::kSettings);
   }
@@ -338,9 +328,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;
-    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
-    ImGui::TextWrapped("%s", text);
-    ImGui::PopStyleColor();
+    colored_wrapped(text, kWarn);
   };
   if (s.held) say(s.text("op.is_held"));
   if (s.status.caught > 0)
@@ -350,9 +338,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (fault != Fault::kHeld && (s.status.faults & bits(fault))) say(s.text(fmt::format("fault.{}", name)));
   }
   if (!any) {
-    ImGui::PushStyleColor(ImGuiCol_Text, kGood);
-    ImGui::TextUnformatted(s.text("op.all_well"));
-    ImGui::PopStyleColor();
+    colored(s.text("op.all_well"), kGood);
   }
   end_panel();
 }

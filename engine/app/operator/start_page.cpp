@@ -15,9 +15,7 @@ constexpr std::array<const char*, 3> kLanguages = {"English", "Deutsch", "\xe4\x
 
 void draw_header(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted("Typodont");
-  ImGui::PopFont();
+  title("Typodont", w);
   ImGui::SameLine(0, u);
   ImGui::AlignTextToFramePadding();
   dim(s.text("op.subtitle"));
@@ -105,9 +103,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({at.x + 0.6f * u, at.y + 1.75f * u});
     ImGui::PushFont(w.style().small);
     const std::string& line = scene.fault.empty() ? scene.description : scene.fault;
-    ImGui::PushStyleColor(ImGuiCol_Text, scene.fault.empty() ? kDim : kBad);
-    ImGui::TextUnformatted(fitted(line, room).c_str());
-    ImGui::PopStyleColor();
+    colored(fitted(line, room), scene.fault.empty() ? kDim : kBad);
     ImGui::PopFont();
     ImGui::SetCursorPos(after);
     ImGui::PopID();
@@ -121,18 +117,12 @@ void draw_cases(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   CaseForm& form = s.cases;
   const bool can = !s.busy && !form.families.empty();
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-  ask_button(s, Ask::kNextCase, shortcut(Ask::kNextCase), s.text("op.next_case"), {half, 0}, can);
+  ask_button(s, Ask::kNextCase, s.text("op.next_case"), {half, 0}, can);
   ImGui::SameLine();
-  ask_button(s, Ask::kMakeCase, shortcut(Ask::kMakeCase), s.text("op.make_case"), {half, 0}, can);
+  ask_button(s, Ask::kMakeCase, s.text("op.make_case"), {half, 0}, can);
   ImGui::BeginDisabled(!can);
-  ImGui::SetNextItemWidth(-1);
-  const auto title = [&](int i) { return form.families[static_cast<std::size_t>(i)].second.c_str(); };
-  const int count = static_cast<int>(form.families.size());
-  if (ImGui::BeginCombo("##family", count > 0 ? title(form.family) : "")) {
-    for (int i = 0; i < count; ++i)
-      if (ImGui::Selectable(title(i), i == form.family)) form.family = i;
-    ImGui::EndCombo();
-  }
+  choice("##family", form.family, 0, static_cast<int>(form.families.size()),
+         [&](int i) { return form.families[static_cast<std::size_t>(i)].second; });
   ImGui::SetNextItemWidth(half);
   ImGui::SliderFloat("##difficulty", &form.difficulty, 0, 1, fmt::format("{} %.2f", s.text("op.difficulty")).c_str(),
                      ImGuiSliderFlags_AlwaysClamp);
@@ -170,15 +160,13 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
     }
     ImGui::EndCombo();
   }
-  ImGui::PushFont(w.style().small);
-  dim_wrapped(about(s.model < 0 ? scene.model : s.models[static_cast<std::size_t>(s.model)]));
-  ImGui::PopFont();
+  note(about(s.model < 0 ? scene.model : s.models[static_cast<std::size_t>(s.model)]), w);
 }
 
 void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("details", s.text("op.goal"), size, w);
-  if (s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size())) {
-    const SceneChoice& scene = s.scenes[static_cast<std::size_t>(s.scene)];
+  if (const SceneChoice* const selected = s.selected_scene()) {
+    const SceneChoice& scene = *selected;
     draw_picture(s, w, scene.picture, ImGui::GetContentRegionAvail().x);
     ImGui::Spacing();
     ImGui::PushFont(w.style().large);
@@ -187,16 +175,14 @@ void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopTextWrapPos();
     ImGui::PopFont();
     if (!scene.fault.empty()) {
-      ImGui::PushStyleColor(ImGuiCol_Text, kBad);
-      ImGui::TextWrapped("%s", scene.fault.c_str());
-      ImGui::PopStyleColor();
+      colored_wrapped(scene.fault, kBad);
     } else {
       ImGui::TextWrapped("%s", scene.description.c_str());
     }
     draw_model(s, w, scene);
     if (scene.jaw) {
       ImGui::Spacing();
-      ask_button(s, Ask::kPlan, shortcut(Ask::kPlan), s.text("op.plan_implant"), {-1, 0}, scene.fault.empty());
+      ask_button(s, Ask::kPlan, s.text("op.plan_implant"), {-1, 0}, scene.fault.empty());
     }
   }
   end_panel();
@@ -217,18 +203,14 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (!hand.detail.empty()) {
       ImGui::Indent(1.9f * u);
       ImGui::PushFont(w.style().small);
-      ImGui::PushStyleColor(ImGuiCol_Text, hand.usable ? kDim : kWarn);
-      ImGui::TextWrapped("%s", hand.detail.c_str());
-      ImGui::PopStyleColor();
+      colored_wrapped(hand.detail, hand.usable ? kDim : kWarn);
       ImGui::PopFont();
       ImGui::Unindent(1.9f * u);
     }
     ImGui::PopID();
   }
-  ImGui::SetNextItemWidth(-1);
   if (key('H', true)) ImGui::SetKeyboardFocusHere();
-  if (ImGui::InputTextWithHint("##address", s.text("op.address_hint"), s.address.data(), s.address.size()))
-    s.hand = static_cast<int>(s.hands.size()) - 1;
+  if (text_field("##address", s.text("op.address_hint"), s.address)) s.hand = static_cast<int>(s.hands.size()) - 1;
   if (ImGui::Button(s.text("op.rescan"))) s.ask(Ask::kRescan);
   if (!s.real_time_refused.empty()) {
     ImGui::Checkbox(s.text("op.accept_no_real_time"), &s.no_real_time);
@@ -249,13 +231,8 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       return m < 0 ? std::string(s.text("op.window"))
                    : fmt::format("{} {}: {}", s.text("op.full_screen"), m + 1, s.monitors[static_cast<std::size_t>(m)]);
     };
-    ImGui::SetNextItemWidth(-1);
     if (s.monitor >= static_cast<int>(s.monitors.size())) s.monitor = -1;
-    if (ImGui::BeginCombo("##monitor", name(s.monitor).c_str())) {
-      for (int m = -1; m < static_cast<int>(s.monitors.size()); ++m)
-        if (ImGui::Selectable(name(m).c_str(), m == s.monitor)) s.monitor = m;
-      ImGui::EndCombo();
-    }
+    choice("##monitor", s.monitor, -1, static_cast<int>(s.monitors.size()), name);
   }
   end_panel();
 
@@ -266,8 +243,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
   ImGui::EndDisabled();
   if (s.school.set_up)
-    ask_button(s, Ask::kSchool, shortcut(Ask::kSchool),
-               s.text(s.school.student.empty() ? "op.school_sign_in" : "op.school"), {-1, 0});
+    ask_button(s, Ask::kSchool, s.text(s.school.student.empty() ? "op.school_sign_in" : "op.school"), {-1, 0});
   ImGui::BeginDisabled(s.author);
   ImGui::Checkbox(s.text("op.record_this"), &s.record);
   ImGui::EndDisabled();
@@ -331,15 +307,10 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
 
   const ImVec2 button{13 * u, foot - 0.4f * u};
   begin_column("foot", {room.x - button.x - gap, foot - 0.4f * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * room.x);
-  else
-    message_line(s);
+  state_line(s, 0.5f * room.x);
   ImGui::EndChild();
   ImGui::SameLine();
-  const bool can = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
-                   s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
-  ask_button(s, Ask::kStart, shortcut(Ask::kStart), s.text("op.start"), button, can, true);
+  ask_button(s, Ask::kStart, s.text("op.start"), button, s.can_start(), true);
   follow_keys(s);
   page_shortcuts(s);
   end_page();

@@ -388,6 +388,11 @@ struct OperatorState {
     message_is_error = true;
     log::error("{}", message);
   }
+  /// Null: none is selected.
+  const SceneChoice* selected_scene() const {
+    return scene >= 0 && scene < std::ssize(scenes) ? &scenes[static_cast<std::size_t>(scene)] : nullptr;
+  }
+  bool can_start() const { return selected_scene() && selected_scene()->fault.empty(); }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
   /// Returns a text of the catalogue, with its placeholders replaced.
   template <class... Args>

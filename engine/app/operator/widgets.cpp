@@ -29,9 +29,7 @@ constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w) {
   begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(title);
-  ImGui::PopFont();
+  widgets::title(title, w);
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float below = (kMessageHeight + kFootHeight) * w.style().unit + 2 * ImGui::GetStyle().ItemSpacing.y;
   return {room.x, room.y - below};
@@ -40,13 +38,10 @@ ImVec2 begin_titled_page(const char* title, InterfaceWindow& w) {
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave, const std::function<void(ImVec2)>& more) {
   const float u = w.style().unit;
   begin_column("message", {0, kMessageHeight * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * ImGui::GetContentRegionAvail().x);
-  else
-    message_line(s);
+  state_line(s, 0.5f * ImGui::GetContentRegionAvail().x);
   ImGui::EndChild();
   const ImVec2 button{0, (kFootHeight - 0.4f) * u};
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), button, can_leave);
+  ask_button(s, Ask::kToStart, s.text("op.to_start"), button, can_leave);
   if (more) {
     ImGui::SameLine();
     more(button);
@@ -71,25 +66,36 @@ void end_panel() {
   ImGui::EndChild();
 }
 
-void heading(const char* text, InterfaceWindow& w) {
-  ImGui::PushFont(w.style().small);
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  ImGui::TextUnformatted(text);
-  ImGui::PopStyleColor();
+void title(const std::string& text, InterfaceWindow& w) {
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(text.c_str());
   ImGui::PopFont();
 }
-void dim(const std::string& text) {
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+void heading(const char* text, InterfaceWindow& w) {
+  ImGui::PushFont(w.style().small);
+  dim(text);
+  ImGui::PopFont();
+}
+void note(const std::string& text, InterfaceWindow& w) {
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(text);
+  ImGui::PopFont();
+}
+void colored(const std::string& text, const ImVec4& color) {
+  ImGui::PushStyleColor(ImGuiCol_Text, color);
   ImGui::TextUnformatted(text.data(), text.data() + text.size());
   ImGui::PopStyleColor();
+}
+void colored_wrapped(const std::string& text, const ImVec4& color) {
+  ImGui::PushTextWrapPos(0);
+  colored(text, color);
+  ImGui::PopTextWrapPos();
 }
 
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
                     std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add) {
   ImGui::BeginGroup();
-  ImGui::PushFont(w.style().small);
-  dim(s.text(name));
-  ImGui::PopFont();
+  heading(s.text(name), w);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   if (picture) {
     ImGui::Image(w.texture(*picture, drawn), {size, size});
@@ -101,14 +107,6 @@ void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, cons
   }
   ImGui::EndGroup();
 }
-void dim_wrapped(const std::string& text) {
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(text.data(), text.data() + text.size());
-  ImGui::PopTextWrapPos();
-  ImGui::PopStyleColor();
-}
-
 void over_picture(const std::string& text) {
   if (text.empty()) return;
   const ImVec2 at = ImGui::GetCursorScreenPos(), size = ImGui::CalcTextSize(text.data(), text.data() + text.size());
@@ -155,9 +153,7 @@ void row(const char* name, const std::string& value, const ImVec4* color) {
   ImGui::PopStyleColor();
   ImGui::SameLine();
   ImGui::SetCursorPosX(left + std::max(room - width, 0.0f));
-  if (color) ImGui::PushStyleColor(ImGuiCol_Text, *color);
-  ImGui::TextUnformatted(value.c_str());
-  if (color) ImGui::PopStyleColor();
+  colored(value, color ? *color : ImGui::GetStyleColorVec4(ImGuiCol_Text));
 }
 
 namespace {
@@ -190,13 +186,12 @@ ImVec4 score_color(double fraction, const session::PassMark& pass) {
 bool pressed(const Shortcut& shortcut) {
   return key(shortcut.code, shortcut.control);
 }
-void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled,
-                bool main) {
+void ask_button(OperatorState& s, Ask ask, const char* text, ImVec2 size, bool enabled, bool main) {
   ImGui::BeginDisabled(!enabled);
-  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(shortcut.name)));
+  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(shortcut(ask).name)));
   const bool clicked = main ? main_button(label.c_str(), size) : ImGui::Button(label.c_str(), size);
   ImGui::EndDisabled();
-  if (enabled && (clicked || pressed(shortcut))) s.ask(ask);
+  if (enabled && (clicked || pressed(shortcut(ask)))) s.ask(ask);
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
@@ -234,20 +229,43 @@ std::vector<GrantedLine> granted_lines(const OperatorState& s) {
   return lines;
 }
 
-void message_line(const OperatorState& s) {
-  if (s.message.empty()) return;
-  ImGui::PushStyleColor(ImGuiCol_Text, s.message_is_error ? kBad : kGood);
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(s.message.c_str());
-  ImGui::PopTextWrapPos();
-  ImGui::PopStyleColor();
-}
-
 void busy_bar(OperatorState& s, float width) {
   if (!s.busy) return;
   ImGui::ProgressBar(static_cast<float>(s.busy_fraction), {width, 0}, s.busy_what.c_str());
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.cancel"))) s.ask(Ask::kCancel);
+}
+
+void state_line(OperatorState& s, float width) {
+  if (s.busy)
+    busy_bar(s, width);
+  else if (!s.message.empty())
+    colored_wrapped(s.message, s.message_is_error ? kBad : kGood);
+}
+
+bool text_field(const char* id, const char* hint, std::span<char> text) {
+  ImGui::SetNextItemWidth(-1);
+  return ImGui::InputTextWithHint(id, hint, text.data(), text.size());
+}
+
+bool slider(const char* id, float& value, float lo, float hi, const std::string& format, ImGuiSliderFlags flags) {
+  ImGui::SetNextItemWidth(-1);
+  return ImGui::SliderFloat(id, &value, lo, hi, format.c_str(), flags);
+}
+
+bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name, float width) {
+  const int before = chosen;
+  ImGui::SetNextItemWidth(width);
+  if (!ImGui::BeginCombo(id, chosen >= first && chosen < end ? name(chosen).c_str() : "")) return false;
+  for (int i = first; i < end; ++i)
+    if (ImGui::Selectable(name(i).c_str(), i == chosen)) chosen = i;
+  ImGui::EndCombo();
+  return chosen != before;
+}
+
+bool choice(const char* id, int& chosen, std::span<const char* const> names, float width) {
+  ImGui::SetNextItemWidth(width);
+  return ImGui::Combo(id, &chosen, names.data(), static_cast<int>(names.size()));
 }
 
 }  // namespace typodont::widgets

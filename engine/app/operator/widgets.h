@@ -34,9 +34,18 @@ void begin_column(const char* id, ImVec2 size);
 bool begin_panel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
 void end_panel();
 
+/// Texts in the large and in the small font.
+void title(const std::string& text, InterfaceWindow& w);
 void heading(const char* text, InterfaceWindow& w);
-void dim(const std::string& text);
-void dim_wrapped(const std::string& text);
+void note(const std::string& text, InterfaceWindow& w);
+void colored(const std::string& text, const ImVec4& color);
+void colored_wrapped(const std::string& text, const ImVec4& color);
+inline void dim(const std::string& text) {
+  colored(text, kDim);
+}
+inline void dim_wrapped(const std::string& text) {
+  colored_wrapped(text, kDim);
+}
 /// Writes a text over a picture, on a dark plate: readable on every picture, with a contrast of 4.5 or more.
 void over_picture(const std::string& text);
 /// Shortens a text with an ellipsis if it is wider than `room` (pixels). Cuts between words if possible, and never
@@ -65,8 +74,7 @@ bool toggle_button(const char* text, bool on, ImVec2 size);
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// Button for a request, with its shortcut. `main`: the main action of the page.
-void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
-                bool main = false);
+void ask_button(OperatorState& s, Ask ask, const char* text, ImVec2 size, bool enabled = true, bool main = false);
 /// True if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
 /// Handles the shortcuts that work on all pages, except during a session.
@@ -84,6 +92,14 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Field for the unit of a mesh, mm.
 void unit_field(float& unit_mm);
 
+// Fields as wide as the column, or `width`. They return true if the user changed the value.
+bool text_field(const char* id, const char* hint, std::span<char> text);
+bool slider(const char* id, float& value, float lo, float hi, const std::string& format, ImGuiSliderFlags flags = 0);
+/// Choice from a list. `name(i)`: text of the choice i, for `first` <= i < `end`.
+bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name,
+            float width = -1);
+bool choice(const char* id, int& chosen, std::span<const char* const> names, float width = -1);
+
 /// A permission of the servo loop, such as real-time scheduling, and whether the system granted it. The report
 /// uses the same names. granted_lines() returns an empty list before the first tick.
 struct GrantedLine {
@@ -92,9 +108,9 @@ struct GrantedLine {
 };
 std::vector<GrantedLine> granted_lines(const OperatorState& s);
 
-/// Draws the message line at the bottom of a page.
-void message_line(const OperatorState& s);
 /// Draws a long task's progress, with a button to cancel it.
 void busy_bar(OperatorState& s, float width);
+/// Draws the progress of a long task, or else the message line.
+void state_line(OperatorState& s, float width);
 
 }  // namespace typodont::widgets
