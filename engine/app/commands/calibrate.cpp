@@ -34,7 +34,7 @@ struct Output {
   std::string file;
   bool json = false;
   void add_to(cli::Command& command) {
-    command.add_option("--out", file, "write the result to this JSON file")->check(cli::writes({FileKind::kJson}));
+    command.add_option("--out", file, "write the result to this JSON file", cli::writes({FileKind::kJson}));
     command.add_flag("--json", json, "print the result as JSON");
   }
   void write(const std::string& result, const std::string& words) const {
@@ -59,8 +59,8 @@ void add_register(cli::Command& calibrate) {
   command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm (or _m)")->required();
   command->add_option("--targets", options->targets,
                       "CSV of points in H (x_mm,y_mm,z_mm, or _m) to predict the error at");
-  command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
-      ->check(cli::more_than_zero());
+  command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated",
+                      cli::more_than_zero());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
       ->expected(6);
   command->add_option("--rig", options->rig, "store X_DH as X_WH in this rig file, unless the result is unreliable");
@@ -198,13 +198,10 @@ void add_delay(cli::Command& calibrate) {
                       "rig file: recordings are read from or written beside it, and the delay is stored in it");
   command->add_option("--hand", options->live.hand, "record A from this hand (typodont devices) …");
   command->add_option("--with", options->live.with, "… and B at the same time from this one, or from opentrack:PORT");
-  command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->show_default();
-  command->add_option("--seconds", options->live.seconds, "longest recording; it ends earlier once 0.1 ms is reached")
-      ->check(cli::range(4.0, 600.0))
-      ->show_default();
-  command->add_option("--max-ms", options->max_ms, "search range in both directions")
-      ->check(cli::range(1.0, 60000.0))
-      ->show_default();
+  command->add_setting("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial");
+  command->add_setting("--seconds", options->live.seconds, "longest recording; it ends earlier once 0.1 ms is reached",
+                       cli::range(4.0, 600.0));
+  command->add_setting("--max-ms", options->max_ms, "search range in both directions", cli::range(1.0, 60000.0));
   options->out.add_to(*command);
   command->footer(
       "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at "
@@ -311,21 +308,19 @@ struct HandOptions : GuideOptions {
   void add_to(cli::Command& command) {
     command.add_option("--hand", hand,
                        "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
-    command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->show_default();
-    command.add_option("--still-mm", still_mm, "a touch is refused if the tip moved farther than this within 100 ms")
-        ->show_default()
-        ->check(cli::range(0.001, 10.0));
+    command.add_setting("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial");
+    command.add_setting("--still-mm", still_mm, "a touch is refused if the tip moved farther than this within 100 ms",
+                        cli::range(0.001, 10.0));
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
     command.add_flag("--no-window", no_window, "show no prompts on the screen");
-    command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")
-        ->check(cli::from_zero());
-    command
-        .add_option("--picture", picture, "write what the panel should show to this PNG or PGM file before each touch")
-        ->check(cli::writes({FileKind::kPicture, FileKind::kGreyPicture}));
+    command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0",
+                       cli::from_zero());
+    command.add_option("--picture", picture,
+                       "write what the panel should show to this PNG or PGM file before each touch",
+                       cli::writes({FileKind::kPicture, FileKind::kGreyPicture}));
     command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
-    command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
-        ->show_default()
-        ->check(cli::more_than_zero());
+    command.add_setting("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate",
+                        cli::more_than_zero());
   }
   const GuideOptions& complete() {
     still.radius = still_mm * kMillimetre;
@@ -349,8 +344,8 @@ void add_rig_step(cli::Command& calibrate, const char* step, const char* what, c
   command->add_option("--rig", options->rig, "rig file to read and to update")->required();
   command->add_option("--captures", options->captures, "folder of the raw captures; else RIG.captures");
   if (name == "screen") {
-    command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")
-        ->check(cli::range(0.0, 20.0));
+    command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end",
+                        cli::range(0.0, 20.0));
   }
   if (name == "eyes") {
     command->add_flag(
@@ -358,17 +353,13 @@ void add_rig_step(cli::Command& calibrate, const char* step, const char* what, c
         "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
   }
   if (name == "verify") {
-    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture")
-        ->check(cli::writes({FileKind::kDrawing}));
-    command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")
-        ->check(cli::more_than_zero())
-        ->show_default();
-    command->add_option("--worst-mm", options->worst_mm, "worst that passes")
-        ->check(cli::more_than_zero())
-        ->show_default();
+    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture",
+                        cli::writes({FileKind::kDrawing}));
+    command->add_setting("--tolerance-mm", options->tolerance_mm, "rms that passes", cli::more_than_zero());
+    command->add_setting("--worst-mm", options->worst_mm, "worst that passes", cli::more_than_zero());
   }
-  command->add_option("--report", options->report, "write a page with plots to this HTML file")
-      ->check(cli::writes({FileKind::kPage}));
+  command->add_option("--report", options->report, "write a page with plots to this HTML file",
+                      cli::writes({FileKind::kPage}));
   command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
   command->add_option("--tracker-serial", options->tracker_serial, "serial number to keep in the rig file");
   options->out.add_to(*command);
@@ -418,12 +409,8 @@ void add_drift(cli::Command& calibrate) {
   command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
   command->add_option("--touches", options->touches,
                       "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
-  command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")
-      ->show_default()
-      ->check(cli::more_than_zero());
-  command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")
-      ->show_default()
-      ->check(cli::more_than_zero());
+  command->add_setting("--tolerance-mm", options->tolerance_mm, "that a mark may have moved", cli::more_than_zero());
+  command->add_setting("--sigma-mm", options->sigma_mm, "noise of a touch per axis", cli::more_than_zero());
   options->guide.add_to(*command);
   options->out.add_to(*command);
   command->footer(
@@ -570,20 +557,17 @@ void add_camera(cli::Command& calibrate) {
   };
   auto options = std::make_shared<Options>();
   const auto board_options = [options](cli::Command* command) {
-    command->add_option("--columns", options->columns, "inner corners across")
-        ->show_default()
-        ->check(cli::range(3, 60));
-    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")
-        ->show_default()
-        ->check(cli::range(3, 60));
+    command->add_setting("--columns", options->columns, "inner corners across", cli::range(3, 60));
+    command->add_setting("--rows", options->rows, "inner corners down; columns + rows must be odd", cli::range(3, 60));
   };
 
   cli::Command* board = calibrate.add_command("board", "draw the chessboard that the panel shows to a camera");
   board_options(board);
-  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(cli::range(64, 16384));
-  board->add_option("--out", options->out_picture, "PNG or PGM file")
-      ->required()
-      ->check(cli::writes({FileKind::kPicture, FileKind::kGreyPicture}));
+  board->add_option("--size", options->size, "pixels of the panel", cli::range(64, 16384))->expected(2);
+  board
+      ->add_option("--out", options->out_picture, "PNG or PGM file",
+                   cli::writes({FileKind::kPicture, FileKind::kGreyPicture}))
+      ->required();
   board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
   board->callback([options] {
     const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
@@ -594,7 +578,7 @@ void add_camera(cli::Command& calibrate) {
   cli::Command* detect = calibrate.add_command("detect", "find that chessboard in a camera's picture");
   board_options(detect);
   detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
-  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(cli::range(64, 16384));
+  detect->add_option("--size", options->size, "pixels of the panel", cli::range(64, 16384))->expected(2);
   detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
   detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
   detect->callback([options] {
@@ -613,15 +597,9 @@ void add_camera(cli::Command& calibrate) {
   camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")
       ->required();
   camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
-  camera->add_option("--size", options->size, "pixels of the camera's pictures")
-      ->expected(2)
-      ->check(cli::range(64, 16384));
-  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")
-      ->show_default()
-      ->check(cli::more_than_zero());
-  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")
-      ->show_default()
-      ->check(cli::more_than_zero());
+  camera->add_option("--size", options->size, "pixels of the camera's pictures", cli::range(64, 16384))->expected(2);
+  camera->add_setting("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis", cli::more_than_zero());
+  camera->add_setting("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis", cli::more_than_zero());
   options->out.add_to(*camera);
   camera->footer(
       "on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings "
@@ -708,16 +686,14 @@ void add_calibrate_command(cli::Command& app) {
                       "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
   calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
   calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
-  calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")
-      ->show_default()
-      ->check(cli::range(0.0, 5.0));
-  calibrate->add_option("--outliers", options->outliers, "with --simulate: fraction of touches that slip")
-      ->show_default()
-      ->check(cli::range(0.0, 0.4));
+  calibrate->add_setting("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis",
+                         cli::range(0.0, 5.0));
+  calibrate->add_setting("--outliers", options->outliers, "with --simulate: fraction of touches that slip",
+                         cli::range(0.0, 0.4));
   calibrate->add_flag(
       "--soft", options->soft,
       "with --simulate: a bent panel, a sagging mirror and arm, and a tip that slips between the steps");
-  calibrate->add_option("--seed", options->seed, "with --simulate: seed of the bench")->show_default();
+  calibrate->add_setting("--seed", options->seed, "with --simulate: seed of the bench");
   calibrate->footer(
       "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
       "bench/rig.json --hand haply:");

@@ -62,16 +62,13 @@ void add_case_command(cli::Command& app) {
   cli::Command* command = app.add_command("case", "Make an exercise of a family from a seed and a difficulty");
   command->footer("Example:\n  typodont case class-1 --seed 7 --difficulty 0.4 --out case.json");
   command->add_option("family", options->request.family, "family of exercises, one of --list");
-  command->add_option("--seed", options->request.seed, "number of the case; equal seeds give equal files")
-      ->check(cli::range(0.0, 4294967295.0))
-      ->show_default();
-  command->add_option("--difficulty", options->request.difficulty, "0, easy, to 1, hard")
-      ->check(cli::range(0.0, 1.0))
-      ->show_default();
+  command->add_setting("--seed", options->request.seed, "number of the case; equal seeds give equal files",
+                       cli::range(0.0, 4294967295.0));
+  command->add_setting("--difficulty", options->request.difficulty, "0, easy, to 1, hard", cli::range(0.0, 1.0));
   command->add_option("--tooth", options->request.tooth,
                       "tooth of the family instead of the seed's: U upper or L lower, and 1 to 7 from the midline");
-  command->add_option("--out", options->out, "scene to write; its volume is beside it, with the ending .vdb")
-      ->check(cli::writes({FileKind::kJson}));
+  command->add_option("--out", options->out, "scene to write; its volume is beside it, with the ending .vdb",
+                      cli::writes({FileKind::kJson}));
   command->add_flag("--list", options->list, "list the families, their teeth and parameters");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });

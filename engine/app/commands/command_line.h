@@ -48,7 +48,7 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// Makes the help show the variable's current value as the default.
+  /// Makes the help show the variable's current value as the default (Command::add_setting).
   Option* show_default();
   /// Makes the option take `count` values.
   Option* expected(int count);
@@ -72,6 +72,15 @@ class Command {
   /// or vector of these (command_line.cpp). `about`: text of the help, the option's only description.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about);
+  template <class T>
+  Option* add_option(const std::string& name, T& value, const std::string& about, const Check& check) {
+    return add_option(name, value, about)->check(check);
+  }
+  /// Adds an option whose help shows the variable's current value as the default.
+  template <class T, class... Checks>
+  Option* add_setting(const std::string& name, T& value, const std::string& about, const Checks&... checks) {
+    return add_option(name, value, about, checks...)->show_default();
+  }
   Option* add_flag(const std::string& name, bool& value, const std::string& about);
   /// Adds text at the end of the help.
   void footer(const std::string& text);

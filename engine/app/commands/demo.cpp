@@ -337,7 +337,7 @@ void add_demo_command(cli::Command& app) {
   cli::Command* command =
       app.add_command("demo", "A demonstration: a scripted hand removes the caries of a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
-  command->add_option("--out", options->out, "folder for the results")->show_default()->check(cli::writes_folder());
+  command->add_setting("--out", options->out, "folder for the results", cli::writes_folder());
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--size", *size,
@@ -346,11 +346,8 @@ void add_demo_command(cli::Command& app) {
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_flag("--film", options->film,
                     "film the whole session in the rig's size, also in stereo: ten minutes on two cores");
-  command->add_option("--fps", options->fps, "frames a second of the film")
-      ->check(cli::range(1.0, 120.0))
-      ->show_default();
-  command->add_option("--seconds", options->seconds, "stop after this session time")
-      ->check(cli::range(0.1, kLongestSession));
+  command->add_setting("--fps", options->fps, "frames a second of the film", cli::range(1.0, 120.0));
+  command->add_option("--seconds", options->seconds, "stop after this session time", cli::range(0.1, kLongestSession));
   command->add_option("--language", *language,
                       "language of the text over the picture: en, de or zh; otherwise the window's language");
   command->callback([options, size, language] {

@@ -196,45 +196,32 @@ void add_experiment_command(cli::Command& app) {
       "  typodont experiment trials.csv --page result.html");
   command->add_option("input", o.input, "scene (.json) to feel, or the log (.csv) of earlier trials, to fit it again")
       ->required();
-  command->add_option("--out", o.out, "log of the trials to write (.csv), whole after every trial")
-      ->check(cli::writes({FileKind::kTable}));
-  command->add_option("--page", o.page, "result to write as a page (.html)")->check(cli::writes({FileKind::kPage}));
+  command->add_option("--out", o.out, "log of the trials to write (.csv), whole after every trial",
+                      cli::writes({FileKind::kTable}));
+  command->add_option("--page", o.page, "result to write as a page (.html)", cli::writes({FileKind::kPage}));
   command->add_option("--subject", o.subject, "the person's name or code, written into the log and onto the page");
-  command->add_option("--question", o.question, "what differs: stiffness, force, delay of the force, or the model")
-      ->check(cli::one_of({kQuestionNames.begin(), kQuestionNames.end()}))
-      ->show_default();
+  command->add_setting("--question", o.question, "what differs: stiffness, force, delay of the force, or the model",
+                       cli::one_of({kQuestionNames.begin(), kQuestionNames.end()}));
   command->add_option("--models", o.models, "of --question model: two of " + haptics::known_contact_methods())
       ->expected(2);
   command->add_option(
       "--reference", o.reference,
       "the lesser stimulus: N/mm (default: the scene's coupling, at most 5), % of the force (50), ms (0)");
   command->add_option("--start", o.start, "first difference, % or ms (50 %, 100 ms)");
-  command->add_option("--staircase", o.staircase, "rule by which the difference changes")
-      ->check(cli::one_of({"2-down-1-up", "3-down-1-up", "weighted"}))
-      ->show_default();
-  command->add_option("--trials", o.trials, "trials, at most; of models: exactly")
-      ->check(cli::range(1, 10000))
-      ->show_default();
-  command->add_option("--turns", o.turns, "turns of the staircase, after which it ends")
-      ->check(cli::range(2, 1000))
-      ->show_default();
-  command->add_option("--seed", o.seed, "of the random order, and of a simulated observer")->show_default();
-  command
-      ->add_option("--observer", o.observer,
-                   "instead of a person, a simulated observer with this just-noticeable difference, % or ms")
-      ->check(cli::more_than_zero());
-  command->add_option("--bias", o.bias, "the observer's: how much greater the second must be, % or ms")->show_default();
-  command->add_option("--lapse", o.lapse, "the observer's: share of trials answered by chance")
-      ->check(cli::range(0.0, 1.0))
-      ->show_default();
+  command->add_setting("--staircase", o.staircase, "rule by which the difference changes",
+                       cli::one_of({"2-down-1-up", "3-down-1-up", "weighted"}));
+  command->add_setting("--trials", o.trials, "trials, at most; of models: exactly", cli::range(1, 10000));
+  command->add_setting("--turns", o.turns, "turns of the staircase, after which it ends", cli::range(2, 1000));
+  command->add_setting("--seed", o.seed, "of the random order, and of a simulated observer");
+  command->add_option("--observer", o.observer,
+                      "instead of a person, a simulated observer with this just-noticeable difference, % or ms",
+                      cli::more_than_zero());
+  command->add_setting("--bias", o.bias, "the observer's: how much greater the second must be, % or ms");
+  command->add_setting("--lapse", o.lapse, "the observer's: share of trials answered by chance", cli::range(0.0, 1.0));
   command->add_option("--hand", o.hand,
                       "of a person: as of run; of an observer: HAND.csv or HAND.json that feels each stimulus");
-  command->add_option("--rate", o.rate, "servo rate of hands that leave the choice, Hz")
-      ->check(cli::range(10.0, 100000.0))
-      ->show_default();
-  command->add_option("--seconds", o.seconds, "that a person feels each stimulus")
-      ->check(cli::range(0.05, 600.0))
-      ->show_default();
+  command->add_setting("--rate", o.rate, "servo rate of hands that leave the choice, Hz", cli::range(10.0, 100000.0));
+  command->add_setting("--seconds", o.seconds, "that a person feels each stimulus", cli::range(0.05, 600.0));
   WorkbenchOptions& w = o.workbench;
   command->add_option("--rig", w.rig, "as of run");
   command->add_option("--audio", w.audio, "as of run");

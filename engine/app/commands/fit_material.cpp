@@ -146,16 +146,12 @@ void add_fit_material_command(cli::Command& app) {
       ->add_option("input", options->input, "session (.h5) or table of ticks (.csv): where the tool was, and its force")
       ->required();
   command->add_option("--scene", options->scene, "the tissue, with the model packing")->required();
-  command->add_option("--out", options->out, "densities to write (.json)")
-      ->required()
-      ->check(cli::writes({FileKind::kJson}));
-  command->add_option("--plot", options->plot, "picture of the convergence to write (.svg)")
-      ->check(cli::writes({FileKind::kDrawing}));
-  command->add_option("--eta", options->eta, "step size, density per newton (default: a stable one)")
-      ->check(cli::range(1e-9, 1e9));
-  command->add_option("--rounds", options->rounds, "times through the curve")
-      ->show_default()
-      ->check(cli::range(1, 100000));
+  command->add_option("--out", options->out, "densities to write (.json)", cli::writes({FileKind::kJson}))->required();
+  command->add_option("--plot", options->plot, "picture of the convergence to write (.svg)",
+                      cli::writes({FileKind::kDrawing}));
+  command->add_option("--eta", options->eta, "step size, density per newton (default: a stable one)",
+                      cli::range(1e-9, 1e9));
+  command->add_setting("--rounds", options->rounds, "times through the curve", cli::range(1, 100000));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

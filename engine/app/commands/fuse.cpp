@@ -156,18 +156,13 @@ void add_fuse_command(cli::Command& app) {
       ->add_option("--pairs", a->pairs,
                    "CSV: sx_mm,sy_mm,sz_mm,cx_mm,cy_mm,cz_mm (or _m): three points or more, in the scan and in the CT")
       ->required();
-  command->add_option("--out", a->out, "volume to write (.vdb)")->required()->check(cli::writes({FileKind::kVolume}));
-  command->add_option("--unit-mm", a->unit_mm, "millimetres per unit of the scan's file")
-      ->check(cli::more_than_zero())
-      ->show_default();
-  command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the CT's")
-      ->check(cli::range(0.02, 2.0));
-  command->add_option("--reach-mm", a->reach_mm, "largest distance between scan and CT at which the scan shows a crown")
-      ->check(cli::range(0.1, 3.0))
-      ->show_default();
-  command->add_option("--blend-mm", a->blend_mm, "width of the transition to the CT at the rim of the crowns")
-      ->check(cli::range(0.05, 5.0))
-      ->show_default();
+  command->add_option("--out", a->out, "volume to write (.vdb)", cli::writes({FileKind::kVolume}))->required();
+  command->add_setting("--unit-mm", a->unit_mm, "millimetres per unit of the scan's file", cli::more_than_zero());
+  command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the CT's", cli::range(0.02, 2.0));
+  command->add_setting("--reach-mm", a->reach_mm,
+                       "largest distance between scan and CT at which the scan shows a crown", cli::range(0.1, 3.0));
+  command->add_setting("--blend-mm", a->blend_mm, "width of the transition to the CT at the rim of the crowns",
+                       cli::range(0.05, 5.0));
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
   command->footer(

@@ -354,15 +354,13 @@ void add_import_command(cli::Command& app) {
                                   "become one tissue, the first is drilled",
                                   fmt::join(haptics::scan_endings(), " "), fmt::join(haptics::mesh_endings(), " ")));
   command
-      ->add_option("--out", a->out, "volume to write (.vdb), or scene for practice (.json) with its volume beside it")
-      ->required()
-      ->check(cli::writes({FileKind::kVolume, FileKind::kJson}));
-  command
-      ->add_option(
-          "--preset", a->preset,
-          "what is in it; jaw: a CBCT's bone, teeth, nerve canals and metal; arch: an intraoral scan's open mesh")
-      ->check(cli::one_of({"tooth", "bone", "jaw", "arch"}))
-      ->show_default();
+      ->add_option("--out", a->out, "volume to write (.vdb), or scene for practice (.json) with its volume beside it",
+                   cli::writes({FileKind::kVolume, FileKind::kJson}))
+      ->required();
+  command->add_setting(
+      "--preset", a->preset,
+      "what is in it; jaw: a CBCT's bone, teeth, nerve canals and metal; arch: an intraoral scan's open mesh",
+      cli::one_of({"tooth", "bone", "jaw", "arch"}));
   command->add_option("--series", a->series, "of several in DICOM files, as the message without it numbers them");
   command->add_option("--voxel-mm", a->voxel_mm,
                       "voxel of the result; default: the scan's smallest (a mesh: 0.1, a large one: more)");
@@ -393,22 +391,22 @@ void add_import_command(cli::Command& app) {
   command->add_option("--label", a->label,
                       "VALUE=TISSUE: what a value of a label map is, air to leave it out; once for each that the file "
                       "does not name");
-  command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->show_default();
-  command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->show_default();
+  command->add_setting("--band-mm", a->band_mm, "how far from the surface distances are kept");
+  command->add_setting("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file");
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
   command->add_option("--crown-mm", a->crown_mm,
                       "an arch without colours: how far below its cusps the gum begins (default 7)");
   command->add_option("--bite", a->bite,
                       "intraoral scan of the closed bite, which places the scans of the jaws relative to each other");
-  command->add_option("--open-mm", a->open_mm, "how far the opposing scans are moved away from the first one")
-      ->check(cli::range(0.0, 60.0));
-  command->add_option("--memory-mb", a->memory_mb, "memory that the work may take; default: what is free")
-      ->check(cli::more_than_zero());
-  command
-      ->add_option("--labels", a->labels,
-                   "also write the tissues as a label map (.nrrd, .nii, or .dcm: a DICOM segmentation) in the scan's "
-                   "own space, for 3D Slicer and others")
-      ->check(cli::writes({FileKind::kLabels}));
+  command->add_option("--open-mm", a->open_mm, "how far the opposing scans are moved away from the first one",
+                      cli::range(0.0, 60.0));
+  command->add_option("--memory-mb", a->memory_mb, "memory that the work may take; default: what is free",
+                      cli::more_than_zero());
+  command->add_option(
+      "--labels", a->labels,
+      "also write the tissues as a label map (.nrrd, .nii, or .dcm: a DICOM segmentation) in the scan's "
+      "own space, for 3D Slicer and others",
+      cli::writes({FileKind::kLabels}));
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
   command->footer(

@@ -79,13 +79,12 @@ void add_mesh_command(cli::Command& app) {
   command->add_option("input", options->input, "scene (JSON), volume (.vdb), or session (.h5) at its end")->required();
   command
       ->add_option("--out", options->out,
-                   "mesh to write: .ply (with tissue colours), .stl, .obj, .glb or .gltf (metres)")
-      ->required()
-      ->check(cli::writes({FileKind::kPly, FileKind::kStl, FileKind::kObj}));
-  command
-      ->add_option("--tolerance-mm", options->tolerance_mm,
-                   "how far triangles may lie from the surface (default: a tenth of a voxel)")
-      ->check(cli::range(0.0, 100.0));
+                   "mesh to write: .ply (with tissue colours), .stl, .obj, .glb or .gltf (metres)",
+                   cli::writes({FileKind::kPly, FileKind::kStl, FileKind::kObj}))
+      ->required();
+  command->add_option("--tolerance-mm", options->tolerance_mm,
+                      "how far triangles may lie from the surface (default: a tenth of a voxel)",
+                      cli::range(0.0, 100.0));
   command->add_flag("--file-space", options->file_space,
                     "coordinates of the file from which the tissue was imported, instead of the workbench's");
   command->add_flag("--json", options->json, "print the summary as JSON");

@@ -115,8 +115,8 @@ void add_next_command(cli::Command& app) {
   command->add_option("--limits", options->limits,
                       "A teacher's limits (JSON: families, min_difficulty, max_difficulty, in_order); otherwise "
                       "~/Typodont/limits.json if it exists");
-  command->add_option("--out", options->out, "Make the case: scene to write, its volume beside it (.vdb)")
-      ->check(cli::writes({FileKind::kJson}));
+  command->add_option("--out", options->out, "Make the case: scene to write, its volume beside it (.vdb)",
+                      cli::writes({FileKind::kJson}));
   command->add_option("--language", options->language, "en, de or zh; otherwise the window's language");
   command->add_flag("--json", options->json, "Print the choice and the mastery of each skill as JSON");
   command->callback([options] { run(*options); });

@@ -111,18 +111,15 @@ void add_pack_command(cli::Command& app) {
   command->footer(
       "Example:\n  typodont pack assets/scenes/molar-caries.json --spheres 36000 --out molar.h5 --preview molar.png");
   command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
-  command->add_option("--spheres", options->spheres, "how many")->show_default();
-  command->add_option("--seed", options->seed, "equal seeds, equal packings")->show_default();
-  command
-      ->add_option(
-          "--max-radius-mm", options->max_radius_mm,
-          "largest radius of a sphere (default: twice the radius at which equal spheres have the tissue's volume)")
-      ->check(cli::range(1e-4, 1000.0));
-  command->add_option("--out", options->out, "packing to write (.h5)")
-      ->required()
-      ->check(cli::writes({FileKind::kSession}));
-  command->add_option("--preview", options->preview, "picture to write (.png): the spheres, whole and cut open")
-      ->check(cli::writes({FileKind::kPicture}));
+  command->add_setting("--spheres", options->spheres, "how many");
+  command->add_setting("--seed", options->seed, "equal seeds, equal packings");
+  command->add_option(
+      "--max-radius-mm", options->max_radius_mm,
+      "largest radius of a sphere (default: twice the radius at which equal spheres have the tissue's volume)",
+      cli::range(1e-4, 1000.0));
+  command->add_option("--out", options->out, "packing to write (.h5)", cli::writes({FileKind::kSession}))->required();
+  command->add_option("--preview", options->preview, "picture to write (.png): the spheres, whole and cut open",
+                      cli::writes({FileKind::kPicture}));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

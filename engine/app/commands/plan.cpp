@@ -202,22 +202,17 @@ void add_plan_command(cli::Command& app) {
                       "bone of another class, I to IV (default: the scene's); for synthetic bone, not for scans");
   command->add_option("--entry-mm", options->entry_mm, "middle of the implant's platform")->expected(3);
   command->add_option("--axis", options->axis, "direction into the bone (default: the plan's, or 0 0 -1)")->expected(3);
-  command
-      ->add_option("--preview", options->preview,
-                   "picture to write (.png): sections across the arch, along it, and through the platform")
-      ->check(cli::writes({FileKind::kPicture}));
-  command
-      ->add_option("--implant", options->implant,
-                   "mesh of the planned implant to write, as a cylinder in the coordinates of the imported scan "
-                   "(.stl, .ply, .obj, .glb, .gltf, .3mf)")
-      ->check(cli::writes({FileKind::kStl, FileKind::kPly, FileKind::kObj}));
-  command->add_option("--width-mm", options->width_mm, "width of each section")
-      ->show_default()
-      ->check(cli::range(5.0, 300.0));
-  command
-      ->add_option("--out", options->out,
-                   "exercise to write (.json); tissue from a volume is cut to the site and written beside it (.vdb)")
-      ->check(cli::writes({FileKind::kJson}));
+  command->add_option("--preview", options->preview,
+                      "picture to write (.png): sections across the arch, along it, and through the platform",
+                      cli::writes({FileKind::kPicture}));
+  command->add_option("--implant", options->implant,
+                      "mesh of the planned implant to write, as a cylinder in the coordinates of the imported scan "
+                      "(.stl, .ply, .obj, .glb, .gltf, .3mf)",
+                      cli::writes({FileKind::kStl, FileKind::kPly, FileKind::kObj}));
+  command->add_setting("--width-mm", options->width_mm, "width of each section", cli::range(5.0, 300.0));
+  command->add_option("--out", options->out,
+                      "exercise to write (.json); tissue from a volume is cut to the site and written beside it (.vdb)",
+                      cli::writes({FileKind::kJson}));
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options, command] {
     command->refuse_without({"--width-mm"}, !options->preview.empty(), "--preview");

@@ -63,9 +63,9 @@ void add_remark_command(cli::Command& app) {
       ->required();
   command->add_option("--text", options->text, "The remark; without it and --remove, the remarks are listed");
   command->add_option("--author", options->author, "Who writes it");
-  command->add_option("--at", options->at, "The moment of the recording, s")->check(cli::range(0, 86'400));
-  command->add_option("--edit", options->edit, "Change the remark of this number")->check(cli::range(1, 100'000));
-  command->add_option("--remove", options->remove, "Remove the remark of this number")->check(cli::range(1, 100'000));
+  command->add_option("--at", options->at, "The moment of the recording, s", cli::range(0, 86'400));
+  command->add_option("--edit", options->edit, "Change the remark of this number", cli::range(1, 100'000));
+  command->add_option("--remove", options->remove, "Remove the remark of this number", cli::range(1, 100'000));
   command->add_flag("--json", options->json, "Print the remarks as JSON");
   command->footer("Example: typodont remark session.h5 --at 42.5 --text \"The bur leaned towards the buccal wall\"");
   command->callback([options, command] {

@@ -423,23 +423,21 @@ void add_render_command(cli::Command& app) {
       ->required();
   command->add_option("--rig", options->rig,
                       "rig file (JSON), or the name of one in assets/rigs; without it the scene's rig, or closeup");
-  command->add_option("--magnify", options->magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
-  command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")
-      ->required()
-      ->check(cli::writes_folder());
-  command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
-  command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
-      ->check(cli::one_of({"left", "right", "both"}))
-      ->show_default();
-  command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
-  command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->show_default();
+  command->add_option("--magnify", options->magnify, "magnify the scene by this factor", cli::range(0.1, 100.0));
   command
-      ->add_option(
-          "--view", options->view,
-          "natural, or a view for teaching: section, X-ray, difference from an ideal, temperature, the spheres of the "
-          "model packing")
-      ->check(cli::one_of({"look", "section", "xray", "difference", "temperature", "spheres"}))
-      ->show_default();
+      ->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json",
+                   cli::writes_folder())
+      ->required();
+  command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
+  command->add_setting("--eye", options->eye, "which eye to write; screen.png comes with both",
+                       cli::one_of({"left", "right", "both"}));
+  command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
+  command->add_setting("--at", options->at, "time in HAND.csv or in the session, s");
+  command->add_setting(
+      "--view", options->view,
+      "natural, or a view for teaching: section, X-ray, difference from an ideal, temperature, the spheres of the "
+      "model packing",
+      cli::one_of({"look", "section", "xray", "difference", "temperature", "spheres"}));
   command->add_option(
       "--plane", options->plane,
       "section, temperature: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: through the centre");
@@ -450,9 +448,7 @@ void add_render_command(cli::Command& app) {
                     "draw the tooth as the scene's task wants it in the end; of an implant exercise the bed");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
-  command->add_option("--quality", options->quality, "step of the quality ladder")
-      ->check(cli::one_of(steps))
-      ->show_default();
+  command->add_setting("--quality", options->quality, "step of the quality ladder", cli::one_of(steps));
   command->add_flag("--geometry", options->geometry,
                     "also write geometry.ply: the triangles of the picture, for another renderer");
   command->add_flag("--hud", options->hud, "also draw text");

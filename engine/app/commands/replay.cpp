@@ -193,31 +193,27 @@ void add_replay_command(cli::Command& app) {
                     "exit 1 if the replay differs from the recording; --with does not change this replay");
   command->add_option("--key", options->key, "exit 1 if the session is not signed with the key in this file");
   command->add_flag("--show", options->show, "watch it in a window");
-  command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
+  command->add_option("--film", p.film, "make a film of it (.mp4)", cli::writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,
                       "another session, shown to the right: an expert's, or the same hand in another scene");
   command->add_option(
       "--rig", p.rig,
       "rig file (JSON), or the name of one in assets/rigs; without it the window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: another viewpoint, the position of the head in the workbench");
-  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(cli::range(0.0, 100.0));
-  command->add_option("--magnify", p.magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
+  command->add_option("--ipd-mm", options->ipd, "distance between the eyes", cli::range(0.0, 100.0));
+  command->add_option("--magnify", p.magnify, "magnify the scene by this factor", cli::range(0.1, 100.0));
   command->add_option("--from", p.from, "start time in the recording, s");
   command->add_option("--to", p.to, "where to end");
-  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
-      ->check(cli::range(-64.0, 64.0));
-  command->add_option("--loop", p.loops, "number of repetitions in a film; a window repeats unless 0")
-      ->check(cli::range(0, 1000));
-  command->add_option("--fps", p.fps, "pictures a second of a film")->check(cli::range(1.0, 240.0))->show_default();
-  command->add_option("--view", p.view, "natural, or a view for teaching")
-      ->check(cli::one_of({"look", "section", "xray", "difference", "temperature"}))
-      ->show_default();
-  command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
-      ->check(cli::from_zero());
+  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards", cli::range(-64.0, 64.0));
+  command->add_option("--loop", p.loops, "number of repetitions in a film; a window repeats unless 0",
+                      cli::range(0, 1000));
+  command->add_setting("--fps", p.fps, "pictures a second of a film", cli::range(1.0, 240.0));
+  command->add_setting("--view", p.view, "natural, or a view for teaching",
+                       cli::one_of({"look", "section", "xray", "difference", "temperature"}));
+  command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first", cli::from_zero());
   command->add_option("--with", options->with,
                       "replay the hand with other settings: a JSON file or object with the changed keys of the scene");
-  command->add_option("--out", options->out, "the session that --with makes (.h5)")
-      ->check(cli::writes({FileKind::kSession}));
+  command->add_option("--out", options->out, "the session that --with makes (.h5)", cli::writes({FileKind::kSession}));
   command->add_option("--language", options->language,
                       "language of the text over the picture: en, de or zh; otherwise the window's language");
   command->add_flag("--json", options->json, "print the result as JSON");

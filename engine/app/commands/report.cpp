@@ -237,9 +237,7 @@ void add_report_command(cli::Command& app) {
       ->add_option("SESSION", options->session,
                    "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")
       ->required();
-  command->add_option("--out", options->out, "The page to write (.html)")
-      ->required()
-      ->check(cli::writes({FileKind::kPage}));
+  command->add_option("--out", options->out, "The page to write (.html)", cli::writes({FileKind::kPage}))->required();
   command->add_option("--language", options->language, "en, de or zh; otherwise the window's language");
   command->add_option(
       "--picture", options->pictures,

@@ -209,10 +209,9 @@ void add_rescore_command(cli::Command& app) {
       ->add_option("SESSIONS", options->sessions, "a folder of sessions, those in its folders included, or one session")
       ->required();
   command->add_option("--rules", options->rules, "a scene whose task or score counts instead of the recorded one");
-  command->add_option("--out", options->out, "a table with one row a session (.csv)")
-      ->check(cli::writes({FileKind::kTable}));
-  command->add_option("--jobs", options->jobs, "sessions at once; otherwise as many as there are cores")
-      ->check(cli::from_zero());
+  command->add_option("--out", options->out, "a table with one row a session (.csv)", cli::writes({FileKind::kTable}));
+  command->add_option("--jobs", options->jobs, "sessions at once; otherwise as many as there are cores",
+                      cli::from_zero());
   command->add_flag("--json", options->json, "print the rows as JSON");
   command->footer("Example: typodont rescore sessions/ --rules assets/scenes/class-2-cavity.json --out scores.csv");
   command->callback([options] { run(*options); });

@@ -193,61 +193,41 @@ void add_rig_command(cli::Command& app) {
   auto options = std::make_shared<RigOptions>();
   cli::Command* command =
       rig->add_command("plan", "plan a mirror bench: positions of its parts, and the size of the shared workspace");
-  command->add_option("--screen-mm", options->panel_mm, "width and height of the panel's lit area")
-      ->expected(2)
-      ->show_default();
-  command->add_option("--pixels", options->pixels, "of the panel")
-      ->expected(2)
-      ->check(cli::range(64, 16384))
-      ->show_default();
-  command->add_option("--layout", options->layout, "how the two pictures share the panel")
-      ->check(cli::one_of(
-          {"mono", "side_by_side", "top_bottom", "row_interleaved", "anaglyph", "two_outputs", "frame_sequential"}))
-      ->show_default();
-  command
-      ->add_option("--mirror-deg", options->mirror_deg,
-                   "tilt of the glass from the horizontal; it rises away from the user")
-      ->check(cli::range(-80.0, 80.0))
-      ->show_default();
-  command->add_option("--glass-mm", options->glass_mm, "from the middle of the work to the glass, along its normal")
-      ->check(cli::range(20.0, 1000.0))
-      ->show_default();
-  command
-      ->add_option("--picture-deg", options->picture_deg, "tilt of the seen picture from the horizontal; 90 is upright")
-      ->check(cli::range(-30.0, 120.0))
-      ->show_default();
-  command->add_option("--eye-mm", options->eye_mm, "from the eyes to the middle of the work")
-      ->check(cli::range(150.0, 2000.0))
-      ->show_default();
-  command->add_option("--gaze-deg", options->gaze_deg, "of the line of sight below the horizontal")
-      ->check(cli::range(0.0, 90.0))
-      ->show_default();
-  command->add_option("--ipd-mm", options->ipd_mm, "between the eyes")->check(cli::range(40.0, 80.0))->show_default();
+  command->add_setting("--screen-mm", options->panel_mm, "width and height of the panel's lit area")->expected(2);
+  command->add_setting("--pixels", options->pixels, "of the panel", cli::range(64, 16384))->expected(2);
+  command->add_setting("--layout", options->layout, "how the two pictures share the panel",
+                       cli::one_of({"mono", "side_by_side", "top_bottom", "row_interleaved", "anaglyph", "two_outputs",
+                                    "frame_sequential"}));
+  command->add_setting("--mirror-deg", options->mirror_deg,
+                       "tilt of the glass from the horizontal; it rises away from the user", cli::range(-80.0, 80.0));
+  command->add_setting("--glass-mm", options->glass_mm, "from the middle of the work to the glass, along its normal",
+                       cli::range(20.0, 1000.0));
+  command->add_setting("--picture-deg", options->picture_deg,
+                       "tilt of the seen picture from the horizontal; 90 is upright", cli::range(-30.0, 120.0));
+  command->add_setting("--eye-mm", options->eye_mm, "from the eyes to the middle of the work",
+                       cli::range(150.0, 2000.0));
+  command->add_setting("--gaze-deg", options->gaze_deg, "of the line of sight below the horizontal",
+                       cli::range(0.0, 90.0));
+  command->add_setting("--ipd-mm", options->ipd_mm, "between the eyes", cli::range(40.0, 80.0));
   std::vector<std::string> arms;
   for (const ArmReach& arm : kArms) arms.emplace_back(arm.name);
-  command->add_option("--arm", options->arm, "arm; its reach comes from the maker's data sheet")
-      ->check(cli::one_of(arms))
-      ->show_default();
+  command->add_setting("--arm", options->arm, "arm; its reach comes from the maker's data sheet", cli::one_of(arms));
   command
       ->add_option("--arm-box-mm", options->arm_box_mm,
                    "width, depth and height that the arm reaches, instead of --arm")
       ->expected(3);
-  command->add_option("--hand-mm", options->hand_mm, "room for the hand between the workspace and the glass")
-      ->check(cli::range(0.0, 300.0))
-      ->show_default();
+  command->add_setting("--hand-mm", options->hand_mm, "room for the hand between the workspace and the glass",
+                       cli::range(0.0, 300.0));
+  command->add_setting("--comfort-dpt", options->comfort,
+                       "greatest difference in dioptres between the picture and what is shown", cli::range(0.05, 2.0));
   command
-      ->add_option("--comfort-dpt", options->comfort,
-                   "greatest difference in dioptres between the picture and what is shown")
-      ->check(cli::range(0.05, 2.0))
-      ->show_default();
-  command
-      ->add_option("--work-mm", options->work_mm, "where the scenes have their work: the origin of the plan, for --rig")
-      ->expected(3)
-      ->show_default();
-  command->add_option("--out", options->out, "write a drawing with measures: .svg or .pdf, one A4 page")
-      ->check(cli::writes({FileKind::kDrawing, FileKind::kDocument}));
-  command->add_option("--rig", options->rig, "write a rig file as the start of a calibration, if the bench fits")
-      ->check(cli::writes({FileKind::kJson}));
+      ->add_setting("--work-mm", options->work_mm,
+                    "where the scenes have their work: the origin of the plan, for --rig")
+      ->expected(3);
+  command->add_option("--out", options->out, "write a drawing with measures: .svg or .pdf, one A4 page",
+                      cli::writes({FileKind::kDrawing, FileKind::kDocument}));
+  command->add_option("--rig", options->rig, "write a rig file as the start of a calibration, if the bench fits",
+                      cli::writes({FileKind::kJson}));
   command->add_flag("--json", options->json, "print the plan as JSON");
   command->footer(
       "Exit status 1 if parts of the bench collide; the drawing shows where.\n"

@@ -124,48 +124,41 @@ void add_run_command(cli::Command& app) {
   command->add_option("scene", options->scene, "scene file (JSON), or the name of one in assets/scenes")->required();
   command->add_option("--rig", w.rig,
                       "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
-  command->add_option("--magnify", w.magnify, "magnify the scene by this factor instead of the one in the rig")
-      ->check(cli::range(0.1, 100.0));
+  command->add_option("--magnify", w.magnify, "magnify the scene by this factor instead of the one in the rig",
+                      cli::range(0.1, 100.0));
   std::vector<std::string> levels{"auto"};
   for (const render::Quality& level : render::kQualityLadder) levels.emplace_back(level.name);
-  command
-      ->add_option("--quality", options->quality, "level of the picture's quality; auto: follows the time of a frame")
-      ->check(cli::one_of(levels))
-      ->show_default();
+  command->add_setting("--quality", options->quality,
+                       "level of the picture's quality; auto: follows the time of a frame", cli::one_of(levels));
   command->add_option("--hand", w.hand, "script:HAND.csv, expert:, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");
-  command->add_option("--rate", w.rate, "servo rate, Hz, for hands that do not set it")
-      ->check(cli::range(500.0, 10000.0))
-      ->show_default();
+  command->add_setting("--rate", w.rate, "servo rate, Hz, for hands that do not set it", cli::range(500.0, 10000.0));
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_flag("--binaural", w.binaural,
                     "sound for headphones: two channels, from where the tool is relative to the head");
   command->add_option("--trainee", w.trainee, "the trainee's name, for the recording");
-  command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
+  command->add_option("--record", w.record, "record the session (.h5)", cli::writes({FileKind::kSession}));
   command->add_option("--stream", w.stream,
                       "stream the session to other programs: osc:[HOST:]PORT, ws:[HOST:]PORT; without a host, this "
                       "computer; can be repeated");
-  command->add_option("--stream-rate", w.stream_rate, "rate of the streamed states, Hz")
-      ->check(cli::range(1.0, 1000.0))
-      ->show_default();
+  command->add_setting("--stream-rate", w.stream_rate, "rate of the streamed states, Hz", cli::range(1.0, 1000.0));
   command->add_option("--language", options->language,
                       "language of the text over the picture: en, de or zh; otherwise the window's language");
-  command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
-      ->check(cli::from_zero());
-  command
-      ->add_option("--touches", w.touches,
-                   "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger")
-      ->check(cli::writes({FileKind::kTable}));
-  command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)")
-      ->check(cli::writes({FileKind::kVolume}));
+  command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first",
+                      cli::from_zero());
+  command->add_option("--touches", w.touches,
+                      "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger",
+                      cli::writes({FileKind::kTable}));
+  command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)",
+                      cli::writes({FileKind::kVolume}));
   command->add_option("--resume", options->resume,
                       "continue from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods() +
                           "; or ./FILE.so, a shared object with one");
-  command->add_option("--seconds", w.seconds, "end after this number of seconds, at most a day")
-      ->check(cli::more_than_zero(kLongestSession));
+  command->add_option("--seconds", w.seconds, "end after this number of seconds, at most a day",
+                      cli::more_than_zero(kLongestSession));
   command->add_flag("--no-real-time", w.no_real_time,
                     "use a hand with motors although the system grants this program no real-time priority");
   command->add_flag("--explain", w.explain,

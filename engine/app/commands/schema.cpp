@@ -72,7 +72,7 @@ void add_schema_command(cli::Command& app) {
   command->footer("Example:\n  typodont schema scene > scene.schema.json");
   std::vector<std::string> names;
   for (const auto& [name, describe] : kSchemas) names.push_back(name);
-  command->add_option("kind", options->kind, "kind of the file or block")->check(cli::one_of(names));
+  command->add_option("kind", options->kind, "kind of the file or block", cli::one_of(names));
   command->add_flag("--tables", options->tables, "print the tables of docs/scene_format.md, not a JSON Schema");
   command->callback([options] { run(*options); });
 }

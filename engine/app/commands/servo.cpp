@@ -175,17 +175,17 @@ void add_servo_command(cli::Command& app) {
           "--hand", options->hand,
           "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")
       ->required();
-  command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")
-      ->required()
-      ->check(cli::writes({FileKind::kTable, FileKind::kSession}));
-  command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
+  command
+      ->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session",
+                   cli::writes({FileKind::kTable, FileKind::kSession}))
+      ->required();
+  command->add_setting("--rate", options->rate, "servo rate, Hz", cli::range(10.0, 100000.0));
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods() +
                           "; or ./FILE.so, a shared object with one");
-  command->add_option("--stall-carver-ms", options->stall_ms, "stall the carver for this time once a second")
-      ->check(cli::range(0.0, 500.0));
-  command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")
-      ->check(cli::writes({FileKind::kVolume}));
+  command->add_option("--stall-carver-ms", options->stall_ms, "stall the carver for this time once a second",
+                      cli::range(0.0, 500.0));
+  command->add_option("--save", options->save, "save the tissue afterwards (.vdb)", cli::writes({FileKind::kVolume}));
   command->add_flag(
       "--no-timing", options->no_timing,
       "write 0 for tick_us, the one column that differs from run to run: equal runs are then equal bytes");

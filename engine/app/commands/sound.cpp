@@ -398,30 +398,28 @@ void add_sound_command(cli::Command& app) {
   auto fit = std::make_shared<FitCommand>();
   cli::Command* f = sound->add_command("fit", "Fit an autoregressive model to a recording");
   f->add_option("input", fit->input, "Recording (WAV, FLAC, OGG, AIFF)")->required();
-  f->add_option("--out", fit->out, "Model file to write (.json)")->required()->check(cli::writes({FileKind::kJson}));
-  f->add_option("--order", fit->options.order, "Poles: a number, or aic or bic to let the criterion choose")
-      ->show_default();
-  f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")->show_default();
-  f->add_option("--method", fit->options.method, "burg, yule-walker or modified-covariance")->show_default();
-  f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->show_default();
+  f->add_option("--out", fit->out, "Model file to write (.json)", cli::writes({FileKind::kJson}))->required();
+  f->add_setting("--order", fit->options.order, "Poles: a number, or aic or bic to let the criterion choose");
+  f->add_setting("--max-order", fit->options.max_order, "The highest order a criterion may choose");
+  f->add_setting("--method", fit->options.method, "burg, yule-walker or modified-covariance");
+  f->add_setting("--window", fit->options.window, "none, hann, hamming or blackman");
   f->add_option("--rate", fit->options.rate, "Rate of the model in Hz; the recording is resampled (default: its own)");
-  f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)")
-      ->check(cli::from_zero());
+  f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)", cli::from_zero());
   f->add_option("--from", fit->options.from, "Start in the recording, s");
   f->add_option("--to", fit->options.to, "End in the recording, s");
   f->add_flag("--steady", fit->options.steady, "Fit only the longest stretch of even loudness");
   f->add_option("--part", fit->options.part, "Fit only the longest run-up, idle, load or run-down");
   f->add_flag("--no-trim", fit->no_trim, "Keep silence at both ends");
   f->add_flag("--no-lines", fit->no_lines, "Model steady lines as noise, too, not as sinusoids");
-  f->add_option("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60")->show_default();
+  f->add_setting("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60");
   f->add_option("--spindle-krpm", fit->spindle_krpm, "Speed of the drill in the recording (default: estimated)");
   f->add_option("--name", fit->options.name, "Name of the model");
   f->add_option("--source", fit->options.source, "Where the recording comes from");
   f->add_option("--licence", fit->options.licence, "The recording's licence");
   f->add_option("--hold-out", fit->options.hold_out, "Fraction at the end to compare with, and not to fit");
-  f->add_option("--speed", fit->speed, "CSV of the spindle's speed over time to write (a contact file)")
-      ->check(cli::writes({FileKind::kTable}));
-  f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write")->check(cli::writes({FileKind::kTable}));
+  f->add_option("--speed", fit->speed, "CSV of the spindle's speed over time to write (a contact file)",
+                cli::writes({FileKind::kTable}));
+  f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write", cli::writes({FileKind::kTable}));
   f->add_flag("--json", fit->json, "Print the report as JSON");
   f->footer(
       "Refuses, with the reason, what cannot be fitted: silence, clipping, a pure tone, too few samples.\n"
@@ -432,10 +430,10 @@ void add_sound_command(cli::Command& app) {
   cli::Command* s = sound->add_command("synth", "Make sound from a model or a voice");
   s->add_option("model", synth->model, "Model or voice file")->required();
   s->add_option("--seconds", synth->seconds, "Length (default: that of the contact file)");
-  s->add_option("--out", synth->out, "WAV file to write")->required()->check(cli::writes({FileKind::kSound}));
+  s->add_option("--out", synth->out, "WAV file to write", cli::writes({FileKind::kSound}))->required();
   s->add_option("--contact", synth->contact, "What the hand does: a contact file, or ticks of typodont servo");
   s->add_option("--rate", synth->rate, "Rate of the WAV file in Hz (default: the model's)");
-  s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->show_default();
+  s->add_setting("--seed", synth->seed, "Seed of the noise: same seed, same bytes");
   s->add_option("--spindle-krpm", synth->spindle_krpm, "Speed at which the model sounds as recorded");
   s->add_option("--binaural", synth->binaural,
                 "Two channels for headphones: the drill at RIGHT,UP,AHEAD of the eyes in cm");
@@ -455,7 +453,7 @@ void add_sound_command(cli::Command& app) {
   cli::Command* p = sound->add_command("compare", "Compare two sounds: spectra, level, tones");
   p->add_option("a", compare->a, "Sound file")->required();
   p->add_option("b", compare->b, "Sound file")->required();
-  p->add_option("--up-to-hz", compare->options.up_to, "Highest frequency compared")->show_default();
+  p->add_setting("--up-to-hz", compare->options.up_to, "Highest frequency compared");
   p->add_flag("--constant-speed", compare->options.constant_speed,
               "Remove changes of the spindle's speed first, measured on a steady line");
   p->add_option("--at-most-db", compare->at_most, "Exit with 1 when the log-spectral distance is larger");
@@ -466,8 +464,8 @@ void add_sound_command(cli::Command& app) {
   auto picture = std::make_shared<PictureCommand>();
   cli::Command* d = sound->add_command("picture", "Draw a sound: its spectrum over time");
   d->add_option("input", picture->input, "Sound file (WAV, FLAC, OGG, AIFF)")->required();
-  d->add_option("--out", picture->out, "Picture to write (.png)")->required()->check(cli::writes({FileKind::kPicture}));
-  d->add_option("--up-to-hz", picture->up_to, "Highest frequency shown")->show_default();
+  d->add_option("--out", picture->out, "Picture to write (.png)", cli::writes({FileKind::kPicture}))->required();
+  d->add_setting("--up-to-hz", picture->up_to, "Highest frequency shown");
   d->add_flag("--json", picture->json, "Print where in the picture the plot lies as JSON");
   d->footer("Example:\n  typodont sound picture demo/drill.wav --out drill.png");
   d->callback([picture] { run_picture(*picture); });
@@ -476,7 +474,7 @@ void add_sound_command(cli::Command& app) {
   cli::Command* w = sound->add_command("follow", "Play the sound of a session that runs on another computer");
   w->add_option("address", follow->options.address, "ws:[HOST:]PORT, as of run --stream")->required();
   w->add_option("--audio", follow->options.audio, "portaudio:[DEVICE] (default) or wav:FILE");
-  w->add_option("--wait-ms", follow->wait_ms, "How long a sound device waits for late states")->show_default();
+  w->add_setting("--wait-ms", follow->wait_ms, "How long a sound device waits for late states");
   w->add_option("--seconds", follow->options.seconds, "Length (default: to the session's end)");
   w->add_flag("--json", follow->json, "Print what was heard, and the delay, as JSON");
   w->footer(

@@ -139,10 +139,10 @@ void add_sound_page_command(cli::Command& sound) {
   auto page = std::make_shared<PageCommand>();
   cli::Command* p = sound.add_command("page", "Write a page with a recording and its model side by side");
   p->add_option("recording", page->recording, "Recording (WAV, FLAC, OGG, AIFF)")->required();
-  p->add_option("--out", page->out, "Page to write (.html)")->required()->check(cli::writes({FileKind::kPage}));
+  p->add_option("--out", page->out, "Page to write (.html)", cli::writes({FileKind::kPage}))->required();
   p->add_option("--model", page->model, "Model file (default: fitted to the recording)");
-  p->add_option("--seconds", page->seconds, "Longest part that is played")->show_default();
-  p->add_option("--up-to-hz", page->up_to, "Highest frequency shown")->show_default();
+  p->add_setting("--seconds", page->seconds, "Longest part that is played");
+  p->add_setting("--up-to-hz", page->up_to, "Highest frequency shown");
   p->add_flag("--steady", page->options.steady, "Use only the longest stretch of even loudness");
   p->add_option("--part", page->options.part, "Use only the longest run-up, idle, load or run-down");
   p->footer("The page is one file and fetches nothing.\nExample:\n  typodont sound page drill.wav --out drill.html");

@@ -75,14 +75,12 @@ void add_volume_command(cli::Command& app) {
       "show the result at its place in the scan.\n"
       "Example:\n  typodont volume session.h5 --labels prepared.nrrd --distances prepared_mm.nii");
   command->add_option("input", options->input, "scene (JSON), volume (.vdb), or session (.h5) at its end")->required();
-  command
-      ->add_option("--labels", options->labels,
-                   "label map to write: .nrrd, .nii, or .dcm (a DICOM segmentation); 0 outside the tissue")
-      ->check(cli::writes({FileKind::kLabels}));
-  command
-      ->add_option("--distances", options->distances,
-                   "distances to the surface in mm to write, negative inside the tissue: .nrrd or .nii")
-      ->check(cli::writes({FileKind::kLabels}));
+  command->add_option("--labels", options->labels,
+                      "label map to write: .nrrd, .nii, or .dcm (a DICOM segmentation); 0 outside the tissue",
+                      cli::writes({FileKind::kLabels}));
+  command->add_option("--distances", options->distances,
+                      "distances to the surface in mm to write, negative inside the tissue: .nrrd or .nii",
+                      cli::writes({FileKind::kLabels}));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }
