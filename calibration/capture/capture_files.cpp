@@ -7,6 +7,7 @@
 #include "calibration/routine.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 
@@ -126,9 +127,7 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file) {
 }
 
 void write_captures(const std::filesystem::path& folder, const Captures& captures, std::string_view only) {
-  std::error_code code;
-  std::filesystem::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder to write captures into");
+  make_folder(folder);
   const auto write = [&](const char* name, std::string_view columns, const auto& captures_of_step, auto&& row) {
     if (captures_of_step.empty() || (!only.empty() && only != name)) return;
     std::string text = fmt::format("{}\n", columns);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/own_file.h"
 #include "haptics/import/import.h"
@@ -22,11 +23,7 @@ namespace {
 
 std::string names_in(const fs::path& folder) {
   std::vector<std::string> names;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
+  for (const fs::path& file : files_in(folder, ".json")) names.push_back(file.stem().string());
   return fmt::format("one of {}", fmt::join(names, ", "));
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
@@ -156,11 +157,7 @@ Picture shaded(const Imported& imported) {
 }  // namespace
 
 std::vector<std::filesystem::path> write_preview(const Imported& imported, const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    throw Error(folder.string(), "--preview", error ? error.message() : "no folder", "a folder that can be written to");
-  }
+  make_folder(folder);
   const DenseTissue& t = imported.tissue;
   const ImportReport& report = imported.report;
   const bool has_grey = !imported.grey.empty();

@@ -19,6 +19,7 @@
 #include "engine/app/guide/delay_capture.h"
 #include "engine/app/guide/guide_stage.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -636,9 +637,7 @@ void add_camera(cli::Command& calibrate) {
 void simulate(const std::string& folder, const SimulationOptions& simulation, bool json) {
   const SimulatedRoutine run = simulate_routine(simulation);
   if (!folder.empty()) {
-    std::error_code code;
-    std::filesystem::create_directories(folder, code);
-    if (code) throw Error(folder, "", code.message(), "a folder to write into");
+    make_folder(folder);
     RigFile rig = RigFile::create(std::filesystem::path(folder) / "rig.json");
     write_captures(rig.captures_folder(), run.captures);
     rig.set(run.bench);

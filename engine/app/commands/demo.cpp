@@ -32,6 +32,7 @@
 #include "engine/app/stepped.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -126,10 +127,7 @@ std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& be
 void run(const DemoOptions& options) {
   const Nanos began = now();
   Progress progress("demo");
-  std::error_code code;
-  fs::create_directories(options.out, code);
-  if (code || !fs::is_directory(options.out))
-    throw Error(options.out.string(), "", code.message(), "a folder that can be made");
+  make_folder(options.out);
 
   Scene scene =
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));

@@ -27,6 +27,7 @@
 #include "engine/app/task/task.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
@@ -343,10 +344,7 @@ void run(const RenderOptions& options) {
   frame["colors"] = colors_json(scene.servo.materials);
 
   const fs::path out = options.out;
-  std::error_code code;
-  fs::create_directories(out, code);
-  if (code || !fs::is_directory(out))
-    throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
+  make_folder(out);
   std::vector<std::string> written;
   const auto write = [&](const char* name, const render::Picture& eye) {
     render::Picture picture = render::scaled_to(eye, eye_size);

@@ -15,6 +15,7 @@
 #include "engine/app/review/session_report.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/partial_file.h"
@@ -74,9 +75,7 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
 /// The user's folder of scenes; created if it is missing.
 fs::path own_scenes() {
   const fs::path folder = user_folder() / "scenes";
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  make_folder(folder);
   return folder;
 }
 
@@ -147,10 +146,10 @@ std::vector<SessionEntry> find_sessions() {
 
 void make_expert(const fs::path& session) {
   const fs::path folder = expert_folder(session.parent_path());
-  std::error_code code;
-  fs::create_directories(folder, code);
+  make_folder(folder);
   PartialFile copy(folder / session.filename(), FileKind::kSession, Over::kItsInput);
-  if (!code) fs::copy_file(session, copy.path(), fs::copy_options::overwrite_existing, code);
+  std::error_code code;
+  fs::copy_file(session, copy.path(), fs::copy_options::overwrite_existing, code);
   if (code) throw Error(copy.file().string(), "", code.message(), "a file that can be written");
   copy.keep();
 }

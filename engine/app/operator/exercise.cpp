@@ -14,6 +14,7 @@
 #include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 
@@ -177,9 +178,8 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
       fs::remove_all(folder, ignored);
     }
   } const removed{aside};
+  make_folder(aside);
   std::error_code code;
-  fs::create_directories(aside, code);
-  if (code) throw Error(aside.string(), "", code.message(), "a folder that can be made");
   std::string ideal;
   if (e.ideal) {
     ideal = stem + "-ideal.vdb";

@@ -9,6 +9,7 @@
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 
@@ -47,9 +48,7 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   found->question = static_cast<std::size_t>(form.question);
   const std::string question = kExperimentQuestions.at(found->question), who = file_name_of(found->person);
   const fs::path folder = user_folder() / "experiments" / (who.empty() ? "guest" : who);
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  make_folder(folder);
   found->log = folder / fmt::format("{}_{}.csv", date_and_time(), question);
   found->page = fs::path(found->log).replace_extension(".html");
 

@@ -15,6 +15,7 @@
 #include "engine/app/cases/case.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/display/display_rig.h"
@@ -25,15 +26,6 @@ namespace typodont {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> json_files(const fs::path& folder) {
-  std::vector<fs::path> files;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".json") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 /// A title from a file name: "molar-caries" becomes "Molar caries".
 std::string title_of(std::string name) {
@@ -83,7 +75,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s) {
     return std::find_if(listed.begin(), listed.end(), [&](const Listed& l) { return l.scene == file.stem(); });
   };
   for (const fs::path& folder : {assets_folder() / "scenes", own}) {
-    std::vector<fs::path> files = json_files(folder);
+    std::vector<fs::path> files = files_in(folder, ".json");
     if (folder != own)
       std::stable_sort(files.begin(), files.end(),
                        [&](const fs::path& a, const fs::path& b) { return place(a) < place(b); });
@@ -145,7 +137,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
   std::vector<RigChoice> rigs{{{}, s.text("op.this_window"), true}, {{}, s.text("op.second_window"), false}};
   const fs::path shipped = assets_folder() / "rigs";
   for (const fs::path& folder : {shipped, user_folder() / "rigs"}) {
-    for (const fs::path& file : json_files(folder)) {
+    for (const fs::path& file : files_in(folder, ".json")) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
         if (rig.kind == display::DisplayKind::kOffscreen) continue;
@@ -176,9 +168,7 @@ std::string date_and_time() {
 fs::path new_session_file(const std::string& trainee, const std::string& scene) {
   const std::string who = file_name_of(trainee);
   const fs::path folder = user_folder() / "sessions" / (who.empty() ? "guest" : who);
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  make_folder(folder);
   return folder / fmt::format("{}_{}.h5", date_and_time(), file_name_of(scene));
 }
 

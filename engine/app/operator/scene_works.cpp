@@ -14,6 +14,7 @@
 #include "engine/app/operator/library.h"
 #include "engine/app/planning/planned_exercise.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -87,9 +88,7 @@ namespace {
 /// text "reason", if there is one.
 void make_case_by(OperatorState& s, BackgroundTask& work, Choices& choices, std::vector<std::string> words) {
   const fs::path folder = user_folder() / "scenes", file = folder / fmt::format("case_{}.json", date_and_time());
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  make_folder(folder);
   words.insert(words.end(), {"--out", file.string(), "--json"});
   const auto reason = std::make_shared<std::string>();
   work.begin(
@@ -223,9 +222,7 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
        planner = std::move(planner)](Progress& progress) {
         progress.stage("op.saving_exercise");
         const fs::path folder = user_folder() / "scenes", file = folder / (file_name_of(name) + ".json");
-        std::error_code code;
-        fs::create_directories(folder, code);
-        if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+        make_folder(folder);
         write_planned_exercise({name, planner.get(), procedure, plan}, file, Over::kItsInput, progress);
         return file;
       },

@@ -11,6 +11,7 @@
 #include "engine/app/operator/child.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 
@@ -103,11 +104,7 @@ CachedScore score_apart(const fs::path& session, Progress& progress, int nice) {
 }
 
 std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& folder, Progress& progress) {
-  std::vector<fs::path> files;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
+  std::vector<fs::path> files = files_in(folder, ".h5");
   if (files.size() > kMaxPast) files.erase(files.begin(), files.end() - kMaxPast);
   std::vector<std::pair<std::string, PastSession>> dated;
   for (std::size_t i = 0; i < files.size(); ++i) {

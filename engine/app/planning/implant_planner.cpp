@@ -11,6 +11,7 @@
 #include "engine/app/recording/resume.h"
 #include "engine/app/scene/implant_scene.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -64,12 +65,8 @@ std::vector<ImplantProcedure> implant_procedures() {
   const std::string folder = "implants/procedures";
   for (const bool own : {false, true}) {
     const fs::path root = own ? user_folder() : assets_folder();
-    std::error_code code;
-    for (const auto& entry : fs::directory_iterator(root / folder, code)) {
-      if (entry.path().extension() != ".json") continue;
-      const std::string path = own ? entry.path().string() : folder + "/" + entry.path().filename().string();
-      procedures.push_back(read_procedure(path, {}));
-    }
+    for (const fs::path& file : files_in(root / folder, ".json"))
+      procedures.push_back(read_procedure(own ? file.string() : folder + "/" + file.filename().string(), {}));
   }
   std::sort(procedures.begin(), procedures.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   return procedures;

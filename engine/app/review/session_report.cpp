@@ -11,6 +11,7 @@
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/surface/mesh_export.h"
@@ -134,10 +135,10 @@ std::vector<session::SessionSummary> others_in(const std::filesystem::path& fold
                                                const session::SessionReader& session, const Wanted& wanted) {
   std::vector<session::SessionSummary> others;
   std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
-    if (entry.path().extension() != ".h5" || std::filesystem::equivalent(entry.path(), session.file(), code)) continue;
+  for (const std::filesystem::path& file : files_in(folder, ".h5")) {
+    if (std::filesystem::equivalent(file, session.file(), code)) continue;
     try {
-      const session::SessionReader other(entry.path());
+      const session::SessionReader other(file);
       session::SessionSummary summary = session::summarize(other);
       if (wanted(summary)) others.push_back(std::move(summary));
     } catch (const Error& e) {
@@ -152,11 +153,7 @@ std::vector<session::SessionSummary> others_in(const std::filesystem::path& fold
 }  // namespace
 
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress) {
-  std::vector<std::filesystem::path> files;
-  std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
+  const std::vector<std::filesystem::path> files = files_in(folder, ".h5");
   std::vector<session::SessionSummary> sessions;
   for (std::size_t i = 0; i < files.size(); ++i) {
     progress.at(static_cast<double>(i) / static_cast<double>(files.size()));

@@ -11,6 +11,7 @@
 #include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/described.h"
@@ -76,11 +77,7 @@ dvec3 around(int i, double r) {
 haptics::Tool load_set_tool(const fs::path& folder, const Json& name) {
   const std::string wanted = name.string();
   std::vector<std::string> names;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
+  for (const fs::path& file : files_in(folder, ".json")) names.push_back(file.stem().string());
   if (std::find(names.begin(), names.end(), wanted) == names.end()) {
     name.fail(fmt::format("\"{}\", which is not in the set {}", wanted, folder.filename().string()),
               fmt::format("one of: {}", fmt::join(names, ", ")));
