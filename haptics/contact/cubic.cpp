@@ -87,10 +87,6 @@ TYPODONT_INLINE void add_across(const double (&sums)[4][4], double* out) {
 }
 #include "haptics/contact/cubic_kernel.h"
 
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
-  sum_up(f, sx, sy, t, out);
-}
-
 }  // namespace
 }  // namespace by_two
 
@@ -128,10 +124,6 @@ TYPODONT_INLINE void add_by_fours(const Lanes& v, int, double* sums) {
 TYPODONT_ADD_ACROSS
 #include "haptics/contact/cubic_kernel.h"
 
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
-  sum_up(f, sx, sy, t, out);
-}
-
 }  // namespace
 }  // namespace by_four
 #pragma GCC pop_options
@@ -159,10 +151,6 @@ TYPODONT_INLINE void add_by_fours(const Lanes& v, int, double* sums) {
 }
 TYPODONT_ADD_ACROSS
 #include "haptics/contact/cubic_kernel.h"
-
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
-  sum_up(f, sx, sy, t, out);
-}
 
 }  // namespace
 }  // namespace by_eight

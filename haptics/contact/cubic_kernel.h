@@ -32,8 +32,7 @@ TYPODONT_INLINE void weigh_on_grid(const double (&sums)[powers][8], double t, do
   }
 }
 
-TYPODONT_INLINE void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions,
-                            double* out) {
+void cubic(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out) {
   alignas(64) double x[8], x_slope[8], y[8], y_slope[8], z[8], z_slope[8];
   weigh_on_grid(kSums.value, fractions[1], y);
   weigh_on_grid(kSums.slope, fractions[1], y_slope);

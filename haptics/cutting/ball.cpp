@@ -45,11 +45,34 @@ struct Work {
   int batches = 0, count = 0;
 };
 
+/// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule` true: largest depth during the motion;
+/// false: depth at its end. `ahead`: mask of samples ahead of the start A. `u`, `v`: terms of
+/// the rows (row_terms()); `first`, `second`: terms of z (fill_heights()).
+template <bool capsule>
+TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
+                                    const F8& second, F8& depth, I8& ahead) {
+  F8 d2;
+  if constexpr (capsule) {
+    const F8 dot = (u * c.abx + v * c.aby) + second;
+    F8 s = dot * c.inverse_length2;
+    s = s < 0.0f ? F8{} : s;
+    s = s > 1.0f ? F8{} + 1.0f : s;
+    const F8 dx = u - s * c.abx, dy = v - s * c.aby, dz = first - s * c.abz;
+    d2 = dx * dx + dy * dy + dz * dz;
+    ahead = dot > from;
+  } else {
+    d2 = u + first;
+    ahead = v + second > from;
+  }
+  take_root(d2);
+  depth = c.radius - d2;
+  depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+}
+
 /// Raises samples to max(old, min(radius - distance, kInner)) where radius - distance is above -kMargin (kInner 3,
 /// kMargin 3.5 voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows have fewer than 8 samples.
 template <bool capsule, bool narrow>
-TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
-  const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
+TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule c, Work& work, RemovedVolume* removed) {
   const float from = c.continues ? 0.0f : -1e30f;
   float* const distance = block.distance;
   const int size_z = block.size_z, count = work.count;
@@ -73,25 +96,13 @@ TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule& c, Work& wo
     }
     const F8 z = work.z[start];
     const float u = all_u[row], v = all_v[row];
-    F8 dot, d2;
-    if constexpr (capsule) {
-      dot = (u * abx + v * aby) + z * abz;
-      F8 s = dot * inverse_length2;
-      s = s < 0.0f ? F8{} : s;
-      s = s > 1.0f ? F8{} + 1.0f : s;
-      const F8 dx = u - s * abx, dy = v - s * aby, dz = z - s * abz;
-      d2 = dx * dx + dy * dy + dz * dz;
-    } else {
-      dot = v + z * abz;
-      const F8 dz = z - abz;
-      d2 = u + dz * dz;
-    }
-    take_root(d2);
-    F8 depth = radius - d2;
-    depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+    const F8 off = z - c.abz, first_term = capsule ? z : off * off;
+    F8 depth;
+    I8 ahead;
+    depth_of_eight<capsule>(c, from, F8{} + u, F8{} + v, first_term, z * c.abz, depth, ahead);
     F8 least;
     I8 raised;
-    const F8 now = eight::raised_to(old, depth, (dot > from), least, raised);
+    const F8 now = eight::raised_to(old, depth, ahead, least, raised);
     if constexpr (!narrow) {
       *reinterpret_cast<F8*>(at) = now;
     } else {
@@ -229,14 +240,11 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
 // Compiled for several instruction sets. Samples are independent and FMA is off: the result is bit-identical on every
 // processor and for any division into rows.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
-  return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
-                           : carve_block<true, false>(*block, *capsule, removed);
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
-  return block->size_z < 8 ? carve_block<false, true>(*block, *capsule, removed)
-                           : carve_block<false, false>(*block, *capsule, removed);
+bool carve_block_here(const Block* block, const Capsule* c, bool capsule, RemovedVolume* removed) {
+  const bool narrow = block->size_z < 8;
+  if (capsule)
+    return narrow ? carve_block<true, true>(*block, *c, removed) : carve_block<true, false>(*block, *c, removed);
+  return narrow ? carve_block<false, true>(*block, *c, removed) : carve_block<false, false>(*block, *c, removed);
 }
 
 /// Input and output of carve_due(): blocks, path length at which each must be examined, list of groups.
@@ -269,29 +277,6 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
     *reinterpret_cast<F8*>(f->heights.apart + z) = capsule ? height : off * off;
     *reinterpret_cast<F8*>(f->heights.ahead + z) = height * f->c.abz;
   }
-}
-
-/// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule` true: largest depth during the motion;
-/// false: depth at its end. `ahead`: mask of samples ahead of the start A. `u`, `v`: from row_terms().
-template <bool capsule>
-TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
-                                    const F8& second, F8& depth, I8& ahead) {
-  F8 d2;
-  if constexpr (capsule) {
-    const F8 dot = (u * c.abx + v * c.aby) + second;
-    F8 s = dot * c.inverse_length2;
-    s = s < 0.0f ? F8{} : s;
-    s = s > 1.0f ? F8{} + 1.0f : s;
-    const F8 dx = u - s * c.abx, dy = v - s * c.aby, dz = first - s * c.abz;
-    d2 = dx * dx + dy * dy + dz * dz;
-    ahead = dot > from;
-  } else {
-    d2 = u + first;
-    ahead = v + second > from;
-  }
-  take_root(d2);
-  depth = c.radius - d2;
-  depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
 /// Computes the terms `u` and `v` of depth_of_eight() for eight rows.
@@ -454,12 +439,8 @@ TYPODONT_INLINE bool carve_due(BallBlocks& b, RemovedVolume* removed) {
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_due_capsule(BallBlocks* blocks, RemovedVolume* removed) {
-  return carve_due<true>(*blocks, removed);
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_due_ball(BallBlocks* blocks, RemovedVolume* removed) {
-  return carve_due<false>(*blocks, removed);
+bool carve_due_here(BallBlocks* blocks, bool capsule, RemovedVolume* removed) {
+  return capsule ? carve_due<true>(*blocks, removed) : carve_due<false>(*blocks, removed);
 }
 
 }  // namespace
@@ -468,13 +449,12 @@ bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                        std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  const bool ball = is_ball();
   bool changed = false;
   for (int z = 0; z < size.z; z += Work::kLongest) {
     const Block block{
         distance + z, tissue ? tissue + z : nullptr,       stride_x, stride_y, from.x, from.y, from.z + z, size.x,
         size.y,       std::min(size.z - z, Work::kLongest)};
-    changed |= ball ? carve_ball_ahead(&block, &capsule, removed) : carve_capsule(&block, &capsule, removed);
+    changed |= carve_block_here(&block, &capsule, !is_ball(), removed);
   }
   return changed;
 }
@@ -541,7 +521,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
     b.part = part;
     b.ahead = static_cast<float>(lasts);
     b.found = groups.found.data();
-    changed |= capsule ? carve_due_capsule(&b, removed) : carve_due_ball(&b, removed);
+    changed |= carve_due_here(&b, capsule, removed);
     groups.until = -1;
     groups.count = 0;
     if (lasts > 0) groups.renew(b.listed, front.path_length_, lasts);

@@ -15,15 +15,7 @@ namespace typodont::haptics {
 // need fewer instructions, but make a drilling tick a third longer.
 namespace halves {
 namespace {
-
-#include "haptics/cutting/cut_kernel.h"
-// Included last, because it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
-
-Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
-  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
-}
-
 }  // namespace
 }  // namespace halves
 
@@ -32,15 +24,7 @@ Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float
 #pragma GCC target("arch=x86-64-v4")
 namespace sixteen {
 namespace {
-
-#include "haptics/cutting/cut_kernel.h"
-// Included last, because it uses cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
-
-Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
-  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
-}
-
 }  // namespace
 }  // namespace sixteen
 #pragma GCC pop_options
@@ -48,13 +32,9 @@ Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float
 
 namespace {
 
-#ifdef TYPODONT_SIXTEEN_LANES
-const bool kSixteenLanes = __builtin_cpu_supports("x86-64-v4") != 0;
-#endif
-
 Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
 #ifdef TYPODONT_SIXTEEN_LANES
-  if (kSixteenLanes) return sixteen::carve(capsule, c, lo, distance);
+  if (__builtin_cpu_supports("x86-64-v4")) return sixteen::carve(capsule, c, lo, distance);
 #endif
   return halves::carve(capsule, c, lo, distance);
 }

@@ -1,4 +1,5 @@
-// Included once in each namespace of lane_ops.h, after cut_kernel.h. Cuts by a ball in a leaf.
+// Included once in each namespace of lane_ops.h. Cuts by a ball in a leaf.
+#include "haptics/cutting/cut_kernel.h"
 
 /// Centres of a leaf's groups of samples, relative to its first sample, voxels. A group is one row of eight samples
 /// along z, or two rows that are neighbours along y. So z is 3.5 for all centres.
@@ -119,4 +120,8 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   alignas(64) float safe_travel[kLanes];
   store(safe_travel, min_safe_travel);
   return {false, false, *std::min_element(safe_travel, safe_travel + kLanes)};
+}
+
+Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
+  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
 }

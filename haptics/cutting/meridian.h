@@ -1,4 +1,4 @@
-// Meridian and pose of a head that is not a ball, as floats. Private to haptics/cutting.
+// Meridian and pose of a head as floats. Private to haptics.
 #pragma once
 
 #include <cstddef>

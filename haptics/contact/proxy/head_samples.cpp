@@ -20,7 +20,7 @@ constexpr int kBatch = ApproximatePlanes::kBatch;
 
 /// The head at one pose. Coordinates are in voxels, relative to a voxel near the head.
 struct FlatHead {
-  const FlatPiece* pieces;
+  const MeridianPiece* pieces;
   int count;
   float cx, cy, cz;  // coordinates of the head's centre
   float R[9];        // rotation matrix from the tool's frame T to the voxel frame V, column by column
@@ -50,7 +50,7 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
   F8 best2 = F8{} + 1e30f, n_rho = {}, n_z = {}, corner = {};
   I8 outside = {}, at_corner = {};
   for (int i = 0; i < head.count; ++i) {
-    const FlatPiece& piece = head.pieces[i];
+    const MeridianPiece& piece = head.pieces[i];
     const F8 ex = rho - piece.ax, ez = tz - piece.az;
     const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
     F8 fx, fz, nx, nz;
@@ -60,7 +60,7 @@ TYPODONT_INLINE void distance_from_head(const FlatHead& head, const F8& x, const
       between = (s > 0.0f) & (s < 1.0f);
       const F8 least = s < 0.0f ? F8{} : s, t = least > 1.0f ? F8{} + 1.0f : least;
       fx = ex - t * piece.dx, fz = ez - t * piece.dz;
-      nx = F8{} + piece.nx, nz = F8{} + piece.nz;
+      nx = F8{} + piece.nax, nz = F8{} + piece.naz;
       outside |= beyond;
     } else {
       const F8 vx = rho - piece.cx, vz = tz - piece.cz;
@@ -427,30 +427,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
     }
     cover_radius = static_cast<float>(std::sqrt(largest) / voxel);
   }
-  for (int i = 0; i < head.count; ++i) {
-    const HeadField::Piece& piece = head.pieces[i];
-    const double length = std::sqrt(1 / piece.inverse2);
-    const double values[] = {piece.ax,
-                             piece.az,
-                             piece.bx,
-                             piece.bz,
-                             piece.dx,
-                             piece.dz,
-                             piece.inverse2,
-                             piece.cx,
-                             piece.cz,
-                             piece.radius,
-                             piece.ax - piece.cx,
-                             piece.az - piece.cz,
-                             piece.bx - piece.cx,
-                             piece.bz - piece.cz,
-                             piece.dz / length,
-                             -piece.dx / length};
-    static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
-    float flat[std::size(values)];
-    for (std::size_t k = 0; k < std::size(values); ++k) flat[k] = static_cast<float>(values[k]);
-    std::memcpy(&pieces[i], flat, sizeof flat);
-  }
+  flatten(head, pieces);
 }
 
 Found HeadSamples::search_around(const TissuePatch& patch, const Pose& X_VT, float near,

@@ -5,17 +5,10 @@
 
 #include "haptics/contact/proxy/contact_set.h"
 #include "haptics/contact/tissue_patch.h"
+#include "haptics/cutting/meridian.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
-
-/// One piece of the head's meridian (line or arc) in floats; see HeadField::Piece.
-struct FlatPiece {
-  float ax, az, bx, bz, dx, dz, inverse2;
-  float cx, cz, radius;
-  float ux, uz, wx, wz;  // vectors from an arc's centre to its two ends
-  float nx, nz;          // outward normal of a straight piece
-};
 
 /// Result of one contact search. `count`: number of contacts. `deepest`: voxels, largest overlap. `area`: contact area,
 /// voxels². `area_x`, `area_y`, `area_z`: sum of area times outward normal of the tissue, voxels².
@@ -47,7 +40,7 @@ struct HeadSamples {
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];
-  FlatPiece pieces[HeadField::kMaxPieces];
+  MeridianPiece pieces[HeadField::kMaxPieces];
   int piece_count;
   float ball_radius;  // voxels, radius of a ball; 0 for any other head
   float thickness;    // voxels, largest radius of the head
