@@ -254,10 +254,6 @@ bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& ord
   return true;
 }
 
-struct LessPoint {
-  bool operator()(const dvec3& a, const dvec3& b) const { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
-};
-
 }  // namespace
 
 Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W) {
@@ -280,7 +276,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const auto started = std::chrono::steady_clock::now();
   CameraResult result;
   std::map<int, std::vector<const Sighting*>> pictures;
-  std::map<dvec3, std::array<double, 3>, LessPoint> touched;
+  std::map<dvec3, std::array<double, 3>, LessByAxes> touched;
   bool panel_seen = false, mirror_seen = false;
   for (const Sighting& s : sightings) {
     pictures[s.picture].push_back(&s);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "engine/contract/contact.h"
@@ -133,7 +134,7 @@ class ContactModel {
   virtual const Snapshot& snapshot() const noexcept = 0;
   /// Distance in m that the tool may move away from the snapshot's centre before the servo needs a new snapshot.
   /// Infinity if a snapshot contains the whole tissue.
-  virtual double travel() const noexcept = 0;
+  virtual double travel() const noexcept { return std::numeric_limits<double>::infinity(); }
 
   /// Distance in m that the proxy may move from the pose X_WG before it can touch tissue; 0 or less: unknown. Valid
   /// until adopt() is called; if turns_matter() is true, only for the orientation of X_WG.

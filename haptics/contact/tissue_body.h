@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
+#include "engine/base/check.h"
 #include "engine/contract/contact.h"
 #include "haptics/contact/snapshot.h"
 #include "haptics/mesh/tissue_surface.h"
@@ -22,8 +24,8 @@ class TissueBody {
   /// Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: true if the previous cut
   /// ended at A with the same tool; only tissue ahead of the head can then change.
   virtual void carve(const Cut& cut, bool continues) = 0;
-  /// Adds the filling of `cut`, whose fill_radius is above 0.
-  virtual void fill(const Cut& cut) = 0;
+  /// Adds the filling of `cut`, whose fill_radius is above 0. Not called if the model refuses filling instruments.
+  virtual void fill(const Cut& /*cut*/) { TYPODONT_CHECK(false); }
   /// Loose pieces that carve() removed since the last call.
   virtual std::vector<LoosePiece> take_pieces() = 0;
 
@@ -45,7 +47,7 @@ class TissueBody {
   virtual std::unique_ptr<Snapshot> make_snapshot() const = 0;
   /// Distance in m that the tool may move before a new snapshot is due; infinity if a snapshot contains the whole
   /// tissue.
-  virtual double travel() const = 0;
+  virtual double travel() const { return std::numeric_limits<double>::infinity(); }
   /// Returns true if snapshots should be centred ahead of the moving tool.
   virtual bool leads() const { return false; }
   /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
@@ -70,5 +72,16 @@ class TissueBody {
   /// Number of elements of the tissue: voxels with tissue, spheres, or vertices of the mesh.
   virtual std::uint64_t elements() const = 0;
 };
+
+/// For undo and redo in a body with its own lists of strokes: calls exchange(stroke) for the last stroke of `from`, and
+/// moves it to the end of `to`. Returns false if there is none.
+template <class Strokes, class Exchange>
+bool move_last(Strokes& from, Strokes& to, Exchange exchange) {
+  if (from.empty()) return false;
+  exchange(from.back());
+  to.push_back(std::move(from.back()));
+  from.pop_back();
+  return true;
+}
 
 }  // namespace typodont::haptics

@@ -4,7 +4,6 @@
 #include <bit>
 #include <numeric>
 #include <set>
-#include <tuple>
 
 #include "haptics/tissue_volume.h"
 #include "haptics/volume/leaf_key.h"
@@ -16,10 +15,6 @@ namespace {
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 // Number of blocks that searches may visit: increase per cut, and upper limit. A visit takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMaxCredit = 100'000;
-
-bool before(const glm::ivec3& a, const glm::ivec3& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-}
 
 bool any(const SolidBits& b) {
   return (b[0] | b[1] | b[2] | b[3] | b[4] | b[5] | b[6] | b[7]) != 0;
@@ -497,7 +492,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   credit_ = std::min(credit_ + kCreditPerCut, kMaxCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
-  const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
+  const auto by_key = [](const Emptied& a, const Emptied& b) { return LessByAxes{}(a.part.key, b.part.key); };
   // Blocks are usually visited in the order of their keys, so usually nothing must be sorted.
   if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();

@@ -31,8 +31,7 @@ namespace {
 
 std::vector<glm::ivec3> sorted(const KeySet& keys) {
   std::vector<glm::ivec3> list(keys.begin(), keys.end());
-  std::sort(list.begin(), list.end(),
-            [](const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
+  std::ranges::sort(list, LessByAxes{});
   return list;
 }
 

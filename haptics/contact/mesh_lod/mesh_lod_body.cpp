@@ -39,10 +39,6 @@ void MeshLodBody::carve(const Cut& cut, bool continues) {
   if (!first_) first_ = cut.t;
 }
 
-void MeshLodBody::fill(const Cut& cut) {
-  solid_->fill(cut);
-}
-
 bool MeshLodBody::wants_snapshot(Nanos t) const {
   return first_ && t - *first_ >= LocalParameters::interval;
 }

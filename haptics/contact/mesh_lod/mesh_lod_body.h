@@ -18,8 +18,6 @@ class MeshLodBody final : public TissueBody {
   MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called, because the model refuses filling instruments.
-  void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override { solid_->begin_stroke(); }
   void end_stroke() override { solid_->end_stroke(); }

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <tuple>
 #include <utility>
 
-#include "engine/base/check.h"
 #include "engine/base/error.h"
 
 namespace typodont::haptics::packing {
@@ -42,12 +40,6 @@ CutSphere taken_by_ball(const CutSphere& s, double r) {
   gone.volume = 0;
   return gone;
 }
-
-struct Before {
-  bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  }
-};
 
 const SpherePacking& checked(const SpherePacking& packing, const TissueVolume& volume, const Parameters& parameters) {
   if (const std::uint64_t hash = volume.hash(); packing.tissue_hash != hash) {
@@ -176,10 +168,6 @@ void PackingBody::take_out_pieces(const Cut& cut) {
   }
 }
 
-void PackingBody::fill(const Cut&) {
-  TYPODONT_CHECK(false);
-}
-
 void PackingBody::begin_stroke() {
   take_over_paint();
   end_stroke();
@@ -223,40 +211,24 @@ void PackingBody::take_back_paint() {
 
 bool PackingBody::undo() {
   take_over_paint();
-  if (done_.empty()) return false;
-  Stroke stroke = std::move(done_.back());
-  done_.pop_back();
-  exchange(stroke);
-  if (stroke.in_field) {
-    volume_.undo();
-    take_back_paint();
-  }
-  undone_.push_back(std::move(stroke));
-  return true;
+  return move_last(done_, undone_, [&](Stroke& stroke) {
+    exchange(stroke);
+    if (stroke.in_field) volume_.undo(), take_back_paint();
+  });
 }
 
 bool PackingBody::redo() {
   take_over_paint();
-  if (undone_.empty()) return false;
-  Stroke stroke = std::move(undone_.back());
-  undone_.pop_back();
-  exchange(stroke);
-  if (stroke.in_field) {
-    volume_.redo();
-    take_back_paint();
-  }
-  done_.push_back(std::move(stroke));
-  return true;
+  return move_last(undone_, done_, [&](Stroke& stroke) {
+    exchange(stroke);
+    if (stroke.in_field) volume_.redo(), take_back_paint();
+  });
 }
 
 std::unique_ptr<Snapshot> PackingBody::make_snapshot() const {
   auto snapshot = std::make_unique<PackingSnapshot>();
   snapshot->spheres = spheres_;
   return snapshot;
-}
-
-double PackingBody::travel() const {
-  return std::numeric_limits<double>::infinity();
 }
 
 void PackingBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {
@@ -290,7 +262,7 @@ TissueVolume& PackingBody::rasterize() {
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
   // Sorts the notes (removed parts of spheres) by the blocks of the distance field that they affect.
-  std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
+  std::map<glm::ivec3, std::vector<std::size_t>, LessByAxes> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {
     const auto [lo, hi] = box(notes_[n]);

@@ -20,8 +20,6 @@ class PackingBody final : public TissueBody {
               const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called, because the model refuses filling instruments.
-  void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
   void begin_stroke() override;
   void end_stroke() override;
@@ -29,7 +27,6 @@ class PackingBody final : public TissueBody {
   bool redo() override;
   PerTissue taken_back() const override { return taken_back_; }
   std::unique_ptr<Snapshot> make_snapshot() const override;
-  double travel() const override;
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool wanted) override;
   void bring_up_to_date(Snapshot& snapshot) override;

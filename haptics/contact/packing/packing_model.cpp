@@ -1,7 +1,6 @@
 #include "haptics/contact/packing/packing_model.h"
 
 #include <algorithm>
-#include <limits>
 #include <span>
 #include <utility>
 
@@ -90,10 +89,6 @@ void PackingModel::load_gpu(bool first) noexcept {
       !compare_passes(snapshot_.spheres, proxy().tool(), *gpu_, buffers_, kPositionsCompared).gpu_is_better()) {
     gpu_.reset();
   }
-}
-
-double PackingModel::travel() const noexcept {
-  return std::numeric_limits<double>::infinity();
 }
 
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {

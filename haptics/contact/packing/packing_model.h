@@ -27,7 +27,6 @@ class PackingModel final : public ContactModel {
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
-  double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return proxy().tool().turns_matter(); }
   void begin_anew() noexcept override { forget_contact(); }

@@ -77,7 +77,7 @@ struct Block {
 std::size_t at(int x, int y, int z) {
   return static_cast<std::size_t>((x * kEdge + y) * kEdge + z);
 }
-using Blocks = std::map<glm::ivec3, Block, KeyLess>;
+using Blocks = std::map<glm::ivec3, Block, LessByAxes>;
 
 /// For samples near a face (kNearSample): computes whether they are inside, and their distance if a cut has moved the
 /// face.

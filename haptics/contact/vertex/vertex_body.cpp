@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "engine/base/check.h"
 #include "haptics/contact/vertex/mesh_field.h"
 #include "haptics/volume/label.h"
 
@@ -82,10 +81,6 @@ void VertexBody::carve(const Cut& cut, bool) {
   for (std::size_t t = 0; t < done.removed.size(); ++t) stroke->removed[t] += done.removed[t];
 }
 
-void VertexBody::fill(const Cut&) {
-  TYPODONT_CHECK(false);
-}
-
 /// Adds new brush strokes of the user to the list of strokes, in the order of time, so that undo() reverts the latest
 /// stroke. A brush stroke changes only the distance field.
 void VertexBody::count_painted() {
@@ -128,20 +123,12 @@ void VertexBody::exchange(Stroke& stroke, double sign) {
 
 bool VertexBody::undo() {
   count_painted();
-  if (done_.empty()) return false;
-  exchange(done_.back(), 1);
-  undone_.push_back(std::move(done_.back()));
-  done_.pop_back();
-  return true;
+  return move_last(done_, undone_, [&](Stroke& stroke) { exchange(stroke, 1); });
 }
 
 bool VertexBody::redo() {
   count_painted();
-  if (undone_.empty()) return false;
-  exchange(undone_.back(), -1);
-  done_.push_back(std::move(undone_.back()));
-  undone_.pop_back();
-  return true;
+  return move_last(undone_, done_, [&](Stroke& stroke) { exchange(stroke, -1); });
 }
 
 TissueVolume::Strokes VertexBody::strokes() {
@@ -160,10 +147,6 @@ std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
   snapshot->cutter = MeshCutter(mesh_, labels_);
   snapshot->sample_of.resize(mesh_.vertex_capacity());
   return snapshot;
-}
-
-double VertexBody::travel() const {
-  return std::numeric_limits<double>::infinity();
 }
 
 void VertexBody::cut_out(Snapshot& snapshot, std::uint32_t /*held*/) {

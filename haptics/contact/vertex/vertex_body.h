@@ -5,7 +5,6 @@
 #include <optional>
 #include <set>
 #include <span>
-#include <tuple>
 #include <vector>
 
 #include "haptics/contact/tissue_body.h"
@@ -22,13 +21,8 @@ struct VertexSnapshot final : Snapshot {
   std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the samples of VertexModel
 };
 
-struct KeyLess {
-  bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  }
-};
 /// Blocks of 8³ samples; a key is the index of a block along each axis.
-using FieldBlocks = std::set<glm::ivec3, KeyLess>;
+using FieldBlocks = std::set<glm::ivec3, LessByAxes>;
 
 /// Carver thread only. Cuts change only the mesh; rasterize() then updates the distance field.
 class VertexBody final : public TissueBody {
@@ -36,8 +30,6 @@ class VertexBody final : public TissueBody {
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called, because the model refuses filling instruments.
-  void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override;
   void end_stroke() override;
@@ -46,7 +38,6 @@ class VertexBody final : public TissueBody {
   PerTissue taken_back() const override { return taken_back_; }
   TissueVolume::Strokes strokes() override;
   std::unique_ptr<Snapshot> make_snapshot() const override;
-  double travel() const override;
   void cut_out(Snapshot& snapshot, std::uint32_t held) override;
   void remember_writes(bool wanted) override;
   void bring_up_to_date(Snapshot& snapshot) override;

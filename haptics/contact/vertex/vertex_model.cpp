@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "haptics/contact/looks.h"
@@ -67,10 +66,6 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   near_.reserve(kMaxFaces);
   list_.samples.reserve(kMaxSamples);
   next_list_.samples.reserve(kMaxSamples);
-}
-
-double VertexModel::travel() const noexcept {
-  return std::numeric_limits<double>::infinity();
 }
 
 void VertexModel::forget() noexcept {

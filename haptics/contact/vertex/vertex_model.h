@@ -74,7 +74,6 @@ class VertexModel final : public ContactModel {
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
-  double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return !head().is_ball(); }
   void begin_anew() noexcept override { forget(), began_ = true; }
