@@ -141,8 +141,6 @@ class SoftTissue {
   double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
   std::span<const SoftWound> wounds() const noexcept { return {wounds_.data(), wound_count_}; }
   std::size_t active() const noexcept { return active_.size(); }
-  /// Returns the energy stored in the tissue's springs, J.
-  double elastic_energy() const noexcept;
   /// Calls `send(SoftMove)` for visibly moved points, until it returns false.
   template <class Send>
   void send_moves(Send&& send) noexcept {

@@ -97,16 +97,10 @@ void keep_freed_memory() noexcept {
 #endif
 }
 
-void flush_denormals() noexcept {
-#ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() | 0x8040);  // flush-to-zero and denormals-are-zero flags
-#endif
-}
-
 void use_ieee_arithmetic() noexcept {
   std::fesetround(FE_TONEAREST);
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() & ~0x8040u);
+  _mm_setcsr(_mm_getcsr() & ~0x8040u);  // without the flags flush-to-zero and denormals-are-zero
 #endif
 }
 

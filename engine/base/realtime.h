@@ -36,9 +36,6 @@ std::string realtime_refusal();
 /// page again. Call before other threads start; not in a library, because it affects the whole process.
 void keep_freed_memory() noexcept;
 
-/// Treats denormal numbers as zero in the calling thread. With denormals, decaying filters become slow.
-void flush_denormals() noexcept;
-
 /// Sets rounding to nearest and denormals on, whatever a library or the parent has set, so that the results of all
 /// threads are bit-identical.
 void use_ieee_arithmetic() noexcept;

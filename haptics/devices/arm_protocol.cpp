@@ -115,18 +115,6 @@ ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
   return command;
 }
 
-ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& counts) {
-  ArmCommand command;
-  command.size = command_size(protocol);
-  for (std::size_t i = 0; i < 3; ++i) {
-    // In this command, the fields of the currents contain the stylus counts D, E, F.
-    put16(command, 1 + 2 * i, counts[3 + i]);
-    put16(command, 9 + 2 * i, counts[i]);
-  }
-  put16(command, 7, 1);
-  return command;
-}
-
 void LineAssembler::add(std::span<const std::uint8_t> bytes) noexcept {
   for (const std::uint8_t byte : bytes) {
     if (byte == '\n') {

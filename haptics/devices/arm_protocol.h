@@ -37,8 +37,6 @@ struct ArmCommand {
 };
 /// Command that sets the motor currents, as 16-bit numbers of mA, rounded towards zero.
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes);
-/// Command that sets the board's counters; only for the protocols v2 and raw HID.
-ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& counts);
 
 /// Extracts the newest complete line from a stream of bytes. Drops lines that are too long.
 class LineAssembler {

@@ -125,20 +125,6 @@ double SoftTissue::inward(std::uint32_t point) const noexcept {
   return cut_[point] + (slot_[point] < 0 ? 0.0 : active_[static_cast<std::size_t>(slot_[point])].v);
 }
 
-double SoftTissue::elastic_energy() const noexcept {
-  double energy = 0;
-  for (const Active& a : active_) {
-    energy += a.stiffness * a.v * a.v / 2;
-    for (const SoftSurface::Link& link : surface_->links(a.point)) {
-      const std::int32_t other = slot_[link.point];
-      const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      // A link between two active points is visited twice, so half of its energy is added each time.
-      energy += link.tension * step * step / (other < 0 ? 2 : 4);
-    }
-  }
-  return energy;
-}
-
 bool SoftTissue::activate(std::uint32_t point) noexcept {
   if (slot_[point] >= 0) return true;
   if (active_.size() == kMaxActive) return false;

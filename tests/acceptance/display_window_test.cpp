@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "engine/base/clock.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/desktop.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"

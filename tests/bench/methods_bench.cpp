@@ -1,4 +1,6 @@
 // Contact models on large tissues: packings and meshes of growing size, cavities, and the phases of implant surgery.
+#include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -117,10 +119,52 @@ void ream(benchmark::State& state, std::size_t spheres) {
 
 // ---- Meshes of the dental arch with n vertices.
 
+/// Removes pairs of opposite triangles with the same three corners, which simplification leaves on flat surfaces. With
+/// such a pair, an edge would have four faces and count as a border.
+TissueMesh without_double_faces(const TissueMesh& mesh) {
+  const auto sorted = [&](std::size_t i) {
+    std::array<std::uint32_t, 3> v{mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z};
+    std::ranges::sort(v);
+    return v;
+  };
+  // Returns true if the indices x, y, z increase cyclically. Of two triangles with opposite order, one gives true.
+  const auto rises = [&](std::size_t i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);
+  };
+  std::vector<std::size_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, sorted);
+  std::vector<bool> gone(order.size());
+  for (std::size_t from = 0, to; from < order.size(); from = to) {
+    std::vector<std::size_t> faces[2];
+    for (to = from; to < order.size() && sorted(order[to]) == sorted(order[from]); ++to) {
+      faces[rises(order[to])].push_back(order[to]);
+    }
+    for (std::size_t k = 0; k < std::min(faces[0].size(), faces[1].size()); ++k) {
+      gone[faces[0][k]] = gone[faces[1][k]] = true;
+    }
+  }
+  TissueMesh result;
+  std::map<std::uint32_t, std::uint32_t> number;  // of each vertex that the result uses
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i]) continue;
+    glm::uvec3 t = mesh.triangles[i];
+    for (int k = 0; k < 3; ++k) {
+      const auto [it, fresh] = number.try_emplace(t[k], static_cast<std::uint32_t>(result.vertices.size()));
+      if (fresh) result.vertices.push_back(mesh.vertices[t[k]]);
+      t[k] = it->second;
+    }
+    result.triangles.push_back(t);
+    result.tissue.push_back(mesh.tissue[i]);
+  }
+  return result;
+}
+
 TissueMesh arch(std::size_t vertices) {
   static const TissueMesh whole =
       haptics::read_tissue_mesh(assets_folder() / "jaw/lower_arch.ply", kMillimetre, Tissue::kEnamel).mesh;
-  return haptics::mesh_lod::without_double_faces(haptics::mesh_lod::base_mesh(whole, {vertices, {}}));
+  return without_double_faces(haptics::mesh_lod::base_mesh(whole, {vertices, {}}));
 }
 
 /// A round bur swings on the highest cusp, 0.1 mm deep, or cuts it, 0.3 mm deep.

@@ -10,6 +10,7 @@
 #include "engine/app/live/xr_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/soft_gum.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 #include "tests/support/xr_fixture.h"

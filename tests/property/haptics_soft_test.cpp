@@ -36,6 +36,21 @@ std::function<dvec3(double)> random_path(std::uint32_t seed, double depth) {
   };
 }
 
+/// Energy stored in the tissue's springs, J.
+double elastic_energy(const SoftTissue& tissue) {
+  const SoftSurface& surface = tissue.surface();
+  const auto v = [&](std::uint32_t point) { return tissue.inward(point) - tissue.cut_depth(point); };
+  double energy = 0;
+  for (std::uint32_t i = 0; i < surface.points().size(); ++i) {
+    const SoftSurface::Point& at = surface.points()[i];
+    energy += surface.law().elastic_modulus * at.area / at.thickness * v(i) * v(i) / 2;
+    // A link between two points is visited twice, so half of its energy is added each time.
+    for (const SoftSurface::Link& link : surface.links(i))
+      energy += link.tension * std::pow(v(i) - v(link.point), 2) / 4;
+  }
+  return energy;
+}
+
 TEST(SoftServo, NoHandGetsEnergyFromSoftTissue) {
   for (std::uint32_t seed = 1; seed <= 16; ++seed) {
     haptics::Tool tool = test::ball_probe();
@@ -77,7 +92,7 @@ TEST(SoftTissue, HoldsOnlyEnergyThatTheToolPutIn) {
       last = at, force = out.force;
       // The layer's elastic energy must not exceed the work that was put in, except for the error of sums over finite
       // ticks.
-      ASSERT_LE(tissue.elastic_energy(), given * 1.1 + 3e-6) << seed << " " << i;
+      ASSERT_LE(elastic_energy(tissue), given * 1.1 + 3e-6) << seed << " " << i;
     }
   }
 }

@@ -13,6 +13,7 @@
 #include "haptics/contact/mesh_lod/surface_point.h"
 #include "haptics/import/mesh_tissue.h"
 #include "tests/support/campaign.h"
+#include "tests/support/hausdorff.h"
 
 namespace typodont::haptics::mesh_lod {
 namespace {

@@ -11,6 +11,7 @@
 #include "haptics/packing.h"
 #include "haptics/solid.h"
 #include "tests/support/folder.h"
+#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

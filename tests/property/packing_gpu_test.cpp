@@ -16,6 +16,7 @@
 #include "haptics/contact/packing/packing_model.h"
 #include "haptics/packing.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/literals.h"
 
 namespace typodont::haptics::packing {
 namespace {

@@ -15,6 +15,8 @@
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/import/mesh_solid.h"
 #include "haptics/packing.h"
+#include "tests/support/every_sphere.h"
+#include "tests/support/literals.h"
 
 namespace typodont::haptics::packing {
 namespace {
@@ -266,7 +268,7 @@ TEST(Removal, TheTriedCutLeavesTheSameBitsAsTheCutSphereBySphere) {
       // make() leaves boxes that may be larger than needed. This must not change the result of a search.
       for (int k = 0; k < 500; ++k) {
         const dvec3 p = 6.0_mm * dvec3(u(random), u(random), u(random)), m = 5.0_mm * dvec3(u(random), u(random), 1);
-        const auto hit = tried_tissue.tree().first_hit(p, 0.3_mm, m), exact = tissue.tree().brute_force(p, 0.3_mm, m);
+        const auto hit = tried_tissue.tree().first_hit(p, 0.3_mm, m), exact = brute_force(tissue.tree(), p, 0.3_mm, m);
         ASSERT_EQ(hit.t, exact.t) << k;
         ASSERT_EQ(hit.sphere, exact.sphere) << k;
       }

@@ -8,6 +8,7 @@
 #include "haptics/contact_method.h"
 #include "haptics/dense_tissue.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

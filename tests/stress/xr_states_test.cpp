@@ -6,6 +6,7 @@
 #include "engine/app/live/xr_stage.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 #include "tests/support/xr_fixture.h"

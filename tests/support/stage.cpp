@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "engine/base/units.h"
+#include "tests/support/default_colors.h"
 
 namespace typodont::test {
 

@@ -54,11 +54,6 @@ TEST(ArmProtocol, CurrentsThatAreNoNumbersAreZeroAndHugeOnesSaturate) {
   EXPECT_EQ(std::string(text.span().begin(), text.span().end()), "[0,0,32767]\n");
 }
 
-TEST(ArmProtocol, HomingCarriesAllSixCountersInTheirFields) {
-  const auto command = encode_home(ArmProtocol::kHidV2, {1, 2, 3, 4, 5, 6});
-  EXPECT_EQ(Bytes(command.span().begin(), command.span().end()), (Bytes{0, 4, 0, 5, 0, 6, 0, 1, 0, 1, 0, 2, 0, 3, 0}));
-}
-
 TEST(ArmProtocol, TextLinesAreReadExactlyOrNotAtAll) {
   const auto report = parse_text("[1,8312,-10366,19764,0,30,-5,0]\r");
   ASSERT_TRUE(report);

@@ -10,6 +10,7 @@
 #include "engine/base/units.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

@@ -13,6 +13,7 @@
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
 #include "engine/render/srgb.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/lit_box.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"

@@ -8,6 +8,7 @@
 
 #include "engine/render/look.h"
 #include "engine/render/tissue_light.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/lit_box.h"
 
 namespace typodont::test {

@@ -183,40 +183,6 @@ TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options) {
   return mesh;
 }
 
-TissueMesh without_double_faces(const TissueMesh& mesh) {
-  const auto sorted = [&](std::size_t i) {
-    std::array<std::uint32_t, 3> v{mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z};
-    std::ranges::sort(v);
-    return v;
-  };
-  // Returns true if the indices x, y, z increase cyclically. Of two triangles with opposite order, one gives true.
-  const auto rises = [&](std::size_t i) {
-    const glm::uvec3& t = mesh.triangles[i];
-    return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);
-  };
-  std::vector<std::size_t> order(mesh.triangles.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, {}, sorted);
-  std::vector<bool> gone(order.size());
-  for (std::size_t from = 0, to; from < order.size(); from = to) {
-    std::vector<std::size_t> faces[2];
-    for (to = from; to < order.size() && sorted(order[to]) == sorted(order[from]); ++to) {
-      faces[rises(order[to])].push_back(order[to]);
-    }
-    for (std::size_t k = 0; k < std::min(faces[0].size(), faces[1].size()); ++k) {
-      gone[faces[0][k]] = gone[faces[1][k]] = true;
-    }
-  }
-  TissueMesh result;
-  result.vertices = mesh.vertices;
-  for (std::size_t i = 0; i < gone.size(); ++i) {
-    if (gone[i]) continue;
-    result.triangles.push_back(mesh.triangles[i]);
-    result.tissue.push_back(mesh.tissue[i]);
-  }
-  return compact(std::move(result));
-}
-
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options) {
   const TissueMesh base = base_mesh(mesh, options);
   const std::size_t all = vertex_count(base);
@@ -236,24 +202,6 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
     if (levels->finest.triangles.empty()) levels->finest = std::move(level);
   }
   return levels;
-}
-
-double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  // m, distance within which the other mesh's surface is searched
-  constexpr double kFar = 20e-3;
-  constexpr std::size_t kSamples = 20'000;
-  double most = 0;
-  const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {
-    const std::size_t step = std::max<std::size_t>(1, a.size() / kSamples);
-    for (std::size_t i = 0; i < a.size(); i += step) {
-      const Face& f = a.face(static_cast<std::uint32_t>(i));
-      for (const dvec3& p : {f.a, (f.a + f.b) / 2.0, (f.a + f.b + f.c) / 3.0})
-        most = std::max(most, b.nearest(p, kFar).distance);
-    }
-  };
-  from(one, other);
-  from(other, one);
-  return most;
 }
 
 }  // namespace typodont::haptics::mesh_lod

@@ -39,11 +39,5 @@ struct Levels {
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Mesh from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
-/// Removes pairs of opposite triangles with the same three corners, which simplification leaves on flat surfaces. With
-/// such a pair, an edge would have four faces and count as a border.
-TissueMesh without_double_faces(const TissueMesh& mesh);
-
-/// Larger of the two one-sided Hausdorff distances of two meshes, m, measured at corners and midpoints of faces.
-double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -214,17 +214,6 @@ void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   }
 }
 
-SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m) const noexcept {
-  Hit best;
-  for (std::size_t i = 0; i < place_of_.size(); ++i) {
-    const double rb = radius(static_cast<int>(i));
-    if (!(rb > 0)) continue;
-    const double t = contact_time(center(static_cast<int>(i)) - p, m, rb + r);
-    if (t < best.t) best = {t, static_cast<int>(i)};
-  }
-  return best;
-}
-
 SphereTree::Hit SphereTree::first_of(std::span<const Place> spheres, const dvec3& p, double r,
                                      const dvec3& m) const noexcept {
   double t[kLeafSize];

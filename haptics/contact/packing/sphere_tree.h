@@ -71,9 +71,8 @@ class SphereTree {
   void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kLeafSize, /*exactly=*/false); }
 
   /// First sphere that a ball of radius `r` at `p` touches when it moves by `m`; of simultaneous ones, that with the
-  /// lowest index. The result is bit-identical to that of brute_force().
+  /// lowest index.
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
-  Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
   /// first_hit() among the given spheres (at most kLeafSize). Bit-identical to first_hit() if its result is among them.
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
