@@ -37,15 +37,15 @@ std::function<dvec3(double)> random_path(std::uint32_t seed, double depth) {
 }
 
 /// Energy stored in the tissue's springs, J.
-double elastic_energy(const SoftTissue& tissue) {
-  const SoftSurface& surface = tissue.surface();
+double elastic_energy(const haptics::SoftTissue& tissue) {
+  const haptics::SoftSurface& surface = tissue.surface();
   const auto v = [&](std::uint32_t point) { return tissue.inward(point) - tissue.cut_depth(point); };
   double energy = 0;
   for (std::uint32_t i = 0; i < surface.points().size(); ++i) {
-    const SoftSurface::Point& at = surface.points()[i];
+    const haptics::SoftSurface::Point& at = surface.points()[i];
     energy += surface.law().elastic_modulus * at.area / at.thickness * v(i) * v(i) / 2;
     // A link between two points is visited twice, so half of its energy is added each time.
-    for (const SoftSurface::Link& link : surface.links(i))
+    for (const haptics::SoftSurface::Link& link : surface.links(i))
       energy += link.tension * std::pow(v(i) - v(link.point), 2) / 4;
   }
   return energy;
