@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/geometry/tetrahedra.h"
 
 namespace typodont::session {
@@ -260,16 +261,12 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   // Removed area's centre and longer axis, from its moments.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
-    for (int x = 0; x < before.size.x; ++x) {
-      for (int y = 0; y < before.size.y; ++y) {
-        for (int z = 0; z < before.size.z; ++z) {
-          const std::size_t i = before.at(x, y, z);
-          if (before.distance[i] > -0.5f || after.distance[i] < 0) continue;
-          const dvec3 p(x, y, z);
-          if (std::abs(glm::dot(p, axes.w) - w) <= 1) use(glm::dot(p, axes.u), glm::dot(p, axes.v));
-        }
-      }
-    }
+    for_each_voxel(before.size, [&](int x, int y, int z) {
+      const std::size_t i = before.at(x, y, z);
+      if (before.distance[i] > -0.5f || after.distance[i] < 0) return;
+      const dvec3 p(x, y, z);
+      if (std::abs(glm::dot(p, axes.w) - w) <= 1) use(glm::dot(p, axes.u), glm::dot(p, axes.v));
+    });
   };
   each_removed([&](double u, double v) { ++count, mu += u, mv += v; });
   if (count < 8) return std::nullopt;

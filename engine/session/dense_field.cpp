@@ -8,6 +8,7 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/vectors.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::session {
 
@@ -203,25 +204,21 @@ TrueDistances::TrueDistances(DenseField field)
   NearestSeeds nearest(n);
   // Each voxel beside the surface becomes a seed. Its closest surface point is computed from the gradient.
   const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const bool in = inside(x, y, z);
-        const bool border = (x > 0 && inside(x - 1, y, z) != in) || (x + 1 < n.x && inside(x + 1, y, z) != in) ||
-                            (y > 0 && inside(x, y - 1, z) != in) || (y + 1 < n.y && inside(x, y + 1, z) != in) ||
-                            (z > 0 && inside(x, y, z - 1) != in) || (z + 1 < n.z && inside(x, y, z + 1) != in);
-        if (!border) continue;
-        const std::size_t at = field_.at(x, y, z);
-        const glm::dvec3 p(x, y, z);
-        const glm::dvec3 g = field_.gradient(p);
-        const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
-        const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-        // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
-        nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
-        seeds_.push_back({closest, false, {}});
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const bool in = inside(x, y, z);
+    const bool border = (x > 0 && inside(x - 1, y, z) != in) || (x + 1 < n.x && inside(x + 1, y, z) != in) ||
+                        (y > 0 && inside(x, y - 1, z) != in) || (y + 1 < n.y && inside(x, y + 1, z) != in) ||
+                        (z > 0 && inside(x, y, z - 1) != in) || (z + 1 < n.z && inside(x, y, z + 1) != in);
+    if (!border) return;
+    const std::size_t at = field_.at(x, y, z);
+    const glm::dvec3 p(x, y, z);
+    const glm::dvec3 g = field_.gradient(p);
+    const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
+    const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
+    // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
+    nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
+    seeds_.push_back({closest, false, {}});
+  });
   nearest.pass_all<true>();
   nearest_ = std::move(nearest).seeds();
   reach_ = std::move(nearest).bounds();

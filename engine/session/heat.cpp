@@ -5,6 +5,7 @@
 
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::session {
 
@@ -42,20 +43,16 @@ HeatGrid::HeatGrid(const VoxelFrame& frame, const glm::ivec3& size, std::vector<
   next_ = temperature_;
   for (std::vector<double>& along : conductance_) along.assign(tissue_.size(), 0);
   double least = 1e300;
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        const std::size_t i = at(x, y, z);
-        if (tissue_[i] == Tissue::kAir) continue;
-        solid_.push_back(i);
-        const ThermalMaterial& m = materials_[static_cast<std::size_t>(tissue_[i])];
-        least = std::min(least, m.heat_capacity / m.conductivity);
-        if (x + 1 < size.x) connect(i, at(x + 1, y, z), 0);
-        if (y + 1 < size.y) connect(i, at(x, y + 1, z), 1);
-        if (z + 1 < size.z) connect(i, at(x, y, z + 1), 2);
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    const std::size_t i = at(x, y, z);
+    if (tissue_[i] == Tissue::kAir) return;
+    solid_.push_back(i);
+    const ThermalMaterial& m = materials_[static_cast<std::size_t>(tissue_[i])];
+    least = std::min(least, m.heat_capacity / m.conductivity);
+    if (x + 1 < size.x) connect(i, at(x + 1, y, z), 0);
+    if (y + 1 < size.y) connect(i, at(x, y + 1, z), 1);
+    if (z + 1 < size.z) connect(i, at(x, y, z + 1), 2);
+  });
   // The conductance between two tissues is at most twice that of the worse conductor, so the step is half of the
   // stability limit h² / (6 α).
   stable_ = frame.voxel * frame.voxel * least / 12;

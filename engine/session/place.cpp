@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::session {
 
@@ -35,14 +36,12 @@ Work work_of(const Preparation& in) {
   const DenseField& wanted = in.ideal.distance.empty() ? in.after : in.ideal;
   const auto each = [&](const auto& visit) {
     const glm::ivec3& n = in.before.size;
-    for (int x = 0; x < n.x; ++x)
-      for (int y = 0; y < n.y; ++y)
-        for (int z = 0; z < n.z; ++z) {
-          const std::size_t i = in.before.at(x, y, z);
-          const bool was = in.before.distance[i] < 0;
-          if (was != (in.after.distance[i] < 0) || was != (wanted.distance[i] < 0))
-            visit(in.frame.to_world(dvec3(x, y, z)));
-        }
+    for_each_voxel(n, [&](int x, int y, int z) {
+      const std::size_t i = in.before.at(x, y, z);
+      const bool was = in.before.distance[i] < 0;
+      if (was != (in.after.distance[i] < 0) || was != (wanted.distance[i] < 0))
+        visit(in.frame.to_world(dvec3(x, y, z)));
+    });
   };
   Work work;
   double count = 0;

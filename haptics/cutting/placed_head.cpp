@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/voxels.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/volume/label.h"
 
@@ -25,22 +26,18 @@ PlacedHead::PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const V
 bool PlacedHead::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                        std::size_t stride_x, std::size_t stride_y, PerTissue* added) const noexcept {
   bool changed = false;
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        const std::size_t at = static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y +
-                               static_cast<std::size_t>(z);
-        const float before = distance[at];
-        const auto depth = static_cast<float>(head_.distance(X_TV_ * dvec3(lo + glm::ivec3(x, y, z))));
-        const float now = std::max(depth, -Sweep::kInner);
-        if (!(now < before && now < Sweep::kMargin)) continue;
-        changed = true;
-        distance[at] = now;
-        if (added) (*added)[static_cast<std::size_t>(label_)] += fraction_inside(now) - fraction_inside(before);
-        if (before > 0 && now < kLabelled) tissue[at] = filled(tissue[at], label_);
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    const std::size_t at =
+        static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y + static_cast<std::size_t>(z);
+    const float before = distance[at];
+    const auto depth = static_cast<float>(head_.distance(X_TV_ * dvec3(lo + glm::ivec3(x, y, z))));
+    const float now = std::max(depth, -Sweep::kInner);
+    if (!(now < before && now < Sweep::kMargin)) return;
+    changed = true;
+    distance[at] = now;
+    if (added) (*added)[static_cast<std::size_t>(label_)] += fraction_inside(now) - fraction_inside(before);
+    if (before > 0 && now < kLabelled) tissue[at] = filled(tissue[at], label_);
+  });
   return changed;
 }
 

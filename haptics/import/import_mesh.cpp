@@ -108,16 +108,12 @@ void store(const FilledMesh& filled, DenseTissue& out, Label label) {
   const double voxel = out.frame.voxel;
   out.distance.resize(filled.part.v.size());
   out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const glm::ivec3 p(x, y, z);
-        const std::size_t i = out.at(x, y, z);
-        const double d = static_cast<double>(filled.distance[p]) * voxel;
-        out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-        if (d <= kLabelReach * voxel) out.tissue[i] = label(p, d);
-      }
-    }
+  for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
+    const glm::ivec3 p(x, y, z);
+    const std::size_t i = out.at(x, y, z);
+    const double d = static_cast<double>(filled.distance[p]) * voxel;
+    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
+    if (d <= kLabelReach * voxel) out.tissue[i] = label(p, d);
   });
 }
 
@@ -553,13 +549,9 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
   // For each x: number of the body's voxels below and above the middle of its longest axis.
   std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
-  for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        if (filled.distance(x, y, z) >= 0) continue;
-        ++of_slab[static_cast<std::size_t>(x)][out.frame.to_world(dvec3(x, y, z))[axis] > middle ? 1 : 0];
-      }
-    }
+  for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
+    if (filled.distance(x, y, z) >= 0) return;
+    ++of_slab[static_cast<std::size_t>(x)][out.frame.to_world(dvec3(x, y, z))[axis] > middle ? 1 : 0];
   });
   std::size_t below = 0, above = 0;
   for (const auto& [lower, upper] : of_slab) below += lower, above += upper;

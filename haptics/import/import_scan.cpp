@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/import/import_labels.h"
 #include "haptics/import/jaw.h"
@@ -34,18 +35,14 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
-  for_each_slab(size.x, [&](int x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        double sum = 0;
-        for (int a = 0; a < k.x; ++a) {
-          for (int b = 0; b < k.y; ++b) {
-            for (int c = 0; c < k.z; ++c) sum += scan.grey(x * k.x + a, y * k.y + b, z * k.z + c);
-          }
-        }
-        out(x, y, z) = static_cast<float>(sum / (k.x * k.y * k.z));
+  for_each_voxel_in_parallel(size, [&](int x, int y, int z) {
+    double sum = 0;
+    for (int a = 0; a < k.x; ++a) {
+      for (int b = 0; b < k.y; ++b) {
+        for (int c = 0; c < k.z; ++c) sum += scan.grey(x * k.x + a, y * k.y + b, z * k.z + c);
       }
     }
+    out(x, y, z) = static_cast<float>(sum / (k.x * k.y * k.z));
   });
   scan.origin += 0.5 * glm::dvec3(k - 1) * scan.spacing;
   scan.spacing *= glm::dvec3(k);
@@ -114,13 +111,9 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
     }
   });
   // segment() requires grey values of the surroundings at the walls (outer faces) of the volume.
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        if (x == 0 || y == 0 || z == 0 || x == size.x - 1 || y == size.y - 1 || z == size.z - 1) out(x, y, z) = outside;
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    if (x == 0 || y == 0 || z == 0 || x == size.x - 1 || y == size.y - 1 || z == size.z - 1) out(x, y, z) = outside;
+  });
   return out;
 }
 
@@ -484,41 +477,37 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   if (options.greys) result.grey.resize(out.distance.size());
   if (options.hardness || jaw) out.hardness.assign(out.distance.size(), kOwnHardness);
   const double reach = kLabelReach * scale;
-  for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const std::size_t i = out.at(x, y, z);
-        const glm::ivec3 at = shift + glm::ivec3(x, y, z);
-        const double d = field.distance[at];
-        const dvec3 q = placement.offset + scale * dvec3(x, y, z);
-        out.distance[i] = static_cast<float>(std::clamp(d * working, -out.band, out.band));
-        if (options.greys) result.grey[i] = same_grid ? grey[at] : sample(grey, q);
-        if (d > reach) continue;
-        dvec3 p = q;
-        if (d > 0) {
-          const dvec3 c(field.closest[at]);
-          const double away = glm::length(q - c);
-          p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
-        }
-        if (labels) {
-          const dvec3 near = glm::clamp(glm::round(p), dvec3(0), dvec3(grey.size - 1));
-          const Tissue t = labels->tissue[glm::ivec3(near)];
-          out.tissue[i] = t == Tissue::kAir ? Tissue::kCancellousBone : t;
-          const bool bone = t == Tissue::kCorticalBone || t == Tissue::kCancellousBone;
-          if (bone) {
-            const double own = t == Tissue::kCorticalBone ? jaw_greys.hard : jaw_greys.cancellous;
-            out.hardness[i] = hardness_byte((sample(s.grey, p) - jaw_greys.soft) / (own - jaw_greys.soft));
-          }
-          continue;
-        }
-        const bool in_cavity = sample(s.cavity, p) > 0, is_dense = !in_cavity && sample(s.dense, p) > 0;
-        out.tissue[i] = in_cavity ? cavity : is_dense ? dense : soft;
-        if (options.hardness && !(in_cavity && tooth)) {
-          const HardnessGreys& h = *options.hardness;
-          const double own = is_dense ? h.dense.value_or(h.zero) : h.own, above = sample(s.grey, p) - h.zero;
-          if (own > h.zero) out.hardness[i] = hardness_byte(above / (own - h.zero));
-        }
+  for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
+    const std::size_t i = out.at(x, y, z);
+    const glm::ivec3 at = shift + glm::ivec3(x, y, z);
+    const double d = field.distance[at];
+    const dvec3 q = placement.offset + scale * dvec3(x, y, z);
+    out.distance[i] = static_cast<float>(std::clamp(d * working, -out.band, out.band));
+    if (options.greys) result.grey[i] = same_grid ? grey[at] : sample(grey, q);
+    if (d > reach) return;
+    dvec3 p = q;
+    if (d > 0) {
+      const dvec3 c(field.closest[at]);
+      const double away = glm::length(q - c);
+      p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
+    }
+    if (labels) {
+      const dvec3 near = glm::clamp(glm::round(p), dvec3(0), dvec3(grey.size - 1));
+      const Tissue t = labels->tissue[glm::ivec3(near)];
+      out.tissue[i] = t == Tissue::kAir ? Tissue::kCancellousBone : t;
+      const bool bone = t == Tissue::kCorticalBone || t == Tissue::kCancellousBone;
+      if (bone) {
+        const double own = t == Tissue::kCorticalBone ? jaw_greys.hard : jaw_greys.cancellous;
+        out.hardness[i] = hardness_byte((sample(s.grey, p) - jaw_greys.soft) / (own - jaw_greys.soft));
       }
+      return;
+    }
+    const bool in_cavity = sample(s.cavity, p) > 0, is_dense = !in_cavity && sample(s.dense, p) > 0;
+    out.tissue[i] = in_cavity ? cavity : is_dense ? dense : soft;
+    if (options.hardness && !(in_cavity && tooth)) {
+      const HardnessGreys& h = *options.hardness;
+      const double own = is_dense ? h.dense.value_or(h.zero) : h.own, above = sample(s.grey, p) - h.zero;
+      if (own > h.zero) out.hardness[i] = hardness_byte(above / (own - h.zero));
     }
   });
 

@@ -4,6 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import_scan.h"
 
 namespace typodont::haptics {
@@ -35,17 +36,13 @@ DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const I
   for (const DenseTissue& v : volumes) {
     out.exact_outside = out.exact_outside && v.exact_outside;
     const glm::ivec3 shift = first_voxel(v) - lo;
-    for (int x = 0; x < v.size.x; ++x) {
-      for (int y = 0; y < v.size.y; ++y) {
-        for (int z = 0; z < v.size.z; ++z) {
-          const std::size_t from = v.at(x, y, z), to = out.at(x + shift.x, y + shift.y, z + shift.z);
-          shared += v.distance[from] < 0 && out.distance[to] < 0;
-          if (v.distance[from] >= out.distance[to]) continue;
-          out.distance[to] = v.distance[from];
-          out.tissue[to] = v.tissue[from];
-        }
-      }
-    }
+    for_each_voxel(v.size, [&](int x, int y, int z) {
+      const std::size_t from = v.at(x, y, z), to = out.at(x + shift.x, y + shift.y, z + shift.z);
+      shared += v.distance[from] < 0 && out.distance[to] < 0;
+      if (v.distance[from] >= out.distance[to]) return;
+      out.distance[to] = v.distance[from];
+      out.tissue[to] = v.tissue[from];
+    });
   }
   const double h = out.frame.voxel;
   report.overlap = static_cast<double>(shared) * h * h * h;

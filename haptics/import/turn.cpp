@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import.h"
 
 namespace typodont::haptics {
@@ -60,20 +61,16 @@ void turn(Imported& imported, const glm::dmat3& by) {
   out.tissue.resize(in.tissue.size());
   out.hardness.resize(in.hardness.size());
   std::vector<float> grey(imported.grey.size());
-  for (int x = 0; x < out.size.x; ++x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const glm::ivec3 to(x, y, z);
-        glm::ivec3 old;
-        for (int w = 0; w < 3; ++w) old[from[w]] = sign[w] > 0 ? to[w] : out.size[w] - 1 - to[w];
-        const std::size_t i = out.at(x, y, z), was = in.at(old.x, old.y, old.z);
-        out.distance[i] = in.distance[was];
-        out.tissue[i] = in.tissue[was];
-        if (!out.hardness.empty()) out.hardness[i] = in.hardness[was];
-        if (!grey.empty()) grey[i] = imported.grey[was];
-      }
-    }
-  }
+  for_each_voxel(out.size, [&](int x, int y, int z) {
+    const glm::ivec3 to(x, y, z);
+    glm::ivec3 old;
+    for (int w = 0; w < 3; ++w) old[from[w]] = sign[w] > 0 ? to[w] : out.size[w] - 1 - to[w];
+    const std::size_t i = out.at(x, y, z), was = in.at(old.x, old.y, old.z);
+    out.distance[i] = in.distance[was];
+    out.tissue[i] = in.tissue[was];
+    if (!out.hardness.empty()) out.hardness[i] = in.hardness[was];
+    if (!grey.empty()) grey[i] = imported.grey[was];
+  });
   in = std::move(out);
   imported.grey = std::move(grey);
   ImportReport& report = imported.report;

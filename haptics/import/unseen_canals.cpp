@@ -4,6 +4,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::importing {
 
 namespace {
@@ -11,15 +13,11 @@ namespace {
 // Returns the axis along which the voxels inside the tooth extend farthest.
 int longest_axis(const DenseTissue& t) {
   glm::ivec3 lo = t.size, hi(-1);
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        if (t.distance[t.at(x, y, z)] >= 0) continue;
-        lo = glm::min(lo, glm::ivec3(x, y, z));
-        hi = glm::max(hi, glm::ivec3(x, y, z));
-      }
-    }
-  }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    if (t.distance[t.at(x, y, z)] >= 0) return;
+    lo = glm::min(lo, glm::ivec3(x, y, z));
+    hi = glm::max(hi, glm::ivec3(x, y, z));
+  });
   const glm::ivec3 edge = hi - lo;
   return edge.z >= edge.x && edge.z >= edge.y ? 2 : edge.y >= edge.x ? 1 : 0;
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/placed_head.h"
 #include "haptics/cutting/voxel_stamp.h"
@@ -305,21 +306,17 @@ class Replacement {
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue*, PerTissue*) const noexcept {
     bool changed = false;
-    for (int x = 0; x < size.x; ++x) {
-      for (int y = 0; y < size.y; ++y) {
-        for (int z = 0; z < size.z; ++z) {
-          const glm::ivec3 at = lo - block_.lo + glm::ivec3(x, y, z);
-          const auto from =
-              (static_cast<std::size_t>(at.x) * block_.size.y + static_cast<std::size_t>(at.y)) * block_.size.z +
-              static_cast<std::size_t>(at.z);
-          float& to = distance[static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y +
-                               static_cast<std::size_t>(z)];
-          const float d = std::clamp(block_.distance[from], -band_, band_);
-          changed = changed || to != d;
-          to = d;
-        }
-      }
-    }
+    for_each_voxel(size, [&](int x, int y, int z) {
+      const glm::ivec3 at = lo - block_.lo + glm::ivec3(x, y, z);
+      const auto from =
+          (static_cast<std::size_t>(at.x) * block_.size.y + static_cast<std::size_t>(at.y)) * block_.size.z +
+          static_cast<std::size_t>(at.z);
+      float& to = distance[static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y +
+                           static_cast<std::size_t>(z)];
+      const float d = std::clamp(block_.distance[from], -band_, band_);
+      changed = changed || to != d;
+      to = d;
+    });
     return changed;
   }
 

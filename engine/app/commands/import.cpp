@@ -22,6 +22,7 @@
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/volume_export.h"
 #include "haptics/tissue_volume.h"
 
@@ -270,14 +271,12 @@ void color_by_greys(haptics::Imported& imported, const std::vector<double>& grey
   constexpr dvec3 kBrown(0.33, 0.20, 0.10), kIvory(0.96, 0.92, 0.83);  // sRGB
   haptics::DenseTissue& t = imported.tissue;
   t.color.resize(t.tissue.size());
-  for (int x = 0; x < t.size.x; ++x)
-    for (int y = 0; y < t.size.y; ++y)
-      for (int z = 0; z < t.size.z; ++z) {
-        const std::size_t i = t.at(x, y, z);
-        if (t.tissue[i] == Tissue::kAir) continue;
-        const double part = (grey_of(imported, {x, y, z}) - greys[0]) / (greys[1] - greys[0]);
-        t.color[i] = voxel_color(glm::mix(kBrown, kIvory, std::clamp(part, 0.0, 1.0)));
-      }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const std::size_t i = t.at(x, y, z);
+    if (t.tissue[i] == Tissue::kAir) return;
+    const double part = (grey_of(imported, {x, y, z}) - greys[0]) / (greys[1] - greys[0]);
+    t.color[i] = voxel_color(glm::mix(kBrown, kIvory, std::clamp(part, 0.0, 1.0)));
+  });
 }
 
 bool several(const ImportArguments& a) {

@@ -12,6 +12,7 @@
 #include "engine/base/in_parallel.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/task.h"
 #include "haptics/fill.h"
 #include "haptics/scripted_hand.h"
@@ -502,15 +503,11 @@ class Plan {
   /// Centres of voxels that lack filling, lowest first.
   std::vector<dvec3> lowest_first(const session::Preparation& in) const {
     std::vector<std::pair<double, dvec3>> by_height;
-    for (int x = 0; x < in.after.size.x; ++x) {
-      for (int y = 0; y < in.after.size.y; ++y) {
-        for (int z = 0; z < in.after.size.z; ++z) {
-          if (!to_fill(in, in.after.at(x, y, z))) continue;
-          const dvec3 q(x, y, z);
-          by_height.push_back({glm::dot(in.frame.to_world(q), axis_), q});
-        }
-      }
-    }
+    for_each_voxel(in.after.size, [&](int x, int y, int z) {
+      if (!to_fill(in, in.after.at(x, y, z))) return;
+      const dvec3 q(x, y, z);
+      by_height.push_back({glm::dot(in.frame.to_world(q), axis_), q});
+    });
     std::stable_sort(by_height.begin(), by_height.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<dvec3> voxels;
@@ -562,16 +559,12 @@ class Plan {
   std::vector<Spot> spots_for(std::uint32_t which, const Instrument& instrument,
                               const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
-    for (int x = 0; x < layer.after.size.x; ++x) {
-      for (int y = 0; y < layer.after.size.y; ++y) {
-        for (int z = 0; z < layer.after.size.z; ++z) {
-          if (!to_fill(layer, layer.after.at(x, y, z))) continue;
-          const dvec3 p = layer.frame.to_world(dvec3(x, y, z));
-          const glm::dvec2 q(glm::dot(p, instrument.u), glm::dot(p, instrument.v));
-          lo = glm::min(lo, q), hi = glm::max(hi, q);
-        }
-      }
-    }
+    for_each_voxel(layer.after.size, [&](int x, int y, int z) {
+      if (!to_fill(layer, layer.after.at(x, y, z))) return;
+      const dvec3 p = layer.frame.to_world(dvec3(x, y, z));
+      const glm::dvec2 q(glm::dot(p, instrument.u), glm::dot(p, instrument.v));
+      lo = glm::min(lo, q), hi = glm::max(hi, q);
+    });
     const double edge = 0.5 * instrument.tool.fill_reach;
     std::vector<Spot> spots;
     for (double b = lo.y - edge; b <= hi.y + edge; b += Filling::grid)
@@ -716,14 +709,9 @@ class Plan {
   /// Height of the tissue's highest point along the axis, m.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
-    for (int x = 0; x < field.size.x; ++x) {
-      for (int y = 0; y < field.size.y; ++y) {
-        for (int z = 0; z < field.size.z; ++z) {
-          if (field.distance[field.at(x, y, z)] < 0)
-            top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
-        }
-      }
-    }
+    for_each_voxel(field.size, [&](int x, int y, int z) {
+      if (field.distance[field.at(x, y, z)] < 0) top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
+    });
     return top;
   }
 

@@ -5,6 +5,7 @@
 
 #include "engine/app/hands/stroke_planner.h"
 #include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
@@ -22,16 +23,12 @@ Terrain::Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* a
   lo_ = {lo.x - kRim, lo.y - kRim};
   size_ = glm::ivec2((glm::dvec2(hi) + kRim - lo_) / kCell) + 1;
   height_.assign(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y), lo.z);
-  for (int x = 0; x < copy.field.size.x; ++x) {
-    for (int y = 0; y < copy.field.size.y; ++y) {
-      for (int z = 0; z < copy.field.size.z; ++z) {
-        if (copy.field.distance[copy.field.at(x, y, z)] >= 0) continue;
-        const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
-        double& height = height_[cell(cell_of(p))];
-        height = std::max(height, glm::dot(p, w_));
-      }
-    }
-  }
+  for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+    if (copy.field.distance[copy.field.at(x, y, z)] >= 0) return;
+    const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+    double& height = height_[cell(cell_of(p))];
+    height = std::max(height, glm::dot(p, w_));
+  });
   if (!around) return;
   for (int i = 0; i < size_.x; ++i) {
     for (int j = 0; j < size_.y; ++j) {

@@ -11,6 +11,7 @@
 
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/sweep.h"
 
 namespace typodont {
@@ -222,17 +223,13 @@ class StrokePlanner {
   /// Computes the box of the tissue to remove, enlarged by the size of the head. False: there is nothing to remove.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
-    for (int x = 0; x < in_.before.size.x; ++x) {
-      for (int y = 0; y < in_.before.size.y; ++y) {
-        for (int z = 0; z < in_.before.size.z; ++z) {
-          const std::size_t i = in_.before.at(x, y, z);
-          if (in_.before.distance[i] > 0 || in_.ideal.distance[i] <= 0) continue;
-          const dvec3 p = glm::transpose(axes_) * in_.frame.to_world(dvec3(x, y, z));
-          lo = glm::min(lo, p);
-          hi = glm::max(hi, p);
-        }
-      }
-    }
+    for_each_voxel(in_.before.size, [&](int x, int y, int z) {
+      const std::size_t i = in_.before.at(x, y, z);
+      if (in_.before.distance[i] > 0 || in_.ideal.distance[i] <= 0) return;
+      const dvec3 p = glm::transpose(axes_) * in_.frame.to_world(dvec3(x, y, z));
+      lo = glm::min(lo, p);
+      hi = glm::max(hi, p);
+    });
     if (lo.x > hi.x) return false;
     lo_ = {lo.x - tool_.radius() - grid_, lo.y - tool_.radius() - grid_};
     top_ = hi.z + tool_.half() + down_;

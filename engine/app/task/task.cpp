@@ -15,6 +15,7 @@
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/report.h"
 #include "haptics/import/import.h"
 #include "haptics/import/mesh_solid.h"
@@ -46,18 +47,14 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   // Box filter of three voxels along each axis.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> blurred(marked.size());
-    for (int x = 0; x < n.x; ++x) {
-      for (int y = 0; y < n.y; ++y) {
-        for (int z = 0; z < n.z; ++z) {
-          glm::ivec3 lo(x, y, z), hi(x, y, z);
-          lo[axis] = std::max(0, lo[axis] - 1);
-          hi[axis] = std::min(n[axis] - 1, hi[axis] + 1);
-          blurred[copy.field.at(x, y, z)] = (marked[copy.field.at(lo.x, lo.y, lo.z)] + marked[copy.field.at(x, y, z)] +
-                                             marked[copy.field.at(hi.x, hi.y, hi.z)]) /
-                                            3;
-        }
-      }
-    }
+    for_each_voxel(n, [&](int x, int y, int z) {
+      glm::ivec3 lo(x, y, z), hi(x, y, z);
+      lo[axis] = std::max(0, lo[axis] - 1);
+      hi[axis] = std::min(n[axis] - 1, hi[axis] + 1);
+      blurred[copy.field.at(x, y, z)] = (marked[copy.field.at(lo.x, lo.y, lo.z)] + marked[copy.field.at(x, y, z)] +
+                                         marked[copy.field.at(hi.x, hi.y, hi.z)]) /
+                                        3;
+    });
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
@@ -73,18 +70,14 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
   const glm::ivec3 n = at.field.size;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const dvec3 p = from.frame.to_voxels(at.frame.to_world(dvec3(x, y, z)));
-        const std::size_t i = at.field.at(x, y, z);
-        at.field.distance[i] = static_cast<float>(from.field.sample(p) * ratio);
-        const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(p)), glm::ivec3(0), from.field.size - 1);
-        const Tissue label = from.tissue[from.field.at(near.x, near.y, near.z)];
-        if (label != Tissue::kAir) at.tissue[i] = label;
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const dvec3 p = from.frame.to_voxels(at.frame.to_world(dvec3(x, y, z)));
+    const std::size_t i = at.field.at(x, y, z);
+    at.field.distance[i] = static_cast<float>(from.field.sample(p) * ratio);
+    const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(p)), glm::ivec3(0), from.field.size - 1);
+    const Tissue label = from.tissue[from.field.at(near.x, near.y, near.z)];
+    if (label != Tissue::kAir) at.tissue[i] = label;
+  });
 }
 
 /// Takes the inside of a closed mesh as the target shape. Tissue more than a voxel outside of it must be removed.
@@ -117,39 +110,31 @@ void take_solids(const Json& ideal, DenseCopy& copy) {
   const double grow = ideal.number_or("grow_mm", 0, -5, 5) * kMillimetre;
   const double h = copy.frame.voxel;
   const glm::ivec3 n = copy.field.size;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = copy.field.at(x, y, z);
-        const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
-        double gone = 1e9;
-        for (const auto& solid : remove) gone = std::min(gone, solid->distance(p_W));
-        if (!labelled.empty()) gone = std::min(gone, static_cast<double>(labelled[i]) * h);
-        gone -= grow;
-        for (const auto& solid : keep) gone = std::max(gone, -solid->distance(p_W));
-        copy.field.distance[i] = std::max(copy.field.distance[i], static_cast<float>(-gone / h));
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t i = copy.field.at(x, y, z);
+    const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
+    double gone = 1e9;
+    for (const auto& solid : remove) gone = std::min(gone, solid->distance(p_W));
+    if (!labelled.empty()) gone = std::min(gone, static_cast<double>(labelled[i]) * h);
+    gone -= grow;
+    for (const auto& solid : keep) gone = std::max(gone, -solid->distance(p_W));
+    copy.field.distance[i] = std::max(copy.field.distance[i], static_cast<float>(-gone / h));
+  });
 }
 
 session::Preparation cropped(const session::Preparation& in) {
   const glm::ivec3 n = in.before.size;
   glm::ivec3 lo(n), hi(-1);
   const auto differ = [](float a, float b) { return std::abs(a - b) > kChanged && std::min(a, b) < 1.5f; };
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = in.before.at(x, y, z);
-        if (!differ(in.before.distance[i], in.after.distance[i]) &&
-            (in.ideal.distance.empty() || !differ(in.before.distance[i], in.ideal.distance[i]))) {
-          continue;
-        }
-        lo = glm::min(lo, glm::ivec3(x, y, z));
-        hi = glm::max(hi, glm::ivec3(x, y, z));
-      }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t i = in.before.at(x, y, z);
+    if (!differ(in.before.distance[i], in.after.distance[i]) &&
+        (in.ideal.distance.empty() || !differ(in.before.distance[i], in.ideal.distance[i]))) {
+      return;
     }
-  }
+    lo = glm::min(lo, glm::ivec3(x, y, z));
+    hi = glm::max(hi, glm::ivec3(x, y, z));
+  });
   if (hi.x < 0) lo = hi = n / 2;
   const auto margin = static_cast<int>(std::ceil(kRegionMargin / in.frame.voxel));
   lo = glm::max(lo - margin, glm::ivec3(0));
@@ -250,12 +235,10 @@ haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueV
     // The drilled hole is longer than the implant, so that its upper end is open.
     const session::ImplantCylinder bed{plan.apex_W(), plan.axis_W, 2 * plan.length, plan.bed_diameter / 2};
     const glm::ivec3 n = copy.field.size;
-    for (int x = 0; x < n.x; ++x)
-      for (int y = 0; y < n.y; ++y)
-        for (int z = 0; z < n.z; ++z) {
-          float& d = copy.field.distance[copy.field.at(x, y, z)];
-          d = std::max(d, static_cast<float>(-bed.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
-        }
+    for_each_voxel(n, [&](int x, int y, int z) {
+      float& d = copy.field.distance[copy.field.at(x, y, z)];
+      d = std::max(d, static_cast<float>(-bed.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
+    });
   }
   haptics::TissueVolume made = from_dense(copy, start.band());
   made.set_natural_surface(start.natural_surface());

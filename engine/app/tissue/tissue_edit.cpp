@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/base/voxels.h"
 #include "haptics/solid.h"
 
 namespace typodont {
@@ -76,14 +77,10 @@ haptics::TissueVolume from_dense(const DenseCopy& copy, double band) {
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid) {
   DenseCopy copy = dense_copy(volume);
   const glm::ivec3 n = copy.field.size;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        float& d = copy.field.distance[copy.field.at(x, y, z)];
-        d = std::max(d, static_cast<float>(-solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    float& d = copy.field.distance[copy.field.at(x, y, z)];
+    d = std::max(d, static_cast<float>(-solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel));
+  });
   return from_dense(copy, volume.band());
 }
 
@@ -96,22 +93,18 @@ haptics::TissueVolume with_solid(const haptics::TissueVolume& volume, const hapt
   hi = glm::max(hi, glm::ivec3(glm::ceil(volume.frame().to_voxels(to + volume.band())))) + 2;
   DenseCopy copy = dense_copy(volume, lo, hi - lo + 1);
   const glm::ivec3 n = copy.field.size;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = copy.field.at(x, y, z);
-        float& d = copy.field.distance[i];
-        const auto added = static_cast<float>(solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel);
-        if (added >= d) continue;
-        const bool was_air = d > 0;
-        d = added;
-        if (!was_air || added >= kLabelled) continue;
-        copy.tissue[i] = tissue;
-        if (!copy.hardness.empty()) copy.hardness[i] = haptics::kOwnHardness;
-        if (!copy.color.empty()) copy.color[i] = kTissueColor;
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t i = copy.field.at(x, y, z);
+    float& d = copy.field.distance[i];
+    const auto added = static_cast<float>(solid.distance(copy.frame.to_world(dvec3(x, y, z))) / copy.frame.voxel);
+    if (added >= d) return;
+    const bool was_air = d > 0;
+    d = added;
+    if (!was_air || added >= kLabelled) return;
+    copy.tissue[i] = tissue;
+    if (!copy.hardness.empty()) copy.hardness[i] = haptics::kOwnHardness;
+    if (!copy.color.empty()) copy.color[i] = kTissueColor;
+  });
   return from_dense(copy, volume.band());
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::packing {
 
 namespace {
@@ -26,24 +28,20 @@ void DepthField::copy(const DenseTissue& tissue) {
   const double h = frame_.voxel;
   depth_.assign(count, -1);
   label_.assign(count, Tissue::kAir);
-  for (int x = 0; x < size_.x; ++x) {
-    for (int y = 0; y < size_.y; ++y) {
-      for (int z = 0; z < size_.z; ++z) {
-        const std::size_t from = tissue.at(x, y, z), to = index({x, y, z});
-        const Tissue label = tissue.tissue[from];
-        const double depth = -static_cast<double>(tissue.distance[from]) / h;
-        if (label == Tissue::kAir) {
-          depth_[to] = static_cast<float>(std::min(depth, 0.0));
-          continue;
-        }
-        depth_[to] = static_cast<float>(depth);
-        volume_[static_cast<std::size_t>(label)] += std::clamp(0.5 + depth, 0.0, 1.0) * h * h * h;
-        if (depth <= 0) continue;
-        label_[to] = label;
-        solid_.push_back(static_cast<std::ptrdiff_t>(to));
-      }
+  for_each_voxel(size_, [&](int x, int y, int z) {
+    const std::size_t from = tissue.at(x, y, z), to = index({x, y, z});
+    const Tissue label = tissue.tissue[from];
+    const double depth = -static_cast<double>(tissue.distance[from]) / h;
+    if (label == Tissue::kAir) {
+      depth_[to] = static_cast<float>(std::min(depth, 0.0));
+      return;
     }
-  }
+    depth_[to] = static_cast<float>(depth);
+    volume_[static_cast<std::size_t>(label)] += std::clamp(0.5 + depth, 0.0, 1.0) * h * h * h;
+    if (depth <= 0) return;
+    label_[to] = label;
+    solid_.push_back(static_cast<std::ptrdiff_t>(to));
+  });
 }
 
 // Labels at borders alternate irregularly (dithering), so that volumes are exact (solid.cpp). Packing needs smooth

@@ -10,6 +10,7 @@
 #include "engine/base/dispatch.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/contact/packing/depth_field.h"
 #include "haptics/packing.h"
 
@@ -275,19 +276,15 @@ class Packer {
     // Adds blocks that may contain tissue. Their free radii start at the maximum.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
-    for (int x = 0; x < cells_.x; ++x) {
-      for (int y = 0; y < cells_.y; ++y) {
-        for (int z = 0; z < cells_.z; ++z) {
-          const dvec3 middle = origin_ + spacing_ * (dvec3(kEdge * glm::ivec3(x, y, z)) + 0.5 * (kEdge - 1));
-          const double depth = field_.at(middle);
-          if (depth < -1.2 * half_diagonal - 1 || (depth <= 0 && !has_depth({x, y, z}))) continue;
-          block_at_[static_cast<std::size_t>(cell({x, y, z}))] = static_cast<int>(blocks_.size());
-          Block& block = blocks_.emplace_back();
-          std::fill(block.free, block.free + kNodes, most);
-          block.at = {x, y, z};
-        }
-      }
-    }
+    for_each_voxel(cells_, [&](int x, int y, int z) {
+      const dvec3 middle = origin_ + spacing_ * (dvec3(kEdge * glm::ivec3(x, y, z)) + 0.5 * (kEdge - 1));
+      const double depth = field_.at(middle);
+      if (depth < -1.2 * half_diagonal - 1 || (depth <= 0 && !has_depth({x, y, z}))) return;
+      block_at_[static_cast<std::size_t>(cell({x, y, z}))] = static_cast<int>(blocks_.size());
+      Block& block = blocks_.emplace_back();
+      std::fill(block.free, block.free + kNodes, most);
+      block.at = {x, y, z};
+    });
     // New spheres are hardly larger than the last ones, so a placed sphere reduces free radii only in nearby blocks.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(max_free, kFullDepths * limit_),

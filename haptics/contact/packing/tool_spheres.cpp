@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/packing.h"
 
 namespace typodont::haptics::packing {
@@ -173,13 +174,9 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
   field.tissue.assign(count, Tissue::kEnamel);  // any label, because a tool consists of one material
-  for (int x = 0; x < field.size.x; ++x) {
-    for (int y = 0; y < field.size.y; ++y) {
-      for (int z = 0; z < field.size.z; ++z) {
-        field.distance[field.at(x, y, z)] = static_cast<float>(solid_T.distance(field.frame.to_world(dvec3(x, y, z))));
-      }
-    }
-  }
+  for_each_voxel(field.size, [&](int x, int y, int z) {
+    field.distance[field.at(x, y, z)] = static_cast<float>(solid_T.distance(field.frame.to_world(dvec3(x, y, z))));
+  });
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
