@@ -5,12 +5,18 @@
 
 namespace typodont {
 
+/// Calls visit(x, y, z) for all voxels from `lo` to `hi`, both included, z fastest.
+template <class Visit>
+void for_each_voxel_between(const glm::ivec3& lo, const glm::ivec3& hi, Visit&& visit) {
+  for (int x = lo.x; x <= hi.x; ++x)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int z = lo.z; z <= hi.z; ++z) visit(x, y, z);
+}
+
 /// Calls visit(x, y, z) for all voxels of a grid of `size`, z fastest.
 template <class Visit>
 void for_each_voxel(const glm::ivec3& size, Visit&& visit) {
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z) visit(x, y, z);
+  for_each_voxel_between(glm::ivec3(0), size - 1, visit);
 }
 
 }  // namespace typodont

@@ -14,6 +14,7 @@
 #include "engine/base/in_parallel.h"
 #include "engine/base/split_mix.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/render/sphere_directions.h"
 
 namespace typodont::render {
@@ -182,9 +183,7 @@ struct TissueLight::Impl {
   glm::vec3 place(const glm::ivec3& i) const { return origin + spacing * glm::vec3(i); }
   template <class Each>
   static void each_cell(const CellBox& box, const Each& each) {
-    for (int x = box.lo.x; x <= box.hi.x; ++x)
-      for (int y = box.lo.y; y <= box.hi.y; ++y)
-        for (int z = box.lo.z; z <= box.hi.z; ++z) each(glm::ivec3(x, y, z));
+    for_each_voxel_between(box.lo, box.hi, [&](int x, int y, int z) { each(glm::ivec3(x, y, z)); });
   }
   CellBox all() const { return {glm::ivec3(0), grid.size - 1}; }
   CellBox clipped(const CellBox& box) const {

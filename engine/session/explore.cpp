@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::session {
 
 namespace {
@@ -20,15 +22,11 @@ template <class Each>
 void around(const DenseField& field, const dvec3& p, double reach, Each&& each) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(p - reach)), glm::ivec3(0));
   const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor(p + reach)), field.size - 1);
-  for (int x = lo.x; x <= hi.x; ++x) {
-    for (int y = lo.y; y <= hi.y; ++y) {
-      for (int z = lo.z; z <= hi.z; ++z) {
-        const dvec3 d = dvec3(x, y, z) - p;
-        const double square = glm::dot(d, d);
-        if (square <= reach * reach) each(field.at(x, y, z), square);
-      }
-    }
-  }
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    const dvec3 d = dvec3(x, y, z) - p;
+    const double square = glm::dot(d, d);
+    if (square <= reach * reach) each(field.at(x, y, z), square);
+  });
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/import/grid.h"
 #include "haptics/import/import.h"
@@ -86,11 +87,7 @@ VoxelBox box_around(const DenseTissue& t, const dvec3& lo, const dvec3& hi, doub
 
 template <class Work>
 void for_each_in(const VoxelBox& box, Work work) {
-  for (int x = box.lo.x; x <= box.hi.x; ++x) {
-    for (int y = box.lo.y; y <= box.hi.y; ++y) {
-      for (int z = box.lo.z; z <= box.hi.z; ++z) work(glm::ivec3(x, y, z));
-    }
-  }
+  for_each_voxel_between(box.lo, box.hi, [&](int x, int y, int z) { work(glm::ivec3(x, y, z)); });
 }
 
 /// Removes the tissue inside `solid` (function: signed distance, m). Samples near the new surface keep their labels.

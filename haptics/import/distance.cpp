@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::importing {
 
 namespace {
@@ -200,11 +202,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
     const double samples = reach / placement.scale;
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor((at - samples) / 16.0)), glm::ivec3(0));
     const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor((at + samples) / 16.0)), count - 1);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) near(x, y, z) = 1;
-      }
-    }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) { near(x, y, z) = 1; });
   }
   auto blocks = std::make_shared<BlockSet>(size, near.v);
   for (std::size_t b = 0; b < blocks->slot.size(); ++b) {
@@ -432,11 +430,7 @@ static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near)
   }
   const glm::ivec3 from = glm::max(glm::ivec3(glm::floor((lo - reach) / double{BlockSet::kEdge})), glm::ivec3(0)),
                    to = glm::min(glm::ivec3(glm::floor((hi + reach) / double{BlockSet::kEdge})), near.size - 1);
-  for (int x = from.x; x <= to.x; ++x) {
-    for (int y = from.y; y <= to.y; ++y) {
-      for (int z = from.z; z <= to.z; ++z) near(x, y, z) = 1;
-    }
-  }
+  for_each_voxel_between(from, to, [&](int x, int y, int z) { near(x, y, z) = 1; });
 }
 
 std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach) {
@@ -463,19 +457,15 @@ Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3
     const auto squared = squared_from(static_cast<std::int32_t>(f));
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor(glm::min(t.a, glm::min(t.b, t.c)))), glm::ivec3(0));
     const glm::ivec3 hi = glm::min(glm::ivec3(glm::ceil(glm::max(t.a, glm::max(t.b, t.c)))), size - 1);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          const std::ptrdiff_t at = number(feature, {x, y, z});
-          if (at < 0) continue;
-          const auto d = static_cast<float>(std::sqrt(squared({x, y, z})));
-          if (d < nearest.v[static_cast<std::size_t>(at)] && d < 2) {
-            nearest.v[static_cast<std::size_t>(at)] = d;
-            feature.v[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(f);
-          }
-        }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      const std::ptrdiff_t at = number(feature, {x, y, z});
+      if (at < 0) return;
+      const auto d = static_cast<float>(std::sqrt(squared({x, y, z})));
+      if (d < nearest.v[static_cast<std::size_t>(at)] && d < 2) {
+        nearest.v[static_cast<std::size_t>(at)] = d;
+        feature.v[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(f);
       }
-    }
+    });
   }
   propagate(feature, nearest, reach, 1, squared_from);
   for_each_sample(

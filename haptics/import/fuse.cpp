@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/arch.h"
 #include "haptics/import/distance.h"
 #include "haptics/import/import_scan.h"
@@ -97,13 +98,9 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
         const glm::ivec3 lo = glm::min(glm::ivec3(first), ct.size - 1);
         const glm::ivec3 hi = glm::min(glm::ivec3(first + importing::BlockSet::kEdge * scale) + 1, ct.size - 1);
         solid(bx, by, bz) = ct.distance[ct.at(lo.x, lo.y, lo.z)] < 0;
-        for (int x = lo.x; x <= hi.x; ++x) {
-          for (int y = lo.y; y <= hi.y; ++y) {
-            for (int z = lo.z; z <= hi.z; ++z) {
-              if (std::abs(static_cast<double>(ct.distance[ct.at(x, y, z)])) < reach) wanted(bx, by, bz) = 1;
-            }
-          }
-        }
+        for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+          if (std::abs(static_cast<double>(ct.distance[ct.at(x, y, z)])) < reach) wanted(bx, by, bz) = 1;
+        });
       }
     }
   });

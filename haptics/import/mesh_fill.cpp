@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/base/voxels.h"
 #include "haptics/import/triangle_tree.h"
 
 namespace typodont::haptics::importing {
@@ -142,11 +143,7 @@ void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& dis
   for (const glm::ivec3& p : cap) {
     const glm::ivec3 lo = glm::max(p - reach, glm::ivec3(0)) / BlockSet::kEdge,
                      hi = glm::min(p + reach, before.size - 1) / BlockSet::kEdge;
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) wanted(x, y, z) = 1;
-      }
-    }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) { wanted(x, y, z) = 1; });
   }
   const auto set = std::make_shared<const BlockSet>(before.size, wanted.v);
   SparseMask is_cap(set, 0, 0);

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/volume/leaf_key.h"
 
@@ -435,14 +436,10 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
   if (lo.x > hi.x) return;
   blocks_->begin_search();
   const glm::ivec3 first = leaf_key(lo), last = leaf_key(hi);
-  for (int x = first.x; x <= last.x; ++x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      for (int z = first.z; z <= last.z; ++z) {
-        const int block = blocks_->find(volume, {x, y, z});
-        blocks_->start(block);
-      }
-    }
-  }
+  for_each_voxel_between(first, last, [&](int x, int y, int z) {
+    const int block = blocks_->find(volume, {x, y, z});
+    blocks_->start(block);
+  });
   blocks_->run(volume);
   std::vector<TissuePiece> bodies = blocks_->pieces();
   body_count_ = bodies.size();
@@ -523,13 +520,9 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
 
 void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi) {
   const glm::ivec3 first = leaf_key(lo), last = leaf_key(hi);
-  for (int x = first.x; x <= last.x; ++x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      for (int z = first.z; z <= last.z; ++z) {
-        volume.solid_block({x, y, z}, blocks_->changing(blocks_->find(volume, {x, y, z})));
-      }
-    }
-  }
+  for_each_voxel_between(first, last, [&](int x, int y, int z) {
+    volume.solid_block({x, y, z}, blocks_->changing(blocks_->find(volume, {x, y, z})));
+  });
 }
 
 void LoosePieces::after_edit() {

@@ -269,23 +269,19 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
   auto accessor = v.distance->getAccessor();
   Carved carved;
   const glm::ivec3 first = leaf_key(removal.lo()), last = leaf_key(removal.hi());
-  for (int x = first.x; x <= last.x; ++x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      for (int z = first.z; z <= last.z; ++z) {
-        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
-        LeafFront::Kept* kept = nullptr;
-        auto* const leaf = v.leaf_to_cut(accessor, coord(origin), kept);
-        if (!leaf) continue;
-        const glm::ivec3 lo = glm::max(origin, removal.lo()), hi = glm::min(origin + kLeaf - 1, removal.hi());
-        const glm::ivec3 at = lo - origin;
-        float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
-        if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
-        v.leaf_was_cut(*leaf, kept);
-        add_to_box(lo, hi, carved.box);
-        carved.blocks.push_back({key, solid_bits(leaf->buffer().data())});
-      }
-    }
-  }
+  for_each_voxel_between(first, last, [&](int x, int y, int z) {
+    const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+    LeafFront::Kept* kept = nullptr;
+    auto* const leaf = v.leaf_to_cut(accessor, coord(origin), kept);
+    if (!leaf) return;
+    const glm::ivec3 lo = glm::max(origin, removal.lo()), hi = glm::min(origin + kLeaf - 1, removal.hi());
+    const glm::ivec3 at = lo - origin;
+    float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
+    if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) return;
+    v.leaf_was_cut(*leaf, kept);
+    add_to_box(lo, hi, carved.box);
+    carved.blocks.push_back({key, solid_bits(leaf->buffer().data())});
+  });
   v.mark_changed(carved.box.lo, carved.box.hi, false);
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
   return carved;
@@ -423,24 +419,19 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
         const openvdb::Coord origin(x0, y0, z0);
         const glm::ivec3 from = glm::max(lo, {x0, y0, z0}), to = glm::min(hi, glm::ivec3(x0, y0, z0) + n - 1);
         Leaf* leaf = nullptr;
-        for (int x = from.x; x <= to.x; ++x) {
-          for (int y = from.y; y <= to.y; ++y) {
-            for (int z = from.z; z <= to.z; ++z) {
-              const std::size_t i = box.at(glm::ivec3(x, y, z) - lo);
-              if (!(after[i] > box.distance[i])) continue;
-              if (!leaf) {
-                auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
-                if (kept) kept->changed = true;
-                leaf = accessor.touchLeaf(origin);
-              }
-              leaf->setValueOn(leaf->coordToOffset({x, y, z}), after[i]);
-              volume[static_cast<std::size_t>(labels[i])] +=
-                  fraction_inside(box.distance[i]) - fraction_inside(after[i]);
-              changed_lo = glm::min(changed_lo, {x, y, z});
-              changed_hi = glm::max(changed_hi, {x, y, z});
-            }
+        for_each_voxel_between(from, to, [&](int x, int y, int z) {
+          const std::size_t i = box.at(glm::ivec3(x, y, z) - lo);
+          if (!(after[i] > box.distance[i])) return;
+          if (!leaf) {
+            auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
+            if (kept) kept->changed = true;
+            leaf = accessor.touchLeaf(origin);
           }
-        }
+          leaf->setValueOn(leaf->coordToOffset({x, y, z}), after[i]);
+          volume[static_cast<std::size_t>(labels[i])] += fraction_inside(box.distance[i]) - fraction_inside(after[i]);
+          changed_lo = glm::min(changed_lo, {x, y, z});
+          changed_hi = glm::max(changed_hi, {x, y, z});
+        });
         if (leaf) leaf->setValuesOn();
       }
     }
@@ -462,24 +453,20 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
       glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
   const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), vec(tissue.max()));
   auto accessor = v.tissue->getAccessor();
-  for (int x = a.x; x <= b.x; ++x) {
-    for (int y = a.y; y <= b.y; ++y) {
-      for (int z = a.z; z <= b.z; ++z) {
-        const openvdb::Coord at(x, y, z);
-        const std::int32_t was = accessor.getValue(at);
-        if (shown_in(was) == Tissue::kAir || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
-        if (StrokeKept* const stroke = v.stroke()) {
-          constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
-          StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
-        }
-        if (is_filled(label_in(was)))
-          accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
-        else
-          accessor.setValue(at, grid_value(label, hardness, color));
-        any = true;
-      }
+  for_each_voxel_between(a, b, [&](int x, int y, int z) {
+    const openvdb::Coord at(x, y, z);
+    const std::int32_t was = accessor.getValue(at);
+    if (shown_in(was) == Tissue::kAir || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) return;
+    if (StrokeKept* const stroke = v.stroke()) {
+      constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
+      StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
     }
-  }
+    if (is_filled(label_in(was)))
+      accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
+    else
+      accessor.setValue(at, grid_value(label, hardness, color));
+    any = true;
+  });
   if (any) {
     v.forget_writes();
     ++v.paints;

@@ -665,25 +665,21 @@ class Plan {
     portion.step = in.frame.voxel;
     portion.excess.assign(bins, 0);
     portion.wanted.assign(bins * levels, 0);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          const dvec3 p(x, y, z);
-          const double away = glm::length(p - c);
-          const std::size_t i = in.after.at(x, y, z);
-          if (away > most || in.after.distance[i] <= 0) continue;
-          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <=
-              Filling::head_free * in.frame.voxel)
-            continue;
-          const auto k = static_cast<std::size_t>(away);
-          if (to_fill(in, i)) {
-            portion.wanted[k * levels + portion.level(glm::dot(in.frame.to_world(p), instrument.w))] += 1;
-          } else {
-            portion.excess[k] += excess_cost(in, p);
-          }
-        }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      const dvec3 p(x, y, z);
+      const double away = glm::length(p - c);
+      const std::size_t i = in.after.at(x, y, z);
+      if (away > most || in.after.distance[i] <= 0) return;
+      if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <=
+          Filling::head_free * in.frame.voxel)
+        return;
+      const auto k = static_cast<std::size_t>(away);
+      if (to_fill(in, i)) {
+        portion.wanted[k * levels + portion.level(glm::dot(in.frame.to_world(p), instrument.w))] += 1;
+      } else {
+        portion.excess[k] += excess_cost(in, p);
       }
-    }
+    });
     std::partial_sum(portion.excess.begin(), portion.excess.end(), portion.excess.begin());
     for (std::size_t k = 0; k < bins; ++k) {
       double* const row = &portion.wanted[k * levels];

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/voxels.h"
+
 namespace typodont {
 
 namespace {
@@ -168,18 +170,15 @@ void DebrisView::carve_pending() {
   const glm::ivec3 lo = glm::max(sample(X_WB.p - reach), glm::ivec3(0)),
                    hi = glm::min(sample(X_WB.p + reach) + 1, field_.size - 1);
   bool changed = false;
-  for (int x = lo.x; x <= hi.x; ++x)
-    for (int y = lo.y; y <= hi.y; ++y)
-      for (int z = lo.z; z <= hi.z; ++z) {
-        float& d =
-            distance_[(static_cast<std::size_t>(x) * field_.size.y + static_cast<std::size_t>(y)) * field_.size.z +
-                      static_cast<std::size_t>(z)];
-        const auto outside =
-            static_cast<float>(-water.head.distance(X_BW * (field_.origin + field_.spacing * dvec3(x, y, z))));
-        if (outside <= d) continue;
-        d = outside;
-        changed = true;
-      }
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    float& d = distance_[(static_cast<std::size_t>(x) * field_.size.y + static_cast<std::size_t>(y)) * field_.size.z +
+                         static_cast<std::size_t>(z)];
+    const auto outside =
+        static_cast<float>(-water.head.distance(X_BW * (field_.origin + field_.spacing * dvec3(x, y, z))));
+    if (outside <= d) return;
+    d = outside;
+    changed = true;
+  });
   if (changed) water.film.update(lo, hi);
 }
 

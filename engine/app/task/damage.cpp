@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/app/scene.h"
+#include "engine/base/voxels.h"
 #include "engine/session/defect.h"
 
 namespace typodont {
@@ -50,20 +51,16 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(tick.X_WG.R));
   const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kDamageCell)),
       hi(glm::floor((tick.X_WG.p + head.reach) / kDamageCell));
-  for (int x = lo.x; x <= hi.x; ++x) {
-    for (int y = lo.y; y <= hi.y; ++y) {
-      for (int z = lo.z; z <= hi.z; ++z) {
-        const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kDamageCell;
-        if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
-        if (shape_.neighbour(p_W) < -kDamageTolerance) {
-          if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
-          // The gum overlaps the tooth, so a point inside the tooth is no damage to the gum.
-        } else if (shape_.gum(p_W) < -kDamageTolerance && shape_.tooth(p_W) > kDamageTolerance) {
-          if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
-        }
-      }
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kDamageCell;
+    if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) return;
+    if (shape_.neighbour(p_W) < -kDamageTolerance) {
+      if (neighbour_.insert(cell_of(p_W)).second) place_W[0] = p_W;
+      // The gum overlaps the tooth, so a point inside the tooth is no damage to the gum.
+    } else if (shape_.gum(p_W) < -kDamageTolerance && shape_.tooth(p_W) > kDamageTolerance) {
+      if (gum_.insert(cell_of(p_W)).second) place_W[1] = p_W;
     }
-  }
+  });
   for (const bool gum : {false, true}) {
     const std::size_t cells = (gum ? gum_ : neighbour_).size() - before[gum];
     if (cells == 0) continue;

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/tool.h"
 
 namespace typodont {
@@ -200,9 +201,7 @@ class Deviations {
   template <class Visit>
   void each_neighbour(const glm::ivec3& v, const Visit& visit) const {
     const glm::ivec3 lo = glm::max(v - 1, glm::ivec3(0)), hi = glm::min(v + 1, in_.after.size - 1);
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z) visit(in_.after.at(x, y, z));
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) { visit(in_.after.at(x, y, z)); });
   }
 
  private:

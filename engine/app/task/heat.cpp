@@ -6,6 +6,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
@@ -80,26 +81,22 @@ void HeatMeter::step(const ServoTick& tick, double dt, bool wet) {
     const dvec3 center = grid_.frame().to_voxels(tick.X_WG.p);
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor(center - near / h)), glm::ivec3(0)),
                      hi = glm::min(glm::ivec3(glm::ceil(center + near / h)), grid_.size() - 1);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          const std::size_t i = grid_.at(x, y, z);
-          if (grid_.tissue(i) == Tissue::kAir) continue;
-          const dvec3 p_W = grid_.frame().to_world(dvec3(x, y, z));
-          const double away = head.field.distance(R_TW * (p_W - tick.X_WG.p));
-          if (away < 0) {
-            grid_.remove(i);
-            continue;
-          }
-          // Only cells in front of the head, where it presses, are warmed.
-          if (away < h && glm::dot(p_W - tick.X_WG.p, tick.n_C_W) <= 0) warmed_.push_back(i);
-          const Tissue tissue = grid_.tissue(i);
-          if (tissue != Tissue::kCorticalBone && tissue != Tissue::kCancellousBone) continue;
-          if (wall_[i] > 100 && away < kFromWall + h) watched_.push_back(i);
-          wall_[i] = std::min(wall_[i], static_cast<float>(away));
-        }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      const std::size_t i = grid_.at(x, y, z);
+      if (grid_.tissue(i) == Tissue::kAir) return;
+      const dvec3 p_W = grid_.frame().to_world(dvec3(x, y, z));
+      const double away = head.field.distance(R_TW * (p_W - tick.X_WG.p));
+      if (away < 0) {
+        grid_.remove(i);
+        return;
       }
-    }
+      // Only cells in front of the head, where it presses, are warmed.
+      if (away < h && glm::dot(p_W - tick.X_WG.p, tick.n_C_W) <= 0) warmed_.push_back(i);
+      const Tissue tissue = grid_.tissue(i);
+      if (tissue != Tissue::kCorticalBone && tissue != Tissue::kCancellousBone) return;
+      if (wall_[i] > 100 && away < kFromWall + h) watched_.push_back(i);
+      wall_[i] = std::min(wall_[i], static_cast<float>(away));
+    });
     for (const std::size_t i : warmed_)
       grid_.heat(i, constants_.fraction * energy_ / static_cast<double>(warmed_.size()));
   }

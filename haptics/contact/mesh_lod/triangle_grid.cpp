@@ -4,6 +4,8 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::mesh_lod {
 
 namespace {
@@ -115,9 +117,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
       0);
   const auto each_cell = [&](const Box& box, const auto& use) {
     const glm::ivec3 first = cell_of(box.lo), last = cell_of(box.hi);
-    for (int x = first.x; x <= last.x; ++x)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int z = first.z; z <= last.z; ++z) use(index({x, y, z}));
+    for_each_voxel_between(first, last, [&](int x, int y, int z) { use(index({x, y, z})); });
   };
   for (const Box& box : boxes_) each_cell(box, [&](std::size_t at) { ++start_[at + 1]; });
   std::partial_sum(start_.begin(), start_.end(), start_.begin());

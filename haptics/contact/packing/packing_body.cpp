@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::haptics::packing {
 
@@ -267,9 +268,7 @@ TissueVolume& PackingBody::rasterize() {
   for (std::size_t n = 0; n < notes_.size(); ++n) {
     const auto [lo, hi] = box(notes_[n]);
     const glm::ivec3 first = block_of(lo), last = block_of(hi);
-    for (int x = first.x; x <= last.x; ++x)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int z = first.z; z <= last.z; ++z) blocks[{x, y, z}].push_back(n);
+    for_each_voxel_between(first, last, [&](int x, int y, int z) { blocks[{x, y, z}].push_back(n); });
   }
   RasterBlock block{{}, glm::ivec3(kBlock), std::vector<float>(kBlock * kBlock * kBlock)};
   for (const auto& [at, numbers] : blocks) {

@@ -211,44 +211,32 @@ class Packer {
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          for (int link = first_link_[static_cast<std::size_t>(cell({x, y, z}))]; link >= 0;
-               link = links_[static_cast<std::size_t>(link)].next) {
-            use(links_[static_cast<std::size_t>(link)].sphere);
-          }
-        }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      for (int link = first_link_[static_cast<std::size_t>(cell({x, y, z}))]; link >= 0;
+           link = links_[static_cast<std::size_t>(link)].next) {
+        use(links_[static_cast<std::size_t>(link)].sphere);
       }
-    }
+    });
   }
   template <class F>
   void for_blocks_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          if (const int b = block_at_[static_cast<std::size_t>(cell({x, y, z}))]; b >= 0) use(b);
-        }
-      }
-    }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      if (const int b = block_at_[static_cast<std::size_t>(cell({x, y, z}))]; b >= 0) use(b);
+    });
   }
   void link(int i) {
     const Placed& s = placed_[static_cast<std::size_t>(i)];
     const glm::ivec3 lo = cell_of(s.p - s.r), hi = cell_of(s.p + s.r);
     const double edge = kEdge * spacing_;
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) {
-          const dvec3 low = origin_ + edge * dvec3(x, y, z);
-          const dvec3 off = s.p - glm::clamp(s.p, low - 1e-6, low + edge + 1e-6);
-          if (glm::dot(off, off) > s.r * s.r) continue;
-          int& head = first_link_[static_cast<std::size_t>(cell({x, y, z}))];
-          links_.push_back({i, head});
-          head = static_cast<int>(links_.size()) - 1;
-        }
-      }
-    }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      const dvec3 low = origin_ + edge * dvec3(x, y, z);
+      const dvec3 off = s.p - glm::clamp(s.p, low - 1e-6, low + edge + 1e-6);
+      if (glm::dot(off, off) > s.r * s.r) return;
+      int& head = first_link_[static_cast<std::size_t>(cell({x, y, z}))];
+      links_.push_back({i, head});
+      head = static_cast<int>(links_.size()) - 1;
+    });
   }
 
   bool has_depth(const glm::ivec3& cell) const {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::vertex {
 
 using mesh::EditableMesh;
@@ -96,15 +98,13 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
                 last = frame.to_voxels(glm::max(glm::max(a, b), c)) + kNearSample;
     const glm::ivec3 from = glm::max(glm::ivec3(glm::ceil(first)) - key * kEdge, glm::ivec3(0));
     const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(last)) - key * kEdge, glm::ivec3(kEdge - 1));
-    for (int x = from.x; x <= to.x; ++x)
-      for (int y = from.y; y <= to.y; ++y)
-        for (int z = from.z; z <= to.z; ++z) {
-          const dvec3 p = frame.to_world(dvec3(key * kEdge + glm::ivec3(x, y, z)));
-          const Closest found = closest(p, a, b, c);
-          const double distance2 = glm::dot(p - found.p, p - found.p);
-          Nearest& best = nearest[at(x, y, z)];
-          if (distance2 < best.distance2 || (distance2 == best.distance2 && f < best.f)) best = {distance2, f, found};
-        }
+    for_each_voxel_between(from, to, [&](int x, int y, int z) {
+      const dvec3 p = frame.to_world(dvec3(key * kEdge + glm::ivec3(x, y, z)));
+      const Closest found = closest(p, a, b, c);
+      const double distance2 = glm::dot(p - found.p, p - found.p);
+      Nearest& best = nearest[at(x, y, z)];
+      if (distance2 < best.distance2 || (distance2 == best.distance2 && f < best.f)) best = {distance2, f, found};
+    });
   });
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     const Nearest& best = nearest[i];

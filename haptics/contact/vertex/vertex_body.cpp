@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/voxels.h"
 #include "haptics/contact/vertex/mesh_field.h"
 #include "haptics/volume/label.h"
 
@@ -71,12 +72,10 @@ void VertexBody::carve(const Cut& cut, bool) {
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
   const glm::ivec3 hi(glm::floor(frame.to_voxels(glm::max(cut.X_WA.p, cut.X_WB.p) + reach) / 8.0));
   Stroke* const stroke = in_stroke_ ? &done_.back() : nullptr;
-  for (int x = lo.x; x <= hi.x; ++x)
-    for (int y = lo.y; y <= hi.y; ++y)
-      for (int z = lo.z; z <= hi.z; ++z) {
-        unseen_.insert({x, y, z});
-        if (stroke) stroke->blocks.insert({x, y, z});
-      }
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    unseen_.insert({x, y, z});
+    if (stroke) stroke->blocks.insert({x, y, z});
+  });
   if (!stroke) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) stroke->removed[t] += done.removed[t];
 }
