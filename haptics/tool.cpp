@@ -37,6 +37,9 @@ struct Meridian {
   std::array<Piece, 4> pieces;
   int count = 0;
   void line(dvec2 a, dvec2 b) { pieces[static_cast<std::size_t>(count++)] = {a, b, {}, 0}; }
+  void lines(std::initializer_list<dvec2> points) {
+    for (const dvec2* p = points.begin(); p + 1 != points.end(); ++p) line(p[0], p[1]);
+  }
   void arc(dvec2 a, dvec2 b, dvec2 center) {
     pieces[static_cast<std::size_t>(count++)] = {a, b, center, glm::length(a - center)};
   }
@@ -59,9 +62,7 @@ Meridian sphere(const Tool& tool) {
 Meridian cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
-  m.line({0, -half}, {r, -half});
-  m.line({r, -half}, {r, half});
-  m.line({r, half}, {0, half});
+  m.lines({{0, -half}, {r, -half}, {r, half}, {0, half}});
   return m;
 }
 
@@ -70,8 +71,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
   m.arc({0, -half}, {r, -half + r}, {0, -half + r});
-  m.line({r, -half + r}, {r, half});
-  m.line({r, half}, {0, half});
+  m.lines({{r, -half + r}, {r, half}, {0, half}});
   return m;
 }
 
@@ -79,8 +79,7 @@ Meridian round_end_cylinder(const Tool& tool) {
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
-  m.line({0, -half}, {r, half});
-  m.line({r, half}, {0, half});
+  m.lines({{0, -half}, {r, half}, {0, half}});
   return m;
 }
 
@@ -95,8 +94,7 @@ Meridian pear(const Tool& tool) {
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
   Meridian m;
   m.arc({0, -half}, touch, center);
-  m.line(touch, neck);
-  m.line(neck, {0, half});
+  m.lines({touch, neck, {0, half}});
   return m;
 }
 
@@ -111,8 +109,7 @@ Meridian flame(const Tool& tool) {
   const dvec2 center(r - big, belly);
   Meridian m;
   m.arc({0, -half}, {r, belly}, center);
-  m.line({r, belly}, {r / 2, half});
-  m.line({r / 2, half}, {0, half});
+  m.lines({{r, belly}, {r / 2, half}, {0, half}});
   return m;
 }
 
@@ -120,9 +117,7 @@ Meridian flame(const Tool& tool) {
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
-  m.line({0, -half}, {r, -half});
-  m.line({r, -half}, {r / 2, half});
-  m.line({r / 2, half}, {0, half});
+  m.lines({{0, -half}, {r, -half}, {r / 2, half}, {0, half}});
   return m;
 }
 
@@ -131,14 +126,10 @@ Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
   Meridian m;
-  m.line({0, -half}, {neck, -half});
-  if (tool.neck_length < tool.length) {
-    m.line({neck, -half}, {r, taper});
-    m.line({r, taper}, {r, half});
-  } else {
-    m.line({neck, -half}, {r, half});
-  }
-  m.line({r, half}, {0, half});
+  if (tool.neck_length < tool.length)
+    m.lines({{0, -half}, {neck, -half}, {r, taper}, {r, half}, {0, half}});
+  else
+    m.lines({{0, -half}, {neck, -half}, {r, half}, {0, half}});
   return m;
 }
 

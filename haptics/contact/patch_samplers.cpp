@@ -93,22 +93,30 @@ Tissue sole_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
              : shown(label);
 }
 
-PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
+/// Sum over the eight samples around p_V of trilinear weight × value(index of the sample) for each tissue, divided by
+/// the weight of all tissue.
+template <class Value>
+static PerTissue weigh_tissues(const TissuePatch& patch, const dvec3& p_V, const Value& value) noexcept {
   const Cell c = cell_at(patch, p_V);
-  PerTissue fractions{};
+  PerTissue sums{};
   double total = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
-    const Tissue tissue = shown(patch.tissue[patch.at(c.x + i, c.y + j, c.z + k)]);
+    const std::size_t at = patch.at(c.x + i, c.y + j, c.z + k);
+    const Tissue tissue = shown(patch.tissue[at]);
     if (tissue == Tissue::kAir) continue;
     const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
-    fractions[static_cast<std::size_t>(tissue)] += weight;
+    sums[static_cast<std::size_t>(tissue)] += weight * value(at);
     total += weight;
   }
   if (total > 0) {
-    for (double& fraction : fractions) fraction /= total;
+    for (double& sum : sums) sum /= total;
   }
-  return fractions;
+  return sums;
+}
+
+PerTissue sample_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
+  return weigh_tissues(patch, p_V, [](std::size_t) { return 1.0; });
 }
 
 double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept {
@@ -122,22 +130,7 @@ double min_distance(const TissuePatch& patch, const dvec3& p_V) noexcept {
 
 PerTissue sample_hardness(const TissuePatch& patch, const dvec3& p_V) noexcept {
   if (patch.hardness.empty()) return sample_tissue(patch, p_V);
-  const Cell c = cell_at(patch, p_V);
-  PerTissue sums{};
-  double total = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
-    const std::size_t at = patch.at(c.x + i, c.y + j, c.z + k);
-    const Tissue tissue = shown(patch.tissue[at]);
-    if (tissue == Tissue::kAir) continue;
-    const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
-    sums[static_cast<std::size_t>(tissue)] += weight * hardness_fraction(felt_hardness(patch, at));
-    total += weight;
-  }
-  if (total > 0) {
-    for (double& sum : sums) sum /= total;
-  }
-  return sums;
+  return weigh_tissues(patch, p_V, [&](std::size_t at) { return hardness_fraction(felt_hardness(patch, at)); });
 }
 
 }  // namespace typodont::haptics

@@ -24,29 +24,18 @@ constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis th
 }  // namespace
 
 glm::dvec3 label_color(Tissue tissue) {
-  switch (tissue) {
-    case Tissue::kAir:
-      break;
-    case Tissue::kEnamel:
-      return {90, 190, 255};
-    case Tissue::kDentin:
-      return {255, 205, 70};
-    case Tissue::kCaries:
-      return {150, 95, 40};
-    case Tissue::kPulp:
-      return {240, 60, 80};
-    case Tissue::kCorticalBone:
-      return {120, 230, 140};
-    case Tissue::kCancellousBone:
-      return {50, 150, 95};
-    case Tissue::kGingiva:
-      return {255, 140, 190};
-    case Tissue::kAmalgam:
-      return {190, 110, 255};
-    case Tissue::kComposite:
-      return {205, 205, 225};
-  }
-  return {0, 0, 0};
+  // In the order of Tissue.
+  static constexpr std::array<glm::dvec3, kTissueCount> kColors{{{0, 0, 0},
+                                                                 {90, 190, 255},
+                                                                 {255, 205, 70},
+                                                                 {150, 95, 40},
+                                                                 {240, 60, 80},
+                                                                 {120, 230, 140},
+                                                                 {50, 150, 95},
+                                                                 {255, 140, 190},
+                                                                 {190, 110, 255},
+                                                                 {205, 205, 225}}};
+  return kColors[static_cast<std::size_t>(tissue)];
 }
 
 ScanReview::ScanReview(std::shared_ptr<const haptics::ScanVolume> scan)

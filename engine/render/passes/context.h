@@ -82,6 +82,15 @@ inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& 
   vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);
 }
 
+/// Draws vertices from a buffer with the bound pipeline.
+inline void draw_vertices(VkCommandBuffer commands, VkBuffer vertices, std::uint32_t count, FrameStats& stats,
+                          std::uint32_t first = 0) {
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &zero);
+  vkCmdDraw(commands, count, 1, first, 0);
+  ++stats.commands;
+}
+
 inline void destroy_pipeline(gpu::Device& device, VkPipeline& pipeline) {
   if (pipeline) vkDestroyPipeline(device.device, pipeline, nullptr);
   pipeline = VK_NULL_HANDLE;

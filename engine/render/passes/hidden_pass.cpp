@@ -24,10 +24,7 @@ void HiddenPass::record(PassContext& context, VkCommandBuffer commands, FrameSta
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffer, &zero);
-  vkCmdDraw(commands, count, 1, 0, 0);
-  ++stats.commands;
+  draw_vertices(commands, corners.buffer, count, stats);
 }
 
 void HiddenPass::destroy(gpu::Device& device) {

@@ -38,10 +38,7 @@ void MaskPass::record(PassContext& context, VkCommandBuffer commands, int slot, 
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-  vkCmdDraw(commands, count[e], 1, first[e], 0);
-  ++stats.commands;
+  draw_vertices(commands, corners.buffers[static_cast<std::size_t>(slot)].buffer, count[e], stats, first[e]);
 }
 
 void MaskPass::destroy(gpu::Device& device) {

@@ -81,12 +81,9 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, own);
   };
-  const VkDeviceSize zero = 0;
   if (count) {
     chosen(pipeline, true);
-    vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-    vkCmdDraw(commands, 6 * count, 1, 0, 0);
-    ++stats.commands;
+    draw_vertices(commands, corners.buffers[static_cast<std::size_t>(slot)].buffer, 6 * count, stats);
   }
   if (streaks) {
     if (!streak_pipeline) {
@@ -101,13 +98,12 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       streak_pipeline = gpu::create_pipeline(context.device, o);
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, streak_pipeline);
-    vkCmdBindVertexBuffers(commands, 0, 1, &streak_corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-    vkCmdDraw(commands, 6 * streaks, 1, 0, 0);
-    ++stats.commands;
+    draw_vertices(commands, streak_corners.buffers[static_cast<std::size_t>(slot)].buffer, 6 * streaks, stats);
   }
   for (const ParticleCloud::Run& run : runs) {
     chosen(cloud_pipeline, false);
     const VkBuffer buffer = cloud->instances();
+    const VkDeviceSize zero = 0;
     vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &zero);
     vkCmdDraw(commands, 4, run.count, 0, run.first);
     ++stats.commands;
