@@ -134,7 +134,6 @@ class SoftTissue {
   bool touching() const noexcept { return touching_; }
 
   const SoftSurface& surface() const noexcept { return *surface_; }
-  const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
   /// Elastic displacement plus depth of the cut, m.
   double inward(std::uint32_t point) const noexcept;
   /// Depth that a bur has cut at the point, m.

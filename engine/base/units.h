@@ -24,9 +24,6 @@ namespace literals {
 constexpr double operator""_mm(long double v) {
   return static_cast<double>(v) * kMillimetre;
 }
-constexpr double operator""_ms(long double v) {
-  return static_cast<double>(v) * 1e-3;
-}
 }  // namespace literals
 
 }  // namespace typodont

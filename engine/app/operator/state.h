@@ -337,8 +337,8 @@ struct OperatorState {
   // Authoring mode: sRGB colour of the brush for each tissue. The tissue's own colour (default) is not stored.
   std::array<glm::vec3, kTissueCount> brush_colors{};
   bool held = false;
-  /// Curves of the last seconds: force, N; tick duration, µs.
-  std::array<float, 240> forces{}, ticks_us{};
+  /// Curve of the last seconds: force, N.
+  std::array<float, 240> forces{};
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // picture of the left eye; null: none
   glm::dmat2 live_upright{1.0};

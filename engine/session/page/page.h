@@ -122,7 +122,6 @@ class Page : private Words {
   void details();
   /// Writes the part about program and machine, which a screen shows as a separate page.
   void technical_page();
-  bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 
   const SessionReader& session_;
   const ReportOptions& options_;

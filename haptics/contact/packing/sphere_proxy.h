@@ -82,7 +82,6 @@ class SphereProxy {
   const Pose& pose() const { return X_W_; }
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }
-  bool sticks() const { return sticks_; }
   /// Unit vector: sum of the contact normals, weighted by their pushes; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
