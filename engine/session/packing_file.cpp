@@ -35,8 +35,7 @@ std::string checksum_of(const SpherePacking& p) {
 bool write_array(hid_t file, const char* name, hid_t type, hsize_t rows, hsize_t columns, const void* data) {
   const hsize_t extent[2] = {rows, columns};
   H5 space(H5Screate_simple(columns > 1 ? 2 : 1, extent, nullptr), H5Sclose);
-  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);
+  const H5 properties = without_times(H5P_DATASET_CREATE);
   H5 dataset(H5Dcreate2(file, name, type, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
 }
@@ -90,8 +89,7 @@ void save_packing(const std::filesystem::path& file, const SpherePacking& packin
     throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
   }
   PartialFile partial(file, FileKind::kSession);
-  H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation.get(), false);
+  const H5 creation = without_times(H5P_FILE_CREATE);
   errno = 0;
   H5 h5(H5Fcreate(partial.path().c_str(), H5F_ACC_TRUNC, creation.get(), H5P_DEFAULT), H5Fclose);
   const auto refuse = [&] {
@@ -138,18 +136,15 @@ SpherePacking load_packing(const std::filesystem::path& file) {
     throw Error(path, "attributes", "one is missing", "seed, tissue_hash, max_radius_m, largest_hole_m, checksum");
   }
   static_assert(sizeof(dvec3) == 3 * sizeof(double) && sizeof(Tissue) == 1);
-  read_array(h5.get(), path, "radius_m", H5T_FLOAT, H5T_NATIVE_DOUBLE, 0, 1, [&](std::size_t n) {
-    p.radius.resize(n);
-    return p.radius.data();
-  });
-  read_array(h5.get(), path, "center_m", H5T_FLOAT, H5T_NATIVE_DOUBLE, p.size(), 3, [&](std::size_t n) {
-    p.center.resize(n);
-    return p.center.data();
-  });
-  read_array(h5.get(), path, "tissue", H5T_INTEGER, H5T_NATIVE_UINT8, p.size(), 1, [&](std::size_t n) {
-    p.tissue.resize(n);
-    return p.tissue.data();
-  });
+  const auto in = [](auto& numbers) {
+    return [&numbers](std::size_t n) {
+      numbers.resize(n);
+      return numbers.data();
+    };
+  };
+  read_array(h5.get(), path, "radius_m", H5T_FLOAT, H5T_NATIVE_DOUBLE, 0, 1, in(p.radius));
+  read_array(h5.get(), path, "center_m", H5T_FLOAT, H5T_NATIVE_DOUBLE, p.size(), 3, in(p.center));
+  read_array(h5.get(), path, "tissue", H5T_INTEGER, H5T_NATIVE_UINT8, p.size(), 1, in(p.tissue));
   read_array(h5.get(), path, "solid_volume_m3", H5T_FLOAT, H5T_NATIVE_DOUBLE, kTissueCount, 1,
              [&](std::size_t) { return p.solid_volume.data(); });
   if (const std::string found = checksum_of(p); found != checksum) {

@@ -57,12 +57,12 @@ bool plain_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// The length of the longest prefix of the text with at most `size` bytes. The prefix does not split a UTF-8 character.
-std::size_t piece_of(std::string_view text, std::size_t size) {
-  if (text.size() <= size) return text.size();
+/// The longest prefix of the text with at most `size` bytes. The prefix does not split a UTF-8 character.
+std::string_view piece_of(std::string_view text, std::size_t size) {
+  if (text.size() <= size) return text;
   std::size_t n = size;
   while (n > size - 4 && (static_cast<unsigned char>(text[n]) & 0xC0) == 0x80) --n;
-  return n;
+  return text.substr(0, n);
 }
 
 // Bytes that must be free to create a file, and for a write: HDF5 can crash if memory runs out inside a call.
@@ -88,7 +88,7 @@ struct SessionWriter::Impl {
   H5 h5;
   Table ticks, cuts, patches, events, pictures;
   std::vector<Table> streams;
-  H5 loop_times, loop_jitter, loop_work, loop_granted, loop_note, loop_hand, loop_safety;
+  std::vector<H5> loop_datasets;  // in the order of LoopFields::each()
   std::optional<LoopReport> loop_unwritten;
   H5 lost, complete, volumes_after, volumes_ideal, pulp_distance, field_hash, png;
   hsize_t png_bytes = 0;
@@ -141,6 +141,16 @@ struct SessionWriter::Impl {
     }
     table.end_row();
   }
+  template <class Message>
+  void append(Table& table, const std::vector<Column<Message>>& columns, std::span<const Message> messages,
+              std::uint64_t& lost_rows) noexcept {
+    guarded([&] {
+      for (const Message& message : messages) {
+        add(table, columns, message);
+        if (table.full()) write_table(table, lost_rows);
+      }
+    });
+  }
   void add_event(const SessionEvent& event);
   bool finish(const SessionResult& result);
 
@@ -189,8 +199,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   // chunk; HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because SWMR mode
   // opens the datasets again without their own settings.
   H5Pset_cache(access.get(), 0, 11, kMaxChunkBytes, 1.0);
-  H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation.get(), false);
+  const H5 creation = without_times(H5P_FILE_CREATE);
   errno = 0;
   h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
@@ -230,9 +239,7 @@ void SessionWriter::Impl::fail_if_gone() {
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   const hid_t root = h5.get();
-  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);
-  H5 group(H5Gcreate2(root, "header", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  const H5 group = create_group(root, "header");
   if (!group) return false;
   nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(),
                  streams_json = nlohmann::json::array();
@@ -267,8 +274,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   const PerTissue before = in_mm3(header.volumes_before);
   H5 dataset;
   return create_numbers(group.get(), "volumes_before_mm3", "mm^3", "volume of each tissue at the start",
-                        H5T_NATIVE_DOUBLE, kTissueCount, before.data(), dataset) &&
-         set_attribute(dataset.get(), "labels", tissue_labels());
+                        H5T_NATIVE_DOUBLE, kTissueCount, before.data(), dataset, tissue_labels());
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
@@ -304,9 +310,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
       pictures.create(root, "pictures", "pictures for the report", std::move(picture_specs), 8, deflate);
   if (!good) return false;
 
-  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);
-  H5 group(H5Gcreate2(root, "streams", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  const H5 group = create_group(root, "streams");
   streams.resize(header.streams.size());
   for (std::size_t i = 0; i < streams.size(); ++i) {
     std::vector<Table::Spec> specs;
@@ -320,8 +324,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   }
 
   const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = kMaxChunkBytes;
-  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);
+  const H5 properties = without_times(H5P_DATASET_CREATE);
   H5Pset_chunk(properties.get(), 1, &chunk);
   H5Pset_fletcher32(properties.get());
   H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
@@ -331,9 +334,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_result() {
-  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);
-  H5 group(H5Gcreate2(h5.get(), "result", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  const H5 group = create_group(h5.get(), "result");
   PerTissue unknown;
   unknown.fill(std::numeric_limits<double>::quiet_NaN());
   const std::uint64_t zero = 0;
@@ -341,58 +342,38 @@ bool SessionWriter::Impl::create_result() {
   const auto losses = as_array(lost_in_file);
   return group &&
          create_numbers(group.get(), "volumes_after_mm3", "mm^3", "volume of each tissue at the end; NaN: not known",
-                        H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_after) &&
-         set_attribute(volumes_after.get(), "labels", tissue_labels()) &&
+                        H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_after, tissue_labels()) &&
          create_numbers(group.get(), "volumes_ideal_mm3", "mm^3",
                         "volume of each tissue in the ideal result; NaN: none", H5T_NATIVE_DOUBLE, kTissueCount,
-                        unknown.data(), volumes_ideal) &&
-         set_attribute(volumes_ideal.get(), "labels", tissue_labels()) &&
+                        unknown.data(), volumes_ideal, tissue_labels()) &&
          create_numbers(group.get(), "min_pulp_distance_mm", "mm",
                         "from the cut surface to the pulp; NaN: not measured", H5T_NATIVE_DOUBLE, 0, unknown.data(),
                         pulp_distance) &&
          create_numbers(group.get(), "field_hash", "", "of the tissue at the end; 0: not taken", H5T_NATIVE_UINT64, 0,
                         &zero, field_hash) &&
          create_numbers(h5.get(), "lost", "", "what did not reach the file", H5T_NATIVE_UINT64, losses.size(),
-                        losses.data(), lost) &&
-         set_attribute(lost.get(), "labels", kLostLabels) &&
+                        losses.data(), lost, kLostLabels) &&
          create_numbers(h5.get(), "complete", "", "1: the recording was finished; 0: it was cut off", H5T_NATIVE_UINT64,
                         0, &zero, complete);
 }
 
 bool SessionWriter::Impl::create_loop() {
-  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);
-  H5 group(H5Gcreate2(h5.get(), "loop", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
-  const LoopFields zero(LoopReport{});
-  const auto create = [&](const char* name, const char* unit, const char* text, hid_t type, const auto& initial,
-                          H5& dataset) {
-    return create_numbers(group.get(), name, unit, text, type, initial.size(), initial.data(), dataset);
-  };
+  const H5 group = create_group(h5.get(), "loop");
+  LoopFields zero(LoopReport{});
   return group && set_attribute(group.get(), "description", "how the servo kept its time, and what it was granted") &&
-         create("times", "", "of the servo's loop; no ticks: a session that did not run live", H5T_NATIVE_UINT64,
-                zero.times, loop_times) &&
-         set_attribute(loop_times.get(), "labels", kLoopTimeLabels) &&
-         create("jitter", "", kHistogramText, H5T_NATIVE_UINT32, zero.jitter, loop_jitter) &&
-         create("work", "", kHistogramText, H5T_NATIVE_UINT32, zero.work, loop_work) &&
-         create("granted", "", "1: granted by the operating system", H5T_NATIVE_UINT64, zero.granted, loop_granted) &&
-         set_attribute(loop_granted.get(), "labels", kLoopGrantLabels) &&
-         create("note", "", "UTF-8: what was refused and what mends it", H5T_NATIVE_UINT8, zero.note, loop_note) &&
-         create("hand", "", "of a hand with motors", H5T_NATIVE_DOUBLE, zero.hand, loop_hand) &&
-         set_attribute(loop_hand.get(), "labels", kLoopHandLabels) &&
-         create("safety", "", "what the safety layer did, as bits", H5T_NATIVE_UINT64, zero.safety, loop_safety) &&
-         set_attribute(loop_safety.get(), "labels", safety_labels());
+         zero.each([&](const char* name, Type type, const char* text, const std::string& labels, const auto& numbers) {
+           return create_numbers(group.get(), name, "", text, h5_type(type), numbers.size(), numbers.data(),
+                                 loop_datasets.emplace_back(), labels);
+         });
 }
 
 bool SessionWriter::Impl::write_loop() {
-  const LoopFields f(*loop_unwritten);
+  LoopFields fields(*loop_unwritten);
   loop_unwritten.reset();
-  return overwrite(loop_times, H5T_NATIVE_UINT64, f.times.data()) &&
-         overwrite(loop_jitter, H5T_NATIVE_UINT32, f.jitter.data()) &&
-         overwrite(loop_work, H5T_NATIVE_UINT32, f.work.data()) &&
-         overwrite(loop_granted, H5T_NATIVE_UINT64, f.granted.data()) &&
-         overwrite(loop_note, H5T_NATIVE_UINT8, f.note.data()) &&
-         overwrite(loop_hand, H5T_NATIVE_DOUBLE, f.hand.data()) &&
-         overwrite(loop_safety, H5T_NATIVE_UINT64, f.safety.data());
+  auto dataset = loop_datasets.begin();
+  return fields.each([&](const char*, Type type, const char*, const std::string&, const auto& numbers) {
+    return overwrite(*dataset++, h5_type(type), numbers.data());
+  });
 }
 
 bool SessionWriter::Impl::write_lost() {
@@ -508,15 +489,14 @@ void SessionWriter::Impl::add_event(const SessionEvent& event) {
   std::string_view rest = event.text;
   std::uint32_t part = 0;
   do {
-    const std::size_t size = piece_of(rest, kEventText);
-    std::memcpy(events.cell(0), &event.t, sizeof event.t);
-    std::memcpy(events.cell(1), &event.kind, sizeof event.kind);
-    std::memcpy(events.cell(2), &part, sizeof part);
-    std::memset(events.cell(3), 0, kEventText);
-    std::memcpy(events.cell(3), rest.data(), size);
+    const std::string_view piece = piece_of(rest, kEventText);
+    events.put(0, event.t);
+    events.put(1, event.kind);
+    events.put(2, part);
+    events.put(3, piece);
     events.end_row();
     if (events.full()) write_table(events, status.lost.other_disk);
-    rest.remove_prefix(size);
+    rest.remove_prefix(piece.size());
     ++part;
   } while (!rest.empty());
 }
@@ -529,9 +509,7 @@ bool SessionWriter::Impl::close() noexcept {
   events.close();
   pictures.close();
   for (Table& stream : streams) stream.close();
-  for (H5* dataset : {&loop_times, &loop_jitter, &loop_work, &loop_granted, &loop_note, &loop_hand, &loop_safety}) {
-    dataset->reset();
-  }
+  loop_datasets.clear();
   for (H5* dataset : {&lost, &complete, &volumes_after, &volumes_ideal, &pulp_distance, &field_hash, &png})
     dataset->reset();
   errno = 0;
@@ -571,21 +549,11 @@ void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
 }
 
 void SessionWriter::append(std::span<const Cut> cuts) noexcept {
-  impl_->guarded([&] {
-    for (const Cut& cut : cuts) {
-      impl_->add(impl_->cuts, cut_columns(), cut);
-      if (impl_->cuts.full()) impl_->write_table(impl_->cuts, impl_->status.lost.cuts_disk);
-    }
-  });
+  impl_->append(impl_->cuts, cut_columns(), cuts, impl_->status.lost.cuts_disk);
 }
 
 void SessionWriter::append(std::span<const PatchUse> patches) noexcept {
-  impl_->guarded([&] {
-    for (const PatchUse& patch : patches) {
-      impl_->add(impl_->patches, patch_columns(), patch);
-      if (impl_->patches.full()) impl_->write_table(impl_->patches, impl_->status.lost.other_disk);
-    }
-  });
+  impl_->append(impl_->patches, patch_columns(), patches, impl_->status.lost.other_disk);
 }
 
 void SessionWriter::append(const SessionEvent& event) noexcept {
@@ -603,8 +571,8 @@ void SessionWriter::loop(const LoopReport& report) noexcept {
 void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> values) noexcept {
   impl_->guarded([&] {
     Table& table = impl_->streams[stream];
-    std::memcpy(table.cell(0), &t, sizeof t);
-    for (std::size_t i = 0; i < values.size(); ++i) std::memcpy(table.cell(i + 1), &values[i], sizeof(double));
+    table.put(0, t);
+    for (std::size_t i = 0; i < values.size(); ++i) table.put(i + 1, values[i]);
     table.end_row();
     if (table.full()) impl_->write_table(table, impl_->status.lost.other_disk);
   });
@@ -659,13 +627,10 @@ bool SessionWriter::Impl::finish(const SessionResult& result) {
         good = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &png_bytes, nullptr, &count, nullptr) >= 0 &&
                H5Dwrite(png.get(), H5T_NATIVE_UINT8, memory.get(), space.get(), H5P_DEFAULT, picture.png.data()) >= 0;
       }
-      const std::uint64_t offset = png_bytes, bytes = count;
-      std::memset(pictures.cell(0), 0, kPictureText);
-      std::memcpy(pictures.cell(0), picture.name.data(), piece_of(picture.name, kPictureText));
-      std::memset(pictures.cell(1), 0, kPictureText);
-      std::memcpy(pictures.cell(1), picture.title.data(), piece_of(picture.title, kPictureText));
-      std::memcpy(pictures.cell(2), &offset, sizeof offset);
-      std::memcpy(pictures.cell(3), &bytes, sizeof bytes);
+      pictures.put(0, piece_of(picture.name, kPictureText));
+      pictures.put(1, piece_of(picture.title, kPictureText));
+      pictures.put(2, std::uint64_t{png_bytes});
+      pictures.put(3, std::uint64_t{count});
       pictures.end_row();
       if (pictures.full()) write_table(pictures, status.lost.pictures_disk);
       png_bytes = end;

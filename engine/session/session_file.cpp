@@ -382,17 +382,12 @@ void SessionReader::Impl::read_header() {
 
 /// Reads the group "loop", which a truncated file may lack.
 void SessionReader::Impl::read_loop() {
-  LoopFields f;
-  const auto read = [&](const char* name, hid_t type, auto& numbers) {
-    return read_fixed(dataset(std::string("loop/") + name), type, numbers.size(), numbers.data());
+  LoopFields fields;
+  const auto read = [&](const std::string& name, Type type, const char*, const std::string&, auto& numbers) {
+    return read_fixed(dataset("loop/" + name), h5_type(type), numbers.size(), numbers.data());
   };
-  if (open_group(file.string(), h5.get(), "loop") && read("times", H5T_NATIVE_UINT64, f.times) &&
-      read("jitter", H5T_NATIVE_UINT32, f.jitter) && read("work", H5T_NATIVE_UINT32, f.work) &&
-      read("granted", H5T_NATIVE_UINT64, f.granted) && read("note", H5T_NATIVE_UINT8, f.note) &&
-      read("hand", H5T_NATIVE_DOUBLE, f.hand) && read("safety", H5T_NATIVE_UINT64, f.safety) && f.times[0] > 0 &&
-      f.times[1] > 0) {
-    loop = f.report();
-  }
+  if (open_group(file.string(), h5.get(), "loop") && fields.each(read) && fields.times[0] > 0 && fields.times[1] > 0)
+    loop = fields.report();
 }
 
 void SessionReader::Impl::read_events(const TableReader& table) {

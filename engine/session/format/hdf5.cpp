@@ -123,6 +123,17 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
   return dataset;
 }
 
+H5 without_times(hid_t kind) {
+  H5 properties(H5Pcreate(kind), H5Pclose);
+  H5Pset_obj_track_times(properties.get(), false);
+  return properties;
+}
+
+H5 create_group(hid_t root, const std::string& path) {
+  const H5 properties = without_times(H5P_GROUP_CREATE);
+  return {H5Gcreate2(root, path.c_str(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Gclose};
+}
+
 hid_t h5_type(Type type) {
   switch (type) {
     case Type::kF64:
@@ -166,14 +177,20 @@ bool set_scalar(hid_t object, const char* name, hid_t type, const void* value) {
   return attribute && H5Awrite(attribute.get(), type, value) >= 0;
 }
 
-bool get_scalar(hid_t object, const char* name, H5T_class_t type_class, hid_t type, void* value) {
-  if (H5Aexists(object, name) <= 0) return false;
+/// Opens an attribute with one value; empty if it does not exist or has another shape.
+H5 open_scalar(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return {};
   H5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute) return {};
+  const H5 space(H5Aget_space(attribute.get()), H5Sclose);
+  return H5Sget_simple_extent_npoints(space.get()) == 1 ? std::move(attribute) : H5();
+}
+
+bool get_scalar(hid_t object, const char* name, H5T_class_t type_class, hid_t type, void* value) {
+  const H5 attribute = open_scalar(object, name);
   if (!attribute) return false;
-  H5 space(H5Aget_space(attribute.get()), H5Sclose);
-  H5 stored(H5Aget_type(attribute.get()), H5Tclose);
-  if (H5Sget_simple_extent_npoints(space.get()) != 1 || H5Tget_class(stored.get()) != type_class) return false;
-  return H5Aread(attribute.get(), type, value) >= 0;
+  const H5 stored(H5Aget_type(attribute.get()), H5Tclose);
+  return H5Tget_class(stored.get()) == type_class && H5Aread(attribute.get(), type, value) >= 0;
 }
 
 }  // namespace
@@ -192,14 +209,11 @@ bool set_attribute(hid_t object, const char* name, std::uint64_t value) {
 }
 
 bool get_attribute(hid_t object, const char* name, std::string& text) {
-  if (H5Aexists(object, name) <= 0) return false;
-  H5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  const H5 attribute = open_scalar(object, name);
   if (!attribute) return false;
-  H5 space(H5Aget_space(attribute.get()), H5Sclose);
   H5 stored(H5Aget_type(attribute.get()), H5Tclose);
   std::size_t size = 0;
-  if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, kLongestAttribute))
-    return false;
+  if (!plausible_string(stored.get(), size, kLongestAttribute)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');
   if (H5Aread(attribute.get(), type.get(), bytes.data()) < 0) return false;
@@ -219,8 +233,7 @@ bool write_text(hid_t group, const char* name, std::string_view text) {
   if (bytes.empty()) bytes.push_back('\0');
   H5 type = h5_string_type(bytes.size());
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);
-  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);  // without time stamps, equal sessions give equal bytes
+  const H5 properties = without_times(H5P_DATASET_CREATE);
   H5 dataset(H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0;
 }

@@ -62,6 +62,11 @@ std::string h5_reason();
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 
+/// Properties for objects of a class (H5P_DATASET_CREATE, …) without time stamps: equal sessions give equal bytes.
+H5 without_times(hid_t kind);
+/// Creates a group; empty on failure.
+H5 create_group(hid_t root, const std::string& path);
+
 hid_t h5_type(Type type);
 /// String type: UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);

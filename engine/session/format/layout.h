@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/contract/loop_timing.h"
+#include "engine/session/format/columns.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session {
@@ -48,6 +49,19 @@ struct LoopFields {
   LoopFields() = default;
   explicit LoopFields(const LoopReport& report);
   LoopReport report() const;
+
+  /// Calls f(name, type, text, labels, numbers) for each dataset of the group, in the file's order, until one call
+  /// returns false. Returns false then.
+  template <class F>
+  bool each(F&& f) {
+    return f("times", Type::kU64, "of the servo's loop; no ticks: a session that did not run live", kLoopTimeLabels,
+             times) &&
+           f("jitter", Type::kU32, kHistogramText, "", jitter) && f("work", Type::kU32, kHistogramText, "", work) &&
+           f("granted", Type::kU64, "1: granted by the operating system", kLoopGrantLabels, granted) &&
+           f("note", Type::kU8, "UTF-8: what was refused and what mends it", "", note) &&
+           f("hand", Type::kF64, "of a hand with motors", kLoopHandLabels, hand) &&
+           f("safety", Type::kU64, "what the safety layer did, as bits", safety_labels(), safety);
+  }
 };
 
 // While the file is recorded, locks a byte far beyond its end. The lock ends with the process, so a reader can tell a

@@ -7,14 +7,11 @@ namespace typodont::session {
 bool Table::create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs,
                    std::size_t chunk, int deflate) {
   chunk_ = chunk;
-  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);  // without time stamps, equal sessions give equal bytes
-  H5 group(H5Gcreate2(file, path.c_str(), H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  const H5 group = create_group(file, path);
   if (!group || !set_attribute(group.get(), "description", text)) return false;
   for (Spec& spec : specs) {
-    H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    const H5 properties = without_times(H5P_DATASET_CREATE);
     const hsize_t chunk_rows = chunk, zero = 0, unlimited = H5S_UNLIMITED;
-    H5Pset_obj_track_times(properties.get(), false);
     H5Pset_chunk(properties.get(), 1, &chunk_rows);
     H5Pset_shuffle(properties.get());
     H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
@@ -53,14 +50,13 @@ bool Table::write() {
 }
 
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
-                    const void* initial, H5& dataset) {
-  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);
+                    const void* initial, H5& dataset, const std::string& labels) {
+  const H5 properties = without_times(H5P_DATASET_CREATE);
   H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
   H5 space(count == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose);
   dataset = H5(H5Dcreate2(parent, name, type, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && set_attribute(dataset.get(), "unit", unit) && set_attribute(dataset.get(), "description", text) &&
-         H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, initial) >= 0;
+         overwrite(dataset, type, initial) && (labels.empty() || set_attribute(dataset.get(), "labels", labels));
 }
 
 bool overwrite(const H5& dataset, hid_t type, const void* value) {

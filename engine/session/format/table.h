@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/session/format/hdf5.h"
@@ -24,6 +26,15 @@ class Table {
               int deflate);
 
   std::byte* cell(std::size_t column) { return columns_[column].buffer.data() + columns_[column].size * buffered_; }
+  template <class T>
+  void put(std::size_t column, const T& value) {
+    std::memcpy(cell(column), &value, sizeof value);
+  }
+  /// Stores a text of at most the column's size.
+  void put(std::size_t column, std::string_view text) {
+    std::memset(cell(column), 0, columns_[column].size);
+    std::memcpy(cell(column), text.data(), text.size());
+  }
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
@@ -50,7 +61,7 @@ class Table {
 
 /// Creates a scalar or one-dimensional dataset, whose values overwrite() replaces later.
 bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
-                    const void* initial, H5& dataset);
+                    const void* initial, H5& dataset, const std::string& labels = "");
 bool overwrite(const H5& dataset, hid_t type, const void* value);
 
 }  // namespace typodont::session
