@@ -29,19 +29,8 @@ ImU32 color_of(const glm::dvec3& rgb) {
 
 /// Colour in which the page shows labels of this kind.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
-  switch (kind) {
-    case haptics::LabelKind::kBone:
-      return label_color(Tissue::kCorticalBone);
-    case haptics::LabelKind::kTooth:
-      return label_color(Tissue::kDentin);
-    case haptics::LabelKind::kMetal:
-      return label_color(Tissue::kAmalgam);
-    case haptics::LabelKind::kCanal:
-      return label_color(Tissue::kPulp);
-    case haptics::LabelKind::kNothing:
-      break;
-  }
-  return {235, 235, 235};
+  constexpr std::array kTissues{Tissue::kCorticalBone, Tissue::kDentin, Tissue::kAmalgam, Tissue::kPulp};
+  return kind == haptics::LabelKind::kNothing ? glm::dvec3(235) : label_color(kTissues[static_cast<std::size_t>(kind)]);
 }
 
 /// Position, size and plane of one section on the screen.

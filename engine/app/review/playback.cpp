@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <memory>
 #include <string_view>
 #include <thread>
@@ -246,61 +248,34 @@ void show_session(const session::OpenedSession& session, const PlaybackOptions& 
   Playback playback(session, options);
   PlayClock& clock = playback.clock;
   clock.loop = options.loops != 0;
+  namespace keys = display::keys;
+  const std::map<int, std::function<void()>> actions{
+      {' ',
+       [&] {
+         if (clock.over)
+           clock.seek(clock.speed < 0 ? clock.to : clock.from);
+         else
+           clock.paused = !clock.paused;
+       }},
+      {keys::kLeft, [&] { clock.seek(clock.at - kJump); }},
+      {keys::kRight, [&] { clock.seek(clock.at + kJump); }},
+      {keys::kUp, [&] { clock.faster(true); }},
+      {keys::kDown, [&] { clock.faster(false); }},
+      {keys::kHome, [&] { clock.seek(clock.from); }},
+      {keys::kEnd, [&] { clock.seek(clock.to); }},
+      {'L', [&] { clock.loop = !clock.loop; }},
+      {'R', [&] { clock.speed = -clock.speed, clock.over = false; }},
+      {'V', [&] { playback.next_view(); }},
+      {'[', [&] { clock.set_range(clock.at, clock.to); }},
+      {']', [&] { clock.set_range(clock.from, clock.at); }},
+      {keys::kBackspace, [&] { clock.set_range(clock.begin, clock.end); }}};
   Nanos last = now();
   while (true) {
     const display::UserInput input = playback.output().poll();
     if (input.close) return;
     for (const int key : input.pressed) {
-      namespace keys = display::keys;
-      switch (key) {
-        case keys::kEscape:
-          return;
-        case ' ':
-          if (clock.over)
-            clock.seek(clock.speed < 0 ? clock.to : clock.from);
-          else
-            clock.paused = !clock.paused;
-          break;
-        case keys::kLeft:
-          clock.seek(clock.at - kJump);
-          break;
-        case keys::kRight:
-          clock.seek(clock.at + kJump);
-          break;
-        case keys::kUp:
-          clock.faster(true);
-          break;
-        case keys::kDown:
-          clock.faster(false);
-          break;
-        case keys::kHome:
-          clock.seek(clock.from);
-          break;
-        case keys::kEnd:
-          clock.seek(clock.to);
-          break;
-        case 'L':
-          clock.loop = !clock.loop;
-          break;
-        case 'R':
-          clock.speed = -clock.speed;
-          clock.over = false;
-          break;
-        case 'V':
-          playback.next_view();
-          break;
-        case '[':
-          clock.set_range(clock.at, clock.to);
-          break;
-        case ']':
-          clock.set_range(clock.from, clock.at);
-          break;
-        case keys::kBackspace:
-          clock.set_range(clock.begin, clock.end);
-          break;
-        default:
-          break;
-      }
+      if (key == keys::kEscape) return;
+      if (const auto action = actions.find(key); action != actions.end()) action->second();
     }
     const double dt = std::min(to_seconds(now() - last), 0.25);
     last = now();
