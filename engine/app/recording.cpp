@@ -175,19 +175,8 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing) {
 }
 
 std::string_view view_name(render::View view) noexcept {
-  switch (view) {
-    case render::View::kSection:
-      return "section";
-    case render::View::kXray:
-      return "xray";
-    case render::View::kDifference:
-      return "difference";
-    case render::View::kTemperature:
-      return "temperature";
-    case render::View::kLook:
-      break;
-  }
-  return "look";
+  constexpr std::array<std::string_view, 5> kNames{"look", "section", "xray", "difference", "temperature"};
+  return kNames[static_cast<std::size_t>(view)];
 }
 
 session::StreamSpec sound_stream() {

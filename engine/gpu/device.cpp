@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <map>
 
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -21,28 +23,17 @@ constexpr VkDeviceSize kBlockSize = VkDeviceSize{32} << 20;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
 const char* name_of(VkResult result) {
-  switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY:
-      return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
-      return "out of device memory";
-    case VK_ERROR_DEVICE_LOST:
-      return "device lost";
-    case VK_ERROR_SURFACE_LOST_KHR:
-      return "surface lost";
-    case VK_ERROR_INITIALIZATION_FAILED:
-      return "initialization failed";
-    case VK_ERROR_FEATURE_NOT_PRESENT:
-      return "feature not present";
-    case VK_ERROR_EXTENSION_NOT_PRESENT:
-      return "extension not present";
-    case VK_ERROR_INCOMPATIBLE_DRIVER:
-      return "no Vulkan driver";
-    case VK_TIMEOUT:
-      return "timeout";
-    default:
-      return "error";
-  }
+  static const std::map<VkResult, const char*> kNames{{VK_ERROR_OUT_OF_HOST_MEMORY, "out of host memory"},
+                                                      {VK_ERROR_OUT_OF_DEVICE_MEMORY, "out of device memory"},
+                                                      {VK_ERROR_DEVICE_LOST, "device lost"},
+                                                      {VK_ERROR_SURFACE_LOST_KHR, "surface lost"},
+                                                      {VK_ERROR_INITIALIZATION_FAILED, "initialization failed"},
+                                                      {VK_ERROR_FEATURE_NOT_PRESENT, "feature not present"},
+                                                      {VK_ERROR_EXTENSION_NOT_PRESENT, "extension not present"},
+                                                      {VK_ERROR_INCOMPATIBLE_DRIVER, "no Vulkan driver"},
+                                                      {VK_TIMEOUT, "timeout"}};
+  const auto found = kNames.find(result);
+  return found == kNames.end() ? "error" : found->second;
 }
 
 VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
@@ -101,19 +92,11 @@ std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
   return devices;
 }
 
+/// Place of the device in the order of preference.
 int rank(const VkPhysicalDeviceProperties& p) {
-  switch (p.deviceType) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
-      return 0;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
-      return 1;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
-      return 2;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU:
-      return 3;
-    default:
-      return 4;
-  }
+  constexpr std::array kBestFirst{VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
+                                  VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU, VK_PHYSICAL_DEVICE_TYPE_CPU};
+  return static_cast<int>(std::ranges::find(kBestFirst, p.deviceType) - kBestFirst.begin());
 }
 
 }  // namespace

@@ -49,14 +49,8 @@ Language system_language() noexcept {
 }
 
 std::string_view tag_of(Language language) noexcept {
-  switch (language) {
-    case Language::kGerman:
-      return "de";
-    case Language::kChinese:
-      return "zh-Hans";
-    default:
-      return "en";
-  }
+  constexpr std::array<std::string_view, kLanguageCount> kTags{"en", "de", "zh-Hans"};
+  return kTags[static_cast<std::size_t>(language)];
 }
 
 std::string_view text(std::string_view key, Language language) noexcept {

@@ -10,33 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-std::size_t report_size(ArmProtocol protocol) {
-  switch (protocol) {
-    case ArmProtocol::kHidV1:
-      return 8;
-    case ArmProtocol::kHidV2:
-      return 14;
-    case ArmProtocol::kRawHid:
-      return 64;
-    case ArmProtocol::kText:
-      break;
-  }
-  return 0;
-}
-
-std::size_t command_size(ArmProtocol protocol) {
-  switch (protocol) {
-    case ArmProtocol::kHidV1:
-      return 9;
-    case ArmProtocol::kHidV2:
-      return 15;
-    case ArmProtocol::kRawHid:
-      return 65;
-    case ArmProtocol::kText:
-      break;
-  }
-  return 0;
-}
+// Sizes in bytes, in the order of ArmProtocol; 0: text lines of any length.
+constexpr std::array<std::size_t, 4> kReportSizes{8, 14, 64, 0}, kCommandSizes{9, 15, 65, 0};
 
 std::int16_t get16(std::span<const std::uint8_t> bytes, std::size_t at) {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8));
@@ -56,13 +31,13 @@ std::int16_t milliamperes(double amperes) {
 
 std::optional<ArmProtocol> protocol_of_report(std::size_t bytes) {
   for (const ArmProtocol p : {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid}) {
-    if (bytes == report_size(p)) return p;
+    if (bytes == kReportSizes[static_cast<std::size_t>(p)]) return p;
   }
   return std::nullopt;
 }
 
 std::optional<ArmReport> parse_hid(ArmProtocol protocol, std::span<const std::uint8_t> bytes) {
-  const std::size_t size = report_size(protocol);
+  const std::size_t size = kReportSizes[static_cast<std::size_t>(protocol)];
   if (size == 0 || bytes.empty() || bytes.size() % size != 0) return std::nullopt;
   const auto report = bytes.last(size);
   ArmReport out;
@@ -110,7 +85,7 @@ ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
     command.size = result.size;  // the text is never longer than 24 characters
     return command;
   }
-  command.size = command_size(protocol);  // bytes[0] is the report id and stays 0
+  command.size = kCommandSizes[static_cast<std::size_t>(protocol)];  // bytes[0] is the report id and stays 0
   for (int i = 0; i < 3; ++i) put16(command, 1 + 2 * static_cast<std::size_t>(i), milliamperes(amperes[i]));
   return command;
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <set>
 
 #include "engine/base/error.h"
@@ -50,24 +51,13 @@ void write_png(const std::filesystem::path& file, const Picture& picture) {
 }
 
 dvec3 color_of(Tissue tissue) {
-  switch (tissue) {
-    case Tissue::kEnamel:
-      return {0.55, 0.80, 1.00};
-    case Tissue::kDentin:
-      return {0.95, 0.80, 0.35};
-    case Tissue::kPulp:
-      return {0.90, 0.20, 0.25};
-    case Tissue::kCorticalBone:
-      return {0.92, 0.90, 0.80};
-    case Tissue::kCancellousBone:
-      return {0.85, 0.50, 0.45};
-    case Tissue::kGingiva:
-      return {0.95, 0.55, 0.60};
-    case Tissue::kAmalgam:
-      return {0.45, 0.45, 0.50};
-    default:
-      return {0.7, 0.7, 0.7};
-  }
+  static const std::map<Tissue, dvec3> kColors{
+      {Tissue::kEnamel, {0.55, 0.80, 1.00}},         {Tissue::kDentin, {0.95, 0.80, 0.35}},
+      {Tissue::kPulp, {0.90, 0.20, 0.25}},           {Tissue::kCorticalBone, {0.92, 0.90, 0.80}},
+      {Tissue::kCancellousBone, {0.85, 0.50, 0.45}}, {Tissue::kGingiva, {0.95, 0.55, 0.60}},
+      {Tissue::kAmalgam, {0.45, 0.45, 0.50}}};
+  const auto found = kColors.find(tissue);
+  return found == kColors.end() ? dvec3(0.7) : found->second;
 }
 
 // Cells of edge `cell` (m) that contain a repair, and their neighbours.

@@ -25,17 +25,12 @@ struct Columns {
   std::string first, second, level;
 };
 Columns columns_of(Question question) {
-  switch (question) {
-    case Question::kStiffness:
-      return {"first_N_per_mm", "second_N_per_mm", "level_percent"};
-    case Question::kForce:
-      return {"first_force_percent", "second_force_percent", "level_percent"};
-    case Question::kDelay:
-      return {"first_delay_ms", "second_delay_ms", "level_ms"};
-    case Question::kModel:
-      break;
-  }
-  return {"first_model", "second_model", ""};
+  static const std::map<Question, Columns> kColumns{
+      {Question::kStiffness, {"first_N_per_mm", "second_N_per_mm", "level_percent"}},
+      {Question::kForce, {"first_force_percent", "second_force_percent", "level_percent"}},
+      {Question::kDelay, {"first_delay_ms", "second_delay_ms", "level_ms"}},
+      {Question::kModel, {"first_model", "second_model", ""}}};
+  return kColumns.at(question);
 }
 
 std::string plan_text(const TrialLog& log) {

@@ -46,21 +46,8 @@ nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegio
 }  // namespace
 
 const char* upright_rotation(Crown crown) {
-  switch (crown) {
-    case Crown::kUp:
-      break;
-    case Crown::kDown:
-      return "x180";
-    case Crown::kRight:
-      return "y-90";
-    case Crown::kLeft:
-      return "y90";
-    case Crown::kBack:
-      return "x90";
-    case Crown::kFront:
-      return "x-90";
-  }
-  return "";
+  constexpr std::array kRotations{"", "x180", "y-90", "y90", "x90", "x-90"};  // in the order of Crown
+  return kRotations[static_cast<std::size_t>(crown)];
 }
 
 Crown crown_along(const dvec3& up) {
