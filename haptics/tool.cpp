@@ -36,12 +36,14 @@ struct Piece {
 struct Meridian {
   std::array<Piece, 4> pieces;
   int count = 0;
-  void line(dvec2 a, dvec2 b) { pieces[static_cast<std::size_t>(count++)] = {a, b, {}, 0}; }
-  void lines(std::initializer_list<dvec2> points) {
-    for (const dvec2* p = points.begin(); p + 1 != points.end(); ++p) line(p[0], p[1]);
+  Meridian& lines(std::initializer_list<dvec2> points) {
+    for (const dvec2* p = points.begin(); p + 1 != points.end(); ++p)
+      pieces[static_cast<std::size_t>(count++)] = {p[0], p[1], {}, 0};
+    return *this;
   }
-  void arc(dvec2 a, dvec2 b, dvec2 center) {
+  Meridian& arc(dvec2 a, dvec2 b, dvec2 center) {
     pieces[static_cast<std::size_t>(count++)] = {a, b, center, glm::length(a - center)};
+    return *this;
   }
 };
 
@@ -54,33 +56,24 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
 
 Meridian sphere(const Tool& tool) {
   const double r = tool.radius();
-  Meridian m;
-  m.arc({0, -r}, {0, r}, {0, 0});
-  return m;
+  return Meridian().arc({0, -r}, {0, r}, {0, 0});
 }
 
 Meridian cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
-  Meridian m;
-  m.lines({{0, -half}, {r, -half}, {r, half}, {0, half}});
-  return m;
+  return Meridian().lines({{0, -half}, {r, -half}, {r, half}, {0, half}});
 }
 
 /// Cylinder with a hemisphere at the free end; `length` includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
-  Meridian m;
-  m.arc({0, -half}, {r, -half + r}, {0, -half + r});
-  m.lines({{r, -half + r}, {r, half}, {0, half}});
-  return m;
+  return Meridian().arc({0, -half}, {r, -half + r}, {0, -half + r}).lines({{r, -half + r}, {r, half}, {0, half}});
 }
 
 /// Cone with its tip at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
-  Meridian m;
-  m.lines({{0, -half}, {r, half}, {0, half}});
-  return m;
+  return Meridian().lines({{0, -half}, {r, half}, {0, half}});
 }
 
 /// Hemisphere of full width, then a tangent cone to a neck of half the width.
@@ -92,10 +85,7 @@ Meridian pear(const Tool& tool) {
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
-  Meridian m;
-  m.arc({0, -half}, touch, center);
-  m.lines({touch, neck, {0, half}});
-  return m;
+  return Meridian().arc({0, -half}, touch, center).lines({touch, neck, {0, half}});
 }
 
 /// Arc from the tip to the largest diameter at a third of the length, then a cone to a neck of half the width.
@@ -107,30 +97,22 @@ Meridian flame(const Tool& tool) {
   // belly).
   const double big = (r * r + rise * rise) / (2 * r);
   const dvec2 center(r - big, belly);
-  Meridian m;
-  m.arc({0, -half}, {r, belly}, center);
-  m.lines({{r, belly}, {r / 2, half}, {0, half}});
-  return m;
+  return Meridian().arc({0, -half}, {r, belly}, center).lines({{r, belly}, {r / 2, half}, {0, half}});
 }
 
 /// Cone that is widest at the free end, with a neck of half the width.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
-  Meridian m;
-  m.lines({{0, -half}, {r, -half}, {r / 2, half}, {0, half}});
-  return m;
+  return Meridian().lines({{0, -half}, {r, -half}, {r / 2, half}, {0, half}});
 }
 
 /// Meridian of a shank that widens from its neck to the full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
-  Meridian m;
   if (tool.neck_length < tool.length)
-    m.lines({{0, -half}, {neck, -half}, {r, taper}, {r, half}, {0, half}});
-  else
-    m.lines({{0, -half}, {neck, -half}, {r, half}, {0, half}});
-  return m;
+    return Meridian().lines({{0, -half}, {neck, -half}, {r, taper}, {r, half}, {0, half}});
+  return Meridian().lines({{0, -half}, {neck, -half}, {r, half}, {0, half}});
 }
 
 /// The properties of a shape in scenes.

@@ -16,6 +16,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/lower_case.h"
+#include "engine/base/pose.h"
 #include "engine/base/units.h"
 
 namespace typodont::surface {
@@ -23,11 +24,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary PLY and STL are written in the machine's order");
 
-template <class T>
-void append(std::string& out, const T& value) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
+template <class... Values>
+void append(std::string& out, const Values&... values) {
+  (out.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
 }
 
 glm::vec3 millimetres(const glm::vec3& position, const VoxelFrame& frame) {
@@ -57,16 +56,9 @@ std::string ply(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTa
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       labels, mesh.vertices.size(), mesh.triangles.size());
   out.reserve(out.size() + 28 * mesh.vertices.size() + 13 * mesh.triangles.size());
-  for (const auto& v : mesh.vertices) {
-    append(out, millimetres(v.position, frame));
-    append(out, v.normal);
-    append(out, rgb(materials, v));
-    append(out, v.tissue);
-  }
-  for (const auto& triangle : mesh.triangles) {
-    append(out, std::uint8_t{3});
-    append(out, triangle);
-  }
+  for (const auto& v : mesh.vertices)
+    append(out, millimetres(v.position, frame), v.normal, rgb(materials, v), v.tissue);
+  for (const auto& triangle : mesh.triangles) append(out, std::uint8_t{3}, triangle);
   return out;
 }
 
@@ -81,9 +73,7 @@ std::string stl(const WholeMesh& mesh, const VoxelFrame& frame) {
       p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
     const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
     const float length = glm::length(n);
-    append(out, length > 0 ? n / length : glm::vec3(0));
-    append(out, p);
-    append(out, std::uint16_t{0});
+    append(out, length > 0 ? n / length : glm::vec3(0), p, std::uint16_t{0});
   }
   return out;
 }
@@ -166,13 +156,10 @@ std::string glb(const Gltf& gltf) {
   std::string json = gltf.json.dump();
   json.resize((json.size() + 3) / 4 * 4, ' ');
   std::string out = "glTF";
-  append(out, kVersion);
-  append(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + gltf.buffer.size()));
-  append(out, static_cast<std::uint32_t>(json.size()));
-  append(out, kJson);
+  append(out, kVersion, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + gltf.buffer.size()));
+  append(out, static_cast<std::uint32_t>(json.size()), kJson);
   out += json;
-  append(out, static_cast<std::uint32_t>(gltf.buffer.size()));
-  append(out, kBinary);
+  append(out, static_cast<std::uint32_t>(gltf.buffer.size()), kBinary);
   return out + gltf.buffer;
 }
 
@@ -185,14 +172,9 @@ std::string gltf_text(Gltf gltf) {
 }  // namespace
 
 WholeMesh weld(const SurfaceMesher& mesher) {
-  struct Less {
-    bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
-      return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-    }
-  };
   constexpr std::uint32_t kNone = 0xffffffff;
   // for each brick: indices of its points in the file
-  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;
+  std::map<glm::ivec3, std::vector<std::uint32_t>, LessByAxes> number;
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {

@@ -13,9 +13,9 @@ namespace typodont {
 
 namespace {
 
-template <class T>
-void append(std::string& out, const T& value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+template <class... Values>
+void append(std::string& out, const Values&... values) {
+  (out.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
 }
 
 glm::vec3 millimetres(const dvec3& metres) {
@@ -70,22 +70,10 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
       "property float red\nproperty float green\nproperty float blue\n"
       "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
       labels, corners_.size(), indices_.size() / 3);
-  for (const Corner& c : corners_) {
-    append(out, c.p);
-    append(out, c.n);
-    append(out, c.body);
-    append(out, c.tissue);
-    append(out, c.second);
-    append(out, c.under);
-    append(out, c.fraction);
-    append(out, c.cut);
-    append(out, c.depth);
-    append(out, c.color);
-  }
-  for (std::size_t i = 0; i + 2 < indices_.size(); i += 3) {
-    append(out, std::uint8_t{3});
-    for (std::size_t k = 0; k < 3; ++k) append(out, indices_[i + k]);
-  }
+  for (const Corner& c : corners_)
+    append(out, c.p, c.n, c.body, c.tissue, c.second, c.under, c.fraction, c.cut, c.depth, c.color);
+  for (std::size_t i = 0; i + 2 < indices_.size(); i += 3)
+    append(out, std::uint8_t{3}, indices_[i], indices_[i + 1], indices_[i + 2]);
   write_file_atomically(file, out, FileKind::kPly);
 }
 

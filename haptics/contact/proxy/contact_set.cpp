@@ -25,6 +25,14 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
+/// Stores a plane, except `yields`, in single precision.
+void ContactSet::store(int i, const ContactPlane& plane) noexcept {
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
+  approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
+  approximate_.gap[i] = static_cast<float>(plane.gap);
+}
+
 /// Stores the exact plane of a refined contact. If the array is full, the new plane replaces the oldest.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
@@ -33,20 +41,14 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
     slot = &exact_[static_cast<std::size_t>(exact_count_++)];
   }
   *slot = {i, c, plane};
-  const glm::vec3 x(plane.x - origin_), n(plane.n);
-  approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
-  approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
-  approximate_.gap[i] = static_cast<float>(plane.gap);
+  store(i, plane);
   approximate_.yields[i] = static_cast<float>(plane.yields);
 }
 
 /// Adds a contact in single precision, without an exact plane. If the set is full, the last contact is replaced.
 void ContactSet::put_own(const ContactPlane& plane) noexcept {
   const int i = count_ < kMax ? count_++ : kMax - 1;
-  const glm::vec3 x(plane.x - origin_), n(plane.n);
-  approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
-  approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
-  approximate_.gap[i] = static_cast<float>(plane.gap);
+  store(i, plane);
   approximate_.yields[i] = 1;
   deepest_ = std::max(deepest_, -plane.gap);
 }
@@ -61,22 +63,16 @@ void ContactSet::put_rim(const ContactPlane& plane, const dvec3& c, double withi
 
 /// Replaces the approximate contacts near a rim by the exact contact of the rim.
 void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
-  const glm::vec3 x(rim.x - origin_), n(rim.n);
+  const glm::vec3 x(rim.x - origin_);
   const auto near = static_cast<float>(within);
   for (int i = 0; i < own(); ++i) {
-    if (glm::length(glm::vec3(approximate_.x[i], approximate_.y[i], approximate_.z[i]) - x) > near) continue;
-    approximate_.x[i] = x.x, approximate_.y[i] = x.y, approximate_.z[i] = x.z;
-    approximate_.nx[i] = n.x, approximate_.ny[i] = n.y, approximate_.nz[i] = n.z;
-    approximate_.gap[i] = static_cast<float>(rim.gap);
+    if (glm::length(glm::vec3(approximate_.x[i], approximate_.y[i], approximate_.z[i]) - x) <= near) store(i, rim);
   }
 }
 
 bool ContactSet::add(const ContactPlane& plane) noexcept {
   if (count_ == ApproximatePlanes::kCapacity) return false;
-  const glm::vec3 x(plane.x - origin_), n(plane.n);
-  approximate_.x[count_] = x.x, approximate_.y[count_] = x.y, approximate_.z[count_] = x.z;
-  approximate_.nx[count_] = n.x, approximate_.ny[count_] = n.y, approximate_.nz[count_] = n.z;
-  approximate_.gap[count_] = static_cast<float>(plane.gap);
+  store(count_, plane);
   approximate_.yields[count_] = 0;
   ++count_, ++added_;
   return true;

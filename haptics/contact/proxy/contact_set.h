@@ -82,6 +82,7 @@ class ContactSet {
   static constexpr int kExact = 12;
 
   Exact* exact(int i) noexcept;
+  void store(int i, const ContactPlane& plane) noexcept;
   void put_beside(const ContactPlane& rim, double within) noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
   void put_rim(const ContactPlane& plane, const dvec3& c, double within) noexcept;
