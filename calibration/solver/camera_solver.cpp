@@ -14,6 +14,7 @@
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::calibration {
 

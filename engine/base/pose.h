@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <tuple>
 
 namespace typodont {
 
@@ -63,14 +62,6 @@ inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }
-
-/// Orders points or voxels by x, then y, then z.
-struct LessByAxes {
-  template <class V>
-  bool operator()(const V& a, const V& b) const {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  }
-};
 
 inline bool is_finite(const dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -1,7 +1,8 @@
-// Loops over the voxels of a grid.
+// Loops over the voxels of a grid, and an order of voxels.
 #pragma once
 
 #include <glm/glm.hpp>
+#include <tuple>
 
 namespace typodont {
 
@@ -18,5 +19,13 @@ template <class Visit>
 void for_each_voxel(const glm::ivec3& size, Visit&& visit) {
   for_each_voxel_between(glm::ivec3(0), size - 1, visit);
 }
+
+/// Orders points or voxels by x, then y, then z.
+struct LessByAxes {
+  template <class V>
+  bool operator()(const V& a, const V& b) const {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  }
+};
 
 }  // namespace typodont

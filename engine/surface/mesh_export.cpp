@@ -16,8 +16,8 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/lower_case.h"
-#include "engine/base/pose.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::surface {
 namespace {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/base/voxels.h"
 #include "engine/surface/contour/brick_contour.h"
 #include "engine/surface/contour/cell_shapes.h"
 
@@ -21,10 +22,6 @@ struct KeyHash {
     return static_cast<std::size_t>(h ^ h >> 31);
   }
 };
-
-bool key_less(const glm::ivec3& a, const glm::ivec3& b) {
-  return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-}
 
 struct Brick {
   glm::ivec3 key{0};
@@ -333,7 +330,7 @@ struct SurfaceMesher::State {
   /// Calls `changed_to(brick, mesh)` for each changed brick that has triangles now or had some before.
   template <class Changed>
   void remesh(const Changed& changed_to) {
-    std::sort(queue.begin(), queue.end(), [](const Brick* a, const Brick* b) { return key_less(a->key, b->key); });
+    std::sort(queue.begin(), queue.end(), [](const Brick* a, const Brick* b) { return LessByAxes{}(a->key, b->key); });
     for (Brick* const brick : queue) {
       brick->queued = false;
       const BrickContour* around[8] = {&brick->contour};
@@ -409,7 +406,7 @@ std::vector<glm::ivec3> SurfaceMesher::keys() const {
   for (const auto& [key, brick] : state_->bricks) {
     if (!brick->mesh.indices.empty()) keys.push_back(key);
   }
-  std::sort(keys.begin(), keys.end(), key_less);
+  std::sort(keys.begin(), keys.end(), LessByAxes{});
   return keys;
 }
 

@@ -18,6 +18,7 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/fnv.h"
+#include "engine/base/voxels.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/lanes.h"
 #include "haptics/natural_surface.h"

@@ -13,7 +13,6 @@
 #include "haptics/coupling/tip.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/heads.h"
-#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

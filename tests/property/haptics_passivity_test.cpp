@@ -13,7 +13,6 @@
 #include "engine/base/units.h"
 #include "haptics/coupling/passivity.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

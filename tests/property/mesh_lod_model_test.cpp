@@ -19,7 +19,6 @@
 #include "tests/support/folder.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/hausdorff.h"
-#include "tests/support/literals.h"
 #include "tests/support/mesh_shapes.h"
 
 namespace typodont::haptics::mesh_lod {

@@ -11,7 +11,6 @@
 #include "haptics/packing.h"
 #include "haptics/solid.h"
 #include "tests/support/folder.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

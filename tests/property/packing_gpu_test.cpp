@@ -16,7 +16,6 @@
 #include "haptics/contact/packing/packing_model.h"
 #include "haptics/packing.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics::packing {
 namespace {

@@ -18,7 +18,6 @@
 #include "haptics/import/mesh_solid.h"
 #include "haptics/packing.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

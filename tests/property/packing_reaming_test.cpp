@@ -11,7 +11,6 @@
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

@@ -16,7 +16,6 @@
 #include "haptics/import/mesh_solid.h"
 #include "haptics/packing.h"
 #include "tests/support/every_sphere.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics::packing {
 namespace {

@@ -8,7 +8,6 @@
 #include "haptics/contact_method.h"
 #include "haptics/dense_tissue.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont::haptics {
 namespace {

@@ -26,7 +26,6 @@
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
 #include "tests/support/folder.h"
-#include "tests/support/literals.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {

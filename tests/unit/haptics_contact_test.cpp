@@ -10,7 +10,6 @@
 #include "engine/base/units.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

@@ -12,7 +12,6 @@
 #include "haptics/cutting/cut_front.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/heads.h"
-#include "tests/support/literals.h"
 #include "tests/support/swinging_hand.h"
 
 namespace typodont {

@@ -12,7 +12,6 @@
 #include "haptics/cutting/carve.h"
 #include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {

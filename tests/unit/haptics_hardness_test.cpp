@@ -16,7 +16,6 @@
 #include "haptics/cutting/cut_front.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 #include "tests/support/program.h"
 #include "tests/support/undo_redo.h"
 

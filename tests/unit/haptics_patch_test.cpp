@@ -20,7 +20,6 @@
 #include "haptics/cutting/carve.h"
 #include "haptics/patch_exchange.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {

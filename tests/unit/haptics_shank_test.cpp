@@ -10,7 +10,6 @@
 #include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {

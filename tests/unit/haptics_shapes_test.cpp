@@ -8,7 +8,6 @@
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 
 namespace typodont {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
-#include "tests/support/literals.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {

@@ -6,7 +6,6 @@
 
 #include "engine/base/units.h"
 #include "haptics/tool.h"
-#include "tests/support/literals.h"
 #include "tests/support/swinging_hand.h"
 
 namespace typodont {

@@ -9,7 +9,6 @@
 #include "haptics/mesh/surface_pieces.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_volume.h"
-#include "tests/support/literals.h"
 #include "tests/support/mesh_shapes.h"
 
 namespace typodont {

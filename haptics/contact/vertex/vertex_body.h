@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "haptics/contact/tissue_body.h"
 #include "haptics/contact/vertex/mesh_cutter.h"
 #include "haptics/contact/vertex/vertex_method.h"
