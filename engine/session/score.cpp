@@ -174,18 +174,23 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// Returns a measure of the implant's drilled hole; empty if it is unknown (negative).
-template <class Number>
-std::optional<double> of_bed(const ScoreInput& in, Number number) {
-  if (!in.implant || !in.implant->bed.found) return std::nullopt;
-  const double value = number(in.implant->bed);
-  if (value < 0) return std::nullopt;
-  return value;
-}
-
 constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
+using Bed = ImplantBedMeasures;
+
+/// A measure of the implant's drilled hole; empty if it is unknown (negative).
+template <auto Member>
+Value of_bed(In in, double per_unit) {
+  if (!in.implant || !in.implant->bed.found || in.implant->bed.*Member < 0) return std::nullopt;
+  return per_unit * in.implant->bed.*Member;
+}
+/// A distance from the drilled hole, mm; empty if it is a metre or more: there is nothing near.
+template <auto Member>
+Value near_bed(In in) {
+  const Value metres = of_bed<Member>(in, 1);
+  return metres && *metres < 1 ? Value(1e3 * *metres) : std::nullopt;
+}
 
 // Smaller values of a measure, in the measure's unit, count as 0.
 constexpr double kMinMeasured = 1e-6;
@@ -216,10 +221,7 @@ constexpr Measure kMeasures[] = {
      [](In in) { return of_cavity<&CavityMeasures::margin_roughness>(in, 1e6); }},
     {"cup_center_mm", "mm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::cup_offset>(in, 1e3); }},
     {"cup_radius_mm", "mm", Best::kNear,
-     [](In in) -> Value {
-       if (!in.cavity || !in.cavity->cup) return std::nullopt;
-       return in.cavity->cup->radius * 1e3;
-     }},
+     [](In in) { return in.cavity && in.cavity->cup ? Value(in.cavity->cup->radius * 1e3) : std::nullopt; }},
     {"cup_angle_deg", "°", Best::kAtMost,
      [](In in) { return of_cavity<&CavityMeasures::cup_tilt>(in, kDegreesPerRadian); }},
     {"healthy_removed_mm3", "mm³", Best::kAtMost, [](In in) -> Value { return healthy_removed(in) * kMm3; }},
@@ -227,113 +229,73 @@ constexpr Measure kMeasures[] = {
      [](In in) -> Value {
        const auto i = static_cast<std::size_t>(Tissue::kGingiva);
        const bool around = in.damage && in.damage->gum;
-       if (in.before[i] <= 0 && !around) return std::nullopt;
-       return (std::max(0.0, in.before[i] - in.after[i]) + (around ? in.damage->gum_volume : 0)) * kMm3;
+       return in.before[i] > 0 || around
+                  ? Value((std::max(0.0, in.before[i] - in.after[i]) + (around ? in.damage->gum_volume : 0)) * kMm3)
+                  : std::nullopt;
      }},
     {"neighbour_removed_mm3", "mm³", Best::kAtMost,
-     [](In in) -> Value {
-       if (!in.damage || !in.damage->neighbours) return std::nullopt;
-       return in.damage->neighbour_volume * kMm3;
+     [](In in) {
+       return in.damage && in.damage->neighbours ? Value(in.damage->neighbour_volume * kMm3) : std::nullopt;
      }},
     {"protected_removed_mm3", "mm³", Best::kAtMost,
      [](In in) { return of_cavity<&CavityMeasures::kept_removed>(in, kMm3); }},
     {"pulp_removed_mm3", "mm³", Best::kAtMost,
      [](In in) -> Value {
        const auto i = static_cast<std::size_t>(Tissue::kPulp);
-       if (in.before[i] <= 0) return std::nullopt;
-       return std::max(0.0, in.before[i] - in.after[i]) * kMm3;
+       return in.before[i] > 0 ? Value(std::max(0.0, in.before[i] - in.after[i]) * kMm3) : std::nullopt;
      }},
     {"pulp_distance_mm", "mm", Best::kAtLeast,
      [](In in) -> Value {
        if (in.cavity) return of_cavity<&CavityMeasures::pulp_distance>(in, 1e3);
-       if (!in.pulp_distance) return std::nullopt;
-       return *in.pulp_distance * 1e3;
+       return in.pulp_distance ? Value(*in.pulp_distance * 1e3) : std::nullopt;
      }},
     {"pulp_exposed_mm2", "mm²", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::pulp_exposed>(in, 1e6); }},
     {"lesions_found_percent", "%", Best::kAtLeast,
-     [](In in) -> Value {
-       if (!in.explore || in.explore->lesions == 0) return std::nullopt;
-       return 100.0 * in.explore->found / in.explore->lesions;
+     [](In in) {
+       return in.explore && in.explore->lesions > 0 ? Value(100.0 * in.explore->found / in.explore->lesions)
+                                                    : std::nullopt;
      },
      false, Basis::kHand},
     {"false_finds", "", Best::kAtMost,
-     [](In in) -> Value {
-       if (!in.explore || probes(in)) return std::nullopt;
-       return in.explore->false_finds;
-     },
-     false, Basis::kHand},
+     [](In in) { return in.explore && !probes(in) ? Value(in.explore->false_finds) : std::nullopt; }, false,
+     Basis::kHand},
     {"explored_percent", "%", Best::kAtLeast,
-     [](In in) -> Value {
-       if (!in.explore || probes(in)) return std::nullopt;
-       return 100 * in.explore->explored;
-     }},
+     [](In in) { return in.explore && !probes(in) ? Value(100 * in.explore->explored) : std::nullopt; }},
     {"sites_within_1mm_percent", "%", Best::kAtLeast,
-     [](In in) -> Value {
-       if (!probes(in)) return std::nullopt;
-       return 100.0 * in.explore->sites_within(kReadWithin) / static_cast<double>(in.explore->sites.size());
+     [](In in) {
+       return probes(in)
+                  ? Value(100.0 * in.explore->sites_within(kReadWithin) / static_cast<double>(in.explore->sites.size()))
+                  : std::nullopt;
      },
      false, Basis::kHand},
     {"probing_force_N", "N", Best::kAtMost,
-     [](In in) -> Value {
-       if (!probes(in)) return std::nullopt;
-       return in.explore->probing_force;
-     }},
+     [](In in) { return probes(in) ? Value(in.explore->probing_force) : std::nullopt; }},
     {"implant_phases_percent", "%", Best::kAtLeast,
-     [](In in) -> Value {
-       if (!in.implant) return std::nullopt;
-       return 100 * in.implant->phases_done();
-     },
-     false, Basis::kTicks},
-    {"implant_entry_mm", "mm", Best::kAtMost,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.entry_error; }); }},
-    {"implant_apex_mm", "mm", Best::kAtMost,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.apex_error; }); }},
-    {"implant_angle_deg", "°", Best::kAtMost,
-     [](In in) { return of_bed(in, [](const auto& bed) { return kDegreesPerRadian * bed.axis_error; }); }},
-    {"bed_depth_mm", "mm", Best::kNear,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.depth; }); }},
-    {"bed_diameter_mm", "mm", Best::kNear,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.diameter; }); }},
-    {"bed_ovality_mm", "mm", Best::kAtMost,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.ovality; }); }},
-    {"cortical_perforation_percent", "%", Best::kAtMost,
-     [](In in) { return of_bed(in, [](const auto& bed) { return 100 * bed.perforated; }); }},
-    {"canal_distance_mm", "mm", Best::kAtLeast,
-     [](In in) {
-       return of_bed(in, [](const auto& bed) { return bed.canal_distance < 1 ? 1e3 * bed.canal_distance : -1; });
-     }},
-    {"neighbour_distance_mm", "mm", Best::kAtLeast,
-     [](In in) {
-       return of_bed(in,
-                     [](const auto& bed) { return bed.neighbour_distance < 1 ? 1e3 * bed.neighbour_distance : -1; });
-     }},
+     [](In in) { return in.implant ? Value(100 * in.implant->phases_done()) : std::nullopt; }, false, Basis::kTicks},
+    {"implant_entry_mm", "mm", Best::kAtMost, [](In in) { return of_bed<&Bed::entry_error>(in, 1e3); }},
+    {"implant_apex_mm", "mm", Best::kAtMost, [](In in) { return of_bed<&Bed::apex_error>(in, 1e3); }},
+    {"implant_angle_deg", "°", Best::kAtMost, [](In in) { return of_bed<&Bed::axis_error>(in, kDegreesPerRadian); }},
+    {"bed_depth_mm", "mm", Best::kNear, [](In in) { return of_bed<&Bed::depth>(in, 1e3); }},
+    {"bed_diameter_mm", "mm", Best::kNear, [](In in) { return of_bed<&Bed::diameter>(in, 1e3); }},
+    {"bed_ovality_mm", "mm", Best::kAtMost, [](In in) { return of_bed<&Bed::ovality>(in, 1e3); }},
+    {"cortical_perforation_percent", "%", Best::kAtMost, [](In in) { return of_bed<&Bed::perforated>(in, 100); }},
+    {"canal_distance_mm", "mm", Best::kAtLeast, [](In in) { return near_bed<&Bed::canal_distance>(in); }},
+    {"neighbour_distance_mm", "mm", Best::kAtLeast, [](In in) { return near_bed<&Bed::neighbour_distance>(in); }},
     {"insertion_torque_Ncm", "N·cm", Best::kNear,
-     [](In in) -> Value {
-       if (!in.implant || !in.implant->placed) return std::nullopt;
-       return 100 * in.implant->insertion_torque;
-     }},
+     [](In in) { return in.implant && in.implant->placed ? Value(100 * in.implant->insertion_torque) : std::nullopt; }},
     {"bone_contact_percent", "%", Best::kAtLeast,
-     [](In in) -> Value {
-       if (!in.implant || in.implant->bone_contact < 0) return std::nullopt;
-       return 100 * in.implant->bone_contact;
+     [](In in) {
+       return in.implant && in.implant->bone_contact >= 0 ? Value(100 * in.implant->bone_contact) : std::nullopt;
      }},
     {"over_force_s", "s", Best::kAtMost,
-     [](In in) -> Value {
-       if (!in.implant) return std::nullopt;
-       return in.implant->over_force;
-     },
-     false, Basis::kTicks},
+     [](In in) { return in.implant ? Value(in.implant->over_force) : std::nullopt; }, false, Basis::kTicks},
     {"pulp_heating_K", "K", Best::kAtMost,
-     [](In in) -> Value {
-       if (!in.heat || !in.heat->pulp) return std::nullopt;
-       return in.heat->pulp_max - HeatMeasures::kBody;
-     },
+     [](In in) { return in.heat && in.heat->pulp ? Value(in.heat->pulp_max - HeatMeasures::kBody) : std::nullopt; },
      false, Basis::kHand},
     {"bone_temperature_C", "°C", Best::kAtMost,
      [](In in) -> Value {
        if (in.heat && in.heat->bone) return in.heat->bone_max;
-       if (!in.implant) return std::nullopt;
-       return in.implant->hottest;
+       return in.implant ? Value(in.implant->hottest) : std::nullopt;
      },
      false, Basis::kTicks},
     {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }, true},

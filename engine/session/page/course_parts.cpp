@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
@@ -51,15 +53,20 @@ std::vector<TimePlot::Mark> Page::marks() const {
 }
 
 void Page::plot(const char* key, const char* css, const char* unit, const Series& s, int decimals, const char* note) {
-  double sum = 0, greatest = 0;
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < s.mean.size(); ++i) {
-    if (std::isnan(s.mean[i])) continue;
-    sum += s.mean[i];
-    greatest = std::max(greatest, s.greatest[i]);
-    ++n;
-  }
-  const double mean = n ? sum / static_cast<double>(n) : 0;
+  const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
+  // Mean and greatest value of some bins; no value if all are empty.
+  const auto over = [&](std::size_t from, std::size_t to) -> std::optional<std::pair<double, double>> {
+    double sum = 0, greatest = 0;
+    std::size_t n = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      if (std::isnan(s.mean[i])) continue;
+      sum += s.mean[i];
+      greatest = std::max(greatest, s.greatest[i]);
+      ++n;
+    }
+    return n ? std::optional(std::pair(sum / static_cast<double>(n), greatest)) : std::nullopt;
+  };
+  const auto [mean, greatest] = over(0, bins).value_or(std::pair(0.0, 0.0));
   TimePlot p;
   p.t0 = course_.t0;
   p.t1 = course_.t1;
@@ -76,22 +83,14 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
       say("as_table"), say(key), unit, say("from_to"), say("mean"), say("greatest"));
-  const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
   for (std::size_t r = 0; r < rows; ++r) {
     const std::size_t from = r * bins / rows, to = (r + 1) * bins / rows;
-    double row_sum = 0, row_max = 0;
-    std::size_t row_n = 0;
-    for (std::size_t i = from; i < to; ++i) {
-      if (std::isnan(s.mean[i])) continue;
-      row_sum += s.mean[i];
-      row_max = std::max(row_max, s.greatest[i]);
-      ++row_n;
-    }
+    const auto row = over(from, to);
     const auto t_of = [&](std::size_t bin) {
       return course_.t0 + (course_.t1 - course_.t0) * static_cast<double>(bin) / static_cast<double>(bins);
     };
     put("<tr><th scope=\"row\">{}–{}</th><td>{}</td><td>{}</td></tr>", number(t_of(from), 1), number(t_of(to), 1),
-        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–", row_n ? number(row_max, decimals) : "–");
+        row ? number(row->first, decimals) : "–", row ? number(row->second, decimals) : "–");
   }
   put("</tbody></table></details>\n");
 }
