@@ -223,23 +223,13 @@ bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
 
 }  // namespace
 
-struct SessionReader::Impl {
-  explicit Impl(std::shared_ptr<FileBytes> file_bytes) : opened(std::move(file_bytes)), file(opened->file()) {}
+struct SessionReader::Impl : Contents {
+  explicit Impl(std::shared_ptr<FileBytes> file_bytes) : opened(std::move(file_bytes)) { file = opened->file(); }
 
   std::shared_ptr<FileBytes> opened;  // must exist longer than h5
-  std::filesystem::path file;
-  SessionHeader header;
-  bool truncated = false, being_recorded = false, marked = false;
-  Lost lost;
+  bool marked = false;
   H5 h5;
   TableReader ticks;
-  std::vector<Cut> cuts;
-  std::vector<PatchUse> patches;
-  std::vector<SessionEvent> events;
-  std::vector<StreamData> streams;
-  std::optional<SessionResult> result;
-  std::optional<LoopReport> loop;
-  std::vector<Gap> gaps;
 
   H5 dataset(const std::string& path) const { return open_dataset(file.string(), h5.get(), path); }
   void open();
@@ -512,6 +502,7 @@ std::span<const std::byte> OpenedSession::bytes() const {
 SessionReader::SessionReader(const OpenedSession& session) : impl_(std::make_unique<Impl>(session.bytes_)) {
   try {
     impl_->open();
+    contents_ = std::move(*impl_);
   } catch (const Error& e) {
     std::error_code code;
     if (impl_->being_recorded || !std::filesystem::exists(journal_of(session.file()), code)) throw;
@@ -522,24 +513,6 @@ SessionReader::~SessionReader() = default;
 SessionReader::SessionReader(SessionReader&&) noexcept = default;
 SessionReader& SessionReader::operator=(SessionReader&&) noexcept = default;
 
-const std::filesystem::path& SessionReader::file() const {
-  return impl_->file;
-}
-const SessionHeader& SessionReader::header() const {
-  return impl_->header;
-}
-bool SessionReader::truncated() const {
-  return impl_->truncated;
-}
-bool SessionReader::being_recorded() const {
-  return impl_->being_recorded;
-}
-const Lost& SessionReader::lost() const {
-  return impl_->lost;
-}
-const std::vector<Gap>& SessionReader::gaps() const {
-  return impl_->gaps;
-}
 std::uint64_t SessionReader::tick_count() const {
   return impl_->ticks.rows();
 }
@@ -549,35 +522,16 @@ std::vector<ServoTick> SessionReader::ticks(std::uint64_t first, std::uint64_t c
   first = std::min(first, tick_count());
   std::vector<ServoTick> ticks =
       read_messages(impl_->ticks, tick_columns(), first, std::min(count, tick_count() - first));
-  check_ticks(impl_->file.string(), ticks, first, impl_->header.tools.size());
+  check_ticks(file().string(), ticks, first, header().tools.size());
   return ticks;
 }
 
-const std::vector<Cut>& SessionReader::cuts() const {
-  return impl_->cuts;
-}
-const std::vector<PatchUse>& SessionReader::patches() const {
-  return impl_->patches;
-}
-const std::vector<SessionEvent>& SessionReader::events() const {
-  return impl_->events;
-}
-const std::vector<StreamData>& SessionReader::streams() const {
-  return impl_->streams;
-}
 const StreamData* SessionReader::stream(std::string_view name) const {
   const auto& specs = header().streams;
   for (std::size_t i = 0; i < specs.size(); ++i)
     if (specs[i].name == name) return &streams()[i];
   return nullptr;
 }
-const std::optional<SessionResult>& SessionReader::result() const {
-  return impl_->result;
-}
-const std::optional<LoopReport>& SessionReader::loop() const {
-  return impl_->loop;
-}
-
 namespace {
 
 /// Rewrites an interrupted recording as an ordinary file, without result.

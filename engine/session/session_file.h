@@ -33,35 +33,51 @@ class SessionReader {
   SessionReader(SessionReader&&) noexcept;
   SessionReader& operator=(SessionReader&&) noexcept;
 
-  const std::filesystem::path& file() const;
-  const SessionHeader& header() const;
+  const std::filesystem::path& file() const { return contents_.file; }
+  const SessionHeader& header() const { return contents_.header; }
   /// True if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording that
   /// still runs.
-  bool truncated() const;
+  bool truncated() const { return contents_.truncated; }
   /// True if another process is writing this file now.
-  bool being_recorded() const;
-  const Lost& lost() const;
+  bool being_recorded() const { return contents_.being_recorded; }
+  const Lost& lost() const { return contents_.lost; }
   /// The gaps in the recording, in order of time. The data before and after each gap can be read.
-  const std::vector<Gap>& gaps() const;
+  const std::vector<Gap>& gaps() const { return contents_.gaps; }
 
   std::uint64_t tick_count() const;
   /// Returns `count` ticks from row `first`, or fewer if the file has fewer rows. Throws Error if these rows are
   /// damaged.
   std::vector<ServoTick> ticks(std::uint64_t first, std::uint64_t count) const;
   std::vector<ServoTick> ticks() const { return ticks(0, tick_count()); }
-  const std::vector<Cut>& cuts() const;
-  const std::vector<PatchUse>& patches() const;
-  const std::vector<SessionEvent>& events() const;
-  const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
+  const std::vector<Cut>& cuts() const { return contents_.cuts; }
+  const std::vector<PatchUse>& patches() const { return contents_.patches; }
+  const std::vector<SessionEvent>& events() const { return contents_.events; }
+  /// The streams have the order of header().streams.
+  const std::vector<StreamData>& streams() const { return contents_.streams; }
   /// The stream of this name; null if the recording has none.
   const StreamData* stream(std::string_view name) const;
-  const std::optional<SessionResult>& result() const;
+  const std::optional<SessionResult>& result() const { return contents_.result; }
   /// The timing of the servo loop; no value if the session did not run live.
-  const std::optional<LoopReport>& loop() const;
+  const std::optional<LoopReport>& loop() const { return contents_.loop; }
 
  private:
   friend bool repair_session(const std::filesystem::path& file);
+  /// Everything except the ticks.
+  struct Contents {
+    std::filesystem::path file;
+    SessionHeader header;
+    bool truncated = false, being_recorded = false;
+    Lost lost;
+    std::vector<Cut> cuts;
+    std::vector<PatchUse> patches;
+    std::vector<SessionEvent> events;
+    std::vector<StreamData> streams;
+    std::optional<SessionResult> result;
+    std::optional<LoopReport> loop;
+    std::vector<Gap> gaps;
+  };
   struct Impl;
+  Contents contents_;
   std::unique_ptr<Impl> impl_;
 };
 
