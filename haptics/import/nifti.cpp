@@ -107,16 +107,8 @@ static RawScan read_nifti(const ScanRequest& request) {
       }
     }
     step *= unit;
-    const double l = glm::length(step);
-    if (!std::isfinite(l) || l == 0) {
-      scan.has_spacing = false;
-      step = glm::dvec3(0);
-      step[static_cast<int>(k)] = 1;
-    }
   }
-  for (int w = 0; w < 3; ++w) {
-    if (!std::isfinite(scan.origin[w])) scan.origin[w] = 0;
-  }
+  replace_impossible_steps(scan);
   return scan;
 }
 

@@ -258,16 +258,8 @@ static RawScan read_nrrd(const ScanRequest& request) {
     } else if (nrrd->spaceDim == 3) {
       scan.origin[static_cast<int>(k)] = nrrd->spaceOrigin[k];
     }
-    const double length = glm::length(step);
-    if (!std::isfinite(length) || length == 0) {
-      scan.has_spacing = false;
-      step = glm::dvec3(0);
-      step[static_cast<int>(k)] = 1;
-    }
   }
-  for (int w = 0; w < 3; ++w) {
-    if (!std::isfinite(scan.origin[w])) scan.origin[w] = 0;
-  }
+  replace_impossible_steps(scan);
   const bool lps = nrrd->space == nrrdSpaceLeftPosteriorSuperior, ras = nrrd->space == nrrdSpaceRightAnteriorSuperior;
   scan.space = lps ? "LPS" : ras || nrrd->space == nrrdSpaceLeftAnteriorSuperior ? "RAS" : "";
   if (left_handed) {

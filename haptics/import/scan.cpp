@@ -79,6 +79,18 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
   }
 }
 
+void replace_impossible_steps(RawScan& scan) {
+  for (int k = 0; k < 3; ++k) {
+    glm::dvec3& step = scan.step[static_cast<std::size_t>(k)];
+    if (const double length = glm::length(step); !std::isfinite(length) || length == 0) {
+      scan.has_spacing = false;
+      step = glm::dvec3(0);
+      step[k] = 1;
+    }
+    if (!std::isfinite(scan.origin[k])) scan.origin[k] = 0;
+  }
+}
+
 std::uintmax_t size_of_file(const std::filesystem::path& file) {
   return require_input(file, is_mesh_file(file) ? InputKind::kMesh : InputKind::kScan);
 }

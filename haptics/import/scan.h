@@ -82,6 +82,10 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw);
 // Largest number of voxels of a scan.
 inline constexpr double kMaxVoxels = 1.0e9;
 
+/// Replaces steps that are zero or not finite by 1 mm, so that has_spacing is false, and origins that are not finite by
+/// 0.
+void replace_impossible_steps(RawScan& scan);
+
 /// Converts bytes to numbers. `swap`: reverses the byte order.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 
