@@ -195,6 +195,25 @@ TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndNameMissingInput) {
   EXPECT_EQ(refused("--view inside").status, 2);
 }
 
+TEST_F(RenderCommand, ASectionRunsAlongTheToothThroughItsPulp) {
+  // The canal is 1.5 mm in front of the tooth's middle. The viewer looks along -z, at the buccal side.
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [8, 14, 6]}}},
+    {"tissue": "pulp", "solid": {"cylinder": {"center_mm": [0, 0, 1.5], "axis": [0, 1, 0], "radius_mm": 0.5, "height_mm": 11}}}]},
+    "tooth": {"mesial": [1, 0, 0], "buccal": [0, 0, 1]},
+    "tool": {"shape": "sphere", "diameter_mm": 1.0}, "parts": ["render"]})");
+  const auto red = [&](const std::string& view) {
+    render(desk("mono"), view);
+    const render::Picture picture = render::read_png(folder / "out/right.png");
+    int count = 0;
+    for (std::size_t i = 0; i + 2 < picture.rgba.size(); i += 4)
+      count += picture.rgba[i] > 2 * picture.rgba[i + 1] + 20;
+    return count;
+  };
+  EXPECT_GT(red("--view section"), 500);
+  EXPECT_EQ(red("--view section --plane 0,0,-1,0"), 0) << "through the middle";
+}
+
 TEST_F(RenderCommand, TheGeometryIsTheDrawnBodyInMillimetresOfTheWorkbench) {
   const Json frame = render(desk("mono"), "--geometry");
   const std::string file = read_text(folder / "out/geometry.ply");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,6 +26,7 @@
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
@@ -33,6 +35,7 @@
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
+#include "engine/session/place.h"
 #include "haptics/carver.h"
 #include "haptics/packing.h"
 #include "haptics/scripted_hand.h"
@@ -61,6 +64,32 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {normal / length, -p[3] * kMillimetre / length};
 }
 
+/// The plane of a section if the user names none: vertical, facing the viewer, through the tissue's middle. If the
+/// scene states the tooth's sides, the plane contains the tooth's axis and one of its sides, and cuts as much pulp as
+/// possible.
+glm::dvec4 usual_plane(const Scene& scene, const haptics::TissueVolume& volume, const dvec3& eye_W) {
+  const DenseCopy copy = dense_copy(volume);
+  const dvec3 middle = copy.frame.to_world(0.5 * dvec3(copy.field.size - 1));
+  const auto sides = session::tooth_sides(Json::parse(scene.text, scene.file.string()));
+  if (!sides) return section_facing(middle, eye_W);
+  const dvec3 away = middle - eye_W;
+  const double mesial = glm::dot(sides->mesial_W, away), buccal = glm::dot(sides->buccal_W, away);
+  const dvec3 side = std::abs(buccal) > std::abs(mesial) ? sides->buccal_W : sides->mesial_W;
+  const dvec3 n = glm::dot(side, away) < 0 ? -side : side;
+  std::map<long, std::size_t> pulp;  // samples of pulp by the offset of their plane, in voxels
+  const glm::ivec3 size = copy.field.size;
+  for (int x = 0; x < size.x; ++x)
+    for (int y = 0; y < size.y; ++y)
+      for (int z = 0; z < size.z; ++z) {
+        const std::size_t i = copy.field.at(x, y, z);
+        if (copy.field.distance[i] < 0 && copy.tissue[i] == Tissue::kPulp)
+          ++pulp[std::lround(glm::dot(n, copy.frame.to_world(dvec3(x, y, z)) - middle) / copy.frame.voxel)];
+      }
+  const auto most = std::ranges::max_element(pulp, {}, [](const auto& layer) { return layer.second; });
+  const double offset = most == pulp.end() ? 0 : static_cast<double>(most->first) * copy.frame.voxel;
+  return {n, -glm::dot(n, middle) - offset};
+}
+
 /// Adds the meshes that the chosen teaching view shows in addition to the tissue's surface, for example the cut face of
 /// a section.
 void add_view(PictureStage& stage, const RenderOptions& options, const Scene& scene,
@@ -70,12 +99,8 @@ void add_view(PictureStage& stage, const RenderOptions& options, const Scene& sc
   render::View view = render::View::kLook;
   if (options.view == "section" || options.view == "temperature") {
     view = options.view == "section" ? render::View::kSection : render::View::kTemperature;
-    // Without --plane, the section passes through the tooth's middle and faces the viewer.
-    glm::ivec3 lo, hi;
-    volume.bounds(lo, hi);
-    plane = options.plane.empty()
-                ? section_facing(volume.frame().to_world(0.5 * dvec3(lo + hi)), stage.rig().head.eye_center)
-                : parse_plane(options.plane);
+    plane =
+        options.plane.empty() ? usual_plane(scene, volume, stage.rig().head.eye_center) : parse_plane(options.plane);
     if (const auto around = view == render::View::kSection ? surroundings_shape(scene.surroundings) : std::nullopt)
       stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
   } else if (options.view == "xray") {
@@ -438,7 +463,8 @@ void add_render_command(cli::Command& app) {
       cli::one_of({"look", "section", "xray", "difference", "temperature", "spheres"}));
   command->add_option(
       "--plane", options->plane,
-      "section, temperature: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: through the centre");
+      "section, temperature: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: along the tooth's axis "
+      "through its pulp, or through the centre");
   command->add_option("--ideal", options->ideal,
                       "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
