@@ -14,7 +14,6 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/hands.h"
-#include "engine/app/hands/implant_expert.h"
 #include "engine/app/hands/live_expert.h"
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/live/live_picture.h"
@@ -254,7 +253,6 @@ void Workbench::Impl::set_up() {
         throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
       return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
     }
-    if (scheme == "expert" && scene.implant) return make_live_implant_expert(scene, options.rate);
     if (scheme == "expert") return make_live_expert(scene, s.carver.volume(), s.wiring, options.rate, /*paced=*/true);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
     pointer.emplace(*rig, above, wheel_step_of(rest));

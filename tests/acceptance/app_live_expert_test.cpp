@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 
 #include "engine/app/hands/expert_hand.h"
@@ -33,6 +34,16 @@ constexpr const char* kScene = R"({"name": "block", "tissue": {"voxel_mm": 0.2, 
   "task": {"goal": "cut", "ideal": {"remove": [{"box": {"center_mm": [0, 0, 1.4], "size_mm": [2.4, 1.4, 1.6]}}]},
     "rules": [{"name": "over_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50},
               {"name": "under_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50}]}})";
+
+// Two pockets of 3 and 5 mm in a block.
+constexpr const char* kPockets = R"({"name": "pockets", "tissue": {"voxel_mm": 0.1, "solids": [
+  {"tissue": "dentin", "solid": {"difference": [{"box": {"size_mm": [8, 5, 12]}},
+    {"cylinder": {"center_mm": [2, 0, 6], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 6}},
+    {"cylinder": {"center_mm": [-2, 0, 6], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 10}}]}}]},
+  "tool": "probe_who_621", "parts": ["haptics"],
+  "task": {"goal": "probe", "axis": [0, 0, 1], "explore": {"sites": [
+    {"name": "shallow", "margin_mm": [2, 0, 6], "floor_mm": [2, 0, 3]},
+    {"name": "deep", "margin_mm": [-2, 0, 6], "floor_mm": [-2, 0, 1]}]}}})";
 
 Nanos g_clock = 1'000'000'000;  // ns, simulated
 Nanos simulated() noexcept {
@@ -70,6 +81,18 @@ class LiveExpert : public testing::Test {
   /// Runs the hand in a live session that is recorded to `file`. The carver has a turn every `late` ticks. From tick
   /// `hold_from` to `hold_to` the session is paused.
   double points_live(int late, std::uint64_t hold_from = 0, std::uint64_t hold_to = 0) {
+    session::HandMeter meter(1000);
+    const haptics::TissueVolume after = run_live(
+        late,
+        [&](const ServoTick& tick) {
+          meter.add({&tick, 1});
+        },
+        hold_from, hold_to);
+    return points(*scene, *start, after, meter);
+  }
+  /// Returns the tissue at the end.
+  haptics::TissueVolume run_live(int late, const std::function<void(const ServoTick&)>& visit,
+                                 std::uint64_t hold_from = 0, std::uint64_t hold_to = 0) {
     LiveSession s(*scene, load_tissue(*scene));
     const auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
     s.record = true;
@@ -77,21 +100,20 @@ class LiveExpert : public testing::Test {
     SessionRecorder recorder(file(), *scene, session_header(*scene, {}, hand->info(), s.carver.volume(), 1000),
                              s.wiring.event_logs);
     s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
-    session::HandMeter meter(1000);
     {
       ServoTurns servo(s, *hand, simulated);
       CarverTurns carver(s);
       for (std::uint64_t tick = 0; servo.turn(); ++tick) {
         g_clock += 1'000'000;
         haptics::set_emergency_stop(tick >= hold_from && tick < hold_to);
-        meter.add({&s.last, 1});
+        visit(s.last);
         if (tick % static_cast<std::uint64_t>(late) == 0) carver.turn(), recorder.turn();
       }
       servo.end();
       carver.finish();
     }
     recorder.finish(s.carver.volume());
-    return points(*scene, *start, s.carver.volume(), meter);
+    return s.carver.volume().clone();
   }
   std::filesystem::path file() const { return folder / "session.h5"; }
 
@@ -111,6 +133,21 @@ TEST_F(LiveExpert, ContinuesAfterAPauseAndIsReplayedBitForBit) {
   EXPECT_NEAR(points_live(5, 4000, 9000), alone, 1);
   const ReplayResult replayed = replay_session(session::SessionReader(file()));
   EXPECT_TRUE(replayed.identical) << replayed.what_differs;
+}
+
+TEST_F(LiveExpert, ReadsTheDepthOfEachPocketAlsoAfterAPause) {
+  std::ofstream(folder / "scene.json") << kPockets;
+  scene.emplace(read_scene(folder / "scene.json"));
+  session::ExploreMeter meter = *TaskEvaluator(*scene, load_tissue(*scene)).explore_meter();
+  (void)run_live(
+      3,
+      [&](const ServoTick& tick) {
+        meter.add({&tick, 1});
+      },
+      1500, 2500);
+  const session::ExploreMeasures read = meter.result();
+  ASSERT_EQ(read.sites.size(), 2u);
+  for (const session::SiteReading& site : read.sites) EXPECT_NEAR(site.reading, site.depth, 0.2e-3);
 }
 
 TEST_F(LiveExpert, CanBeCancelledWhileItPlans) {

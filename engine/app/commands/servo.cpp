@@ -13,7 +13,7 @@
 #include "engine/app/commands/values.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/implant_expert.h"
-#include "engine/app/hands/probing_hand.h"
+#include "engine/app/hands/live_expert.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording.h"
 #include "engine/app/session_start.h"
@@ -72,16 +72,9 @@ void check_room(const ServoOptions& options, double seconds) {
 void run(const ServoOptions& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
-  const bool probes = scene.task && !scene.task->sites.empty();
-  const bool expert = options.hand == "expert:" && !scene.implant && !probes;
-  std::unique_ptr<haptics::HapticDevice> hand;
-  if (options.hand == "expert:" && scene.implant) {
-    hand = std::make_unique<ImplantExpert>(scene, options.rate);
-  } else if (options.hand == "expert:" && probes) {
-    hand = std::make_unique<ProbingHand>(scene, options.rate);
-  } else if (!expert) {
-    hand = open_unpaced_hand(scene, options.hand, options.rate);
-  }
+  const bool asked = options.hand == "expert:";
+  auto hand = asked ? make_unplanned_expert(scene, options.rate) : open_unpaced_hand(scene, options.hand, options.rate);
+  const bool expert = asked && !hand;
   SteppedSession session = start_session(scene, expert ? ExpertHand::info_for(options.rate) : hand->info());
   if (expert) hand = std::make_unique<PlanningExpert>(scene, session.carver(), options.rate);
 

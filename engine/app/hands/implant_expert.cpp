@@ -5,7 +5,6 @@
 
 #include "engine/app/hands/expert_hand.h"
 #include "engine/base/clock.h"
-#include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "haptics/implant_tool.h"
 
@@ -246,39 +245,6 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       break;
   }
   return true;
-}
-
-namespace {
-
-class LiveImplantExpert final : public haptics::HapticDevice {
- public:
-  LiveImplantExpert(const Scene& scene, double rate) : hand_(scene, rate) {}
-  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
-  void write(const dvec3&, const dvec3&) noexcept override {}
-  void see(const ServoTick& tick) noexcept override {
-    held_ = (tick.faults & bits(Fault::kHeld)) != 0;
-    if (!held_) hand_.see(tick);
-  }
-  bool read(haptics::HandSample& sample) noexcept override {
-    const Nanos t = ticker_.next();
-    if (!held_ && !hand_.read(last_)) return false;
-    sample = last_;
-    sample.t = t;
-    if (held_) sample.pedal = 0;
-    return true;
-  }
-
- private:
-  ImplantExpert hand_;
-  haptics::HandSample last_;
-  Ticker ticker_{info().rate};
-  bool held_ = false;
-};
-
-}  // namespace
-
-std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate) {
-  return std::make_unique<LiveImplantExpert>(scene, rate);
 }
 
 }  // namespace typodont

@@ -63,7 +63,4 @@ class ImplantExpert final : public haptics::HapticDevice {
   bool gave_up_ = false;
 };
 
-/// Makes the hand for live sessions: it follows the real clock, and rests during an emergency stop.
-std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
-
 }  // namespace typodont

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "engine/app/hands/expert_hand.h"
+#include "engine/app/hands/implant_expert.h"
+#include "engine/app/hands/probing_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/base/clock.h"
 #include "engine/base/log.h"
@@ -116,10 +118,45 @@ class LiveExpert final : public haptics::HapticDevice {
   std::jthread planner_;
 };
 
+/// Follows an expert that needs no plan. The hand rests during an emergency stop.
+class LiveUnplannedExpert final : public haptics::HapticDevice {
+ public:
+  LiveUnplannedExpert(std::unique_ptr<haptics::HapticDevice> hand, bool paced)
+      : hand_(std::move(hand)), ticker_(info().rate, paced) {}
+  const haptics::DeviceInfo& info() const noexcept override { return hand_->info(); }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  void see(const ServoTick& tick) noexcept override {
+    held_ = (tick.faults & bits(Fault::kHeld)) != 0;
+    if (!held_) hand_->see(tick);
+  }
+  bool read(haptics::HandSample& sample) noexcept override {
+    const Nanos t = ticker_.next();
+    if (!held_ && !hand_->read(last_)) return false;
+    sample = last_;
+    sample.t = t;
+    if (held_) sample.pedal = 0;
+    return true;
+  }
+
+ private:
+  std::unique_ptr<haptics::HapticDevice> hand_;
+  haptics::HandSample last_;
+  Ticker ticker_;
+  bool held_ = false;
+};
+
 }  // namespace
+
+std::unique_ptr<haptics::HapticDevice> make_unplanned_expert(const Scene& scene, double rate) {
+  if (scene.implant) return std::make_unique<ImplantExpert>(scene, rate);
+  if (scene.task && !scene.task->sites.empty()) return std::make_unique<ProbingHand>(scene, rate);
+  return nullptr;
+}
 
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced) {
+  if (auto hand = make_unplanned_expert(scene, rate))
+    return std::make_unique<LiveUnplannedExpert>(std::move(hand), paced);
   return std::make_unique<LiveExpert>(scene, start, wiring, rate, paced);
 }
 

@@ -10,6 +10,10 @@
 
 namespace typodont {
 
+/// The expert of a task that needs no plan of strokes: an implant exercise, or the probing of pockets. Null for other
+/// tasks.
+std::unique_ptr<haptics::HapticDevice> make_unplanned_expert(const Scene& scene, double rate);
+
 /// Makes the expert, and the first plan for the tissue `start`, which takes seconds. A thread makes later plans from
 /// copies of the tissue, while the hand waits above the tooth. The hand rests during an emergency stop. An empty plan
 /// ends the session.

@@ -25,7 +25,6 @@ class ProbingHand final : public haptics::HapticDevice {
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
-  double done() const { return static_cast<double>(site_) / static_cast<double>(entries_.size()); }
 
  private:
   enum class Stage { kTravel, kLower, kHold, kMark, kRaise };
