@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -16,8 +17,10 @@
 #include "engine/app/scene.h"
 #include "engine/app/scene/implant_scene.h"
 #include "engine/app/tissue/bone_tissue.h"
+#include "engine/app/tissue/sampled_tissue.h"
 #include "engine/base/units.h"
 #include "haptics/dense_tissue.h"
+#include "haptics/import/mesh_solid.h"
 #include "haptics/lockstep.h"
 #include "tests/support/campaign.h"
 #include "tests/support/folder.h"
@@ -44,6 +47,11 @@ std::string error_of(const nlohmann::ordered_json& json, bool load = false) {
   });
 }
 
+haptics::DenseTissue haptics_tissue(const Scene& scene) {
+  return sampled_tissue(*scene.tissue, {.find = [&](const Json& name) { return find_file(name, scene.place); },
+                                        .read_mesh = haptics::read_mesh_solid});
+}
+
 TEST(ImplantScenes, TheShippedPlansLieInBoneAndAwayFromTheCanal) {
   for (const char* name : {"implant-molar", "implant-premolar", "implant-front", "implant-molar-soft"}) {
     const Scene scene = read_scene(scene_file(name));
@@ -55,6 +63,40 @@ TEST(ImplantScenes, TheShippedPlansLieInBoneAndAwayFromTheCanal) {
     auto coarse = json_of(name);
     coarse["tissue"]["bone"]["voxel_mm"] = 0.3;
     EXPECT_EQ(error_of(coarse, true), "") << name;
+  }
+}
+
+TEST(ImplantScenes, TeethAndGumStandBesideAFlapAndLeaveTheDrilledBoneAsItWas) {
+  constexpr double kAround = 2.5e-3, kAbove = 2e-3;  // m: beside the planned axis, above the entry
+  for (const char* name : {"implant-molar", "implant-premolar", "implant-front"}) {
+    auto json = json_of(name);
+    auto& bone = json["tissue"]["bone"];
+    bone["voxel_mm"] = 0.3;
+    const Scene scene = scene_from(json);
+    const haptics::DenseTissue dressed = haptics_tissue(scene);
+    bone.erase("teeth"), bone.erase("gum");
+    const haptics::DenseTissue bare = haptics_tissue(scene_from(json));
+    ASSERT_EQ(dressed.size, bare.size);
+    const session::ImplantPlan& plan = scene.implant->plan;
+    std::map<Tissue, int> count;
+    int drilled = 0;
+    for (int x = 0; x < bare.size.x; ++x)
+      for (int y = 0; y < bare.size.y; ++y)
+        for (int z = 0; z < bare.size.z; ++z) {
+          const std::size_t i = bare.at(x, y, z);
+          if (dressed.distance[i] < 0) ++count[dressed.tissue[i]];
+          const dvec3 from = bare.frame.to_world(dvec3(x, y, z)) - plan.entry_W;
+          const double deep = glm::dot(from, plan.axis_W);
+          if (deep < -kAbove || deep > plan.length || glm::length(from - deep * plan.axis_W) > kAround) continue;
+          EXPECT_EQ(dressed.distance[i] < 0, bare.distance[i] < 0) << name;
+          if (bare.distance[i] >= 0) continue;
+          ++drilled;
+          ASSERT_EQ(dressed.tissue[i], bare.tissue[i]) << name;
+          ASSERT_EQ(dressed.hardness[i], bare.hardness[i]) << name;
+        }
+    EXPECT_GT(drilled, 3000) << name;
+    for (const Tissue tissue : {Tissue::kEnamel, Tissue::kDentin, Tissue::kGingiva})
+      EXPECT_GT(count[tissue], 1000) << name;
   }
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "engine/app/surroundings/blend.h"
+#include "engine/app/tissue/blend.h"
 
 namespace typodont {
 
@@ -65,9 +65,7 @@ double PocketGum::distance(const dvec3& p) const {
       std::pow(2 * std::abs(p.x) / tooth->form.neck.x, n) + std::pow(2 * std::abs(p.y) / tooth->form.neck.y, n), 1 / n);
   const double from_neck = f > 1e-3 ? r - r / f : -0.5 * std::min(tooth->form.neck.x, tooth->form.neck.y);
   const double to_tooth = first_order_distance(*tooth, p);
-  const double thick = deep > 0 ? kThinEdge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
-                                      (kThick - kThinEdge) * (1 - std::exp(-deep / kThickens))
-                                : deep / 1.5;
+  const double thick = gum_thickness(deep, kThinEdge, kThick, kThickens);
   const double from_side = p.z > 0 ? std::min(from_neck, to_tooth) : from_neck;
   double body = std::max(from_side - kPocketGap - thick, -deep - kAboveMargin);
   body = smooth_max(body, std::abs(p.x) - 0.5 * tooth->md, 0.6e-3);

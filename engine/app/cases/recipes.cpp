@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "engine/app/cases/draft.h"
+#include "engine/app/tissue/blend.h"
 #include "engine/base/error.h"
 
 namespace typodont {

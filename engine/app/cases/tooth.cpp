@@ -8,7 +8,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/pocket_gum.h"
-#include "engine/app/surroundings/blend.h"
+#include "engine/app/tissue/blend.h"
 #include "engine/base/error.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
@@ -203,7 +203,7 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, do
   const std::vector<double> neck_mm = (*row)["neck_mm"].numbers(2);
   const glm::dvec2 neck(measure(neck_mm[0]), measure(neck_mm[1]));
   const std::string form = (*row)["form"].string();
-  tooth.form = read_tooth_form(Json::load(assets_folder() / "teeth" / "forms" / (form + ".json")));
+  tooth.form = read_tooth_form(Json::load(tooth_forms() / (form + ".json")));
   tooth.form = resized(tooth.form, tooth, neck);
   for (ToothHill& hill : tooth.form.hills) {
     hill.at += kCusp * glm::dvec2(normal(random), normal(random)) * glm::dvec2(tooth.md, tooth.bl) * 0.5;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/surroundings/tooth_form.h"
+#include "engine/app/tissue/tooth_form.h"
 #include "engine/base/split_mix.h"
 #include "haptics/dense_tissue.h"
 
@@ -14,13 +14,6 @@ namespace typodont {
 double uniform(SplitMix64& random);
 /// Normally distributed random number: mean 0, standard deviation 1, at most two standard deviations from the mean.
 double normal(SplitMix64& random);
-
-/// f(p + step) − f(p − step) along x, y and z.
-template <class F>
-dvec3 central_difference(const F& f, const dvec3& p, double step) {
-  const dvec3 x(step, 0, 0), y(0, step, 0), z(0, 0, step);
-  return {f(p + x) - f(p - x), f(p + y) - f(p - y), f(p + z) - f(p - z)};
-}
 
 /// A tapered tube; its cross-section is a circle, or an ellipse if `stretch_y` is not 1.
 struct TaperedTube {

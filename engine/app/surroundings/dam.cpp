@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/surroundings/blend.h"
+#include "engine/app/tissue/blend.h"
 
 namespace typodont {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/app/assets.h"
-#include "engine/app/surroundings/row.h"
+#include "engine/app/tissue/row.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
 #include "haptics/soft_tissue.h"

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/surroundings/blend.h"
 #include "engine/app/surroundings/dam.h"
 #include "engine/app/surroundings/jaw.h"
+#include "engine/app/tissue/blend.h"
 #include "engine/app/tissue/field_mesh.h"
 #include "engine/app/tissue/plane_face.h"
 #include "engine/app/tissue/split_edges.h"
@@ -265,10 +265,7 @@ struct SurroundingsShape::Impl {
     const double deep = at.depth + jaw.papilla(at);  // m, depth below the gum's edge at this point
     // The gum's edge is rounded, and thicker towards the root.
     const double edge = std::min(0.45e-3, 0.5 * plan.thickness), swell = plan.thickness * 2;
-    const double thick = deep > 0 ? edge * std::sqrt(std::min(deep / 0.5e-3, 1.0)) +
-                                        (plan.thickness - edge) * (1 - std::exp(-deep / swell))
-                                  : deep / 1.5;
-    const double collar = teeth - thick;
+    const double collar = teeth - gum_thickness(deep, edge, plan.thickness, swell);
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
     // The gum ends inside the tooth, so that a bur inside the tooth does not touch it.
     return std::max(body, -own - kGumInside);

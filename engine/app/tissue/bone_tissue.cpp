@@ -9,6 +9,8 @@
 #include <memory>
 
 #include "engine/app/assets.h"
+#include "engine/app/tissue/blend.h"
+#include "engine/app/tissue/row.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
@@ -23,6 +25,8 @@ constexpr double kEndosteum = 0.5e-3;
 // Distance between the points with random grey values, m: several times the distance between trabeculae.
 constexpr double kGrain = 1.2e-3;
 constexpr double kMaxVoxels = 2e8;
+// Gum, m: thickness of its edge; radius of the edges of a flap; width of the blend between teeth and bone.
+constexpr double kGumEdge = 0.45e-3, kFlapEdge = 0.8e-3, kGumBlend = 2e-3;
 constexpr Form kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"};
 
 /// Random number for a grid point, −1 to 1 (splitmix64).
@@ -62,6 +66,27 @@ struct Bone {
   std::uint64_t seed = 1;
   double canal_wall = 0;  // m, thickness of the cortical bone around the canal
   NerveCanal canal;
+  std::vector<RowTooth> teeth;   // in frame W
+  double gum = 0, gum_edge = 0;  // m: thickness, 0 without gum; height z of its edge
+
+  /// Distance to the nearest tooth, m, exact from a few voxels inside to the band's width outside. `nearest`: the
+  /// tooth.
+  double to_teeth(const dvec3& p_W, const RowTooth** nearest = nullptr) const {
+    double best = std::numeric_limits<double>::infinity();
+    for (const RowTooth& tooth : teeth) {
+      const dvec3 p = tooth.to_form(p_W), out = glm::max(tooth.form.low() - p, p - tooth.form.high());
+      double d = std::max({out.x, out.y, out.z});
+      if (d < band) d = tooth.form.distance(p);
+      if (-4 * voxel < d && d < band) {
+        const auto form = [&](const dvec3& q) { return tooth.form.distance(q); };
+        d /= std::max(glm::length(central_difference(form, p, 0.25 * voxel) / (0.5 * voxel)), 0.5);
+      }
+      if (d >= best) continue;
+      best = d;
+      if (nearest) *nearest = &tooth;
+    }
+    return best;
+  }
 };
 
 void describe(Keys& keys, Bone& bone) {
@@ -119,6 +144,17 @@ void describe(Keys& keys, Bone& bone) {
     of("wall_mm", bone.canal_wall, {0, 3, kMillimetre}, "thickness of the cortical bone around the canal");
   };
   keys("canal", canal, "the nerve canal. Nerve and vessels in it have the label `pulp`");
+  ToothForms forms;
+  keys(
+      "teeth", bone.teeth, [&](Keys& of, RowTooth& tooth) { describe_row_tooth(of, tooth, tooth_forms(), forms); },
+      "teeth in the bone, as in a [row of teeth](#row-of-teeth), but in the scene's frame, with the forms of "
+      "`assets/teeth/forms`");
+  const auto gum = [&](Keys& of) {
+    of(must("thickness_mm"), bone.gum, {0.5, 5, kMillimetre}, "thickness below its edge");
+    of(must("edge_mm"), bone.gum_edge, {-1e3, 1e3, kMillimetre}, "height z of its edge");
+    of("flap", kList, "[solids](#solids) in which the gum is cut off and the bone is bare");
+  };
+  keys("gum", gum, "gum on bone and teeth. It is rigid");
   bone.variation = 0.15;
   keys("variation", bone.variation, {0, 0.9}, "relative variation of the cancellous grey values");
   keys("seed", bone.seed, {0}, "seed of the variation");
@@ -130,8 +166,19 @@ Bone read(const Json& json) {
 
 }  // namespace
 
+namespace {
+
 std::filesystem::path bone_classes_file() {
   return assets_folder() / "materials" / "bone_classes.json";
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> bone_files(const Json& bone) {
+  std::vector<std::filesystem::path> files{bone_classes_file()};
+  if (const auto teeth = bone.find("teeth"))
+    for (const Json& tooth : teeth->items()) files.push_back(tooth_forms() / (tooth["form"].string() + ".json"));
+  return files;
 }
 
 BoneClass load_bone_class(const Json& name) {
@@ -182,10 +229,14 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const Bone bone = read(json);
   const Json mesh = json["mesh"];
   const auto jaw = files.read_mesh(files.find(mesh["file"]), bone.scale);
-  std::vector<std::unique_ptr<haptics::Solid>> removed;
-  if (const auto remove = json.find("remove")) {
-    for (const Json& solid : remove->items()) removed.push_back(haptics::read_solid(solid, files));
-  }
+  const auto solids = [&](const std::optional<Json>& list) {
+    std::vector<std::unique_ptr<haptics::Solid>> all;
+    if (list)
+      for (const Json& solid : list->items()) all.push_back(haptics::read_solid(solid, files));
+    return all;
+  };
+  const auto removed = solids(json.find("remove")),
+             flap = solids(bone.gum > 0 ? json["gum"].find("flap") : std::nullopt);
   haptics::DenseTissue dense;
   dense.band = bone.band;
   const double h = bone.voxel;
@@ -202,17 +253,35 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
+  // Distance to the gum. `hard`: distance to bone and teeth.
+  const auto to_gum = [&](const dvec3& p_W, double hard) {
+    if (bone.gum == 0) return std::numeric_limits<double>::infinity();
+    double d = hard - gum_thickness(bone.gum_edge - p_W.z, kGumEdge, bone.gum, 2 * bone.gum);
+    for (const auto& solid : flap) d = smooth_max(d, -solid->distance(p_W), kFlapEdge);
+    return d;
+  };
   // Blocks far from the jaw are recognised by the distance to the jaw at their middle: inside a block, this distance
-  // differs from its value at the middle by at most half the block's diagonal (`reach`).
+  // differs from its value at the middle by at most `reach`: half the diagonal times the largest gradient.
   constexpr int kBlock = 8;
-  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
+  constexpr double kSteepest = 1.7;  // largest gradient of the distance to gum; that to bone has 1
+  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h * kSteepest;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
+    const RowTooth* nearest = nullptr;
     const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
+    const double tooth = bone.to_teeth(p_W, &nearest), gum = to_gum(p_W, smooth_min(outer, tooth, kGumBlend));
     // The mesh may extend beyond the box. So the bone is cut off just inside the box's faces.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
-    const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
+    const double d = std::max({std::min({outer, tooth, gum}), beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
     if (d > 1.5 * h) return;
+    if (tooth < 0 || tooth < std::min(outer, gum)) {
+      dense.tissue[i] = nearest->form.tissue(nearest->to_form(p_W));
+      return;
+    }
+    if (outer > 0 && gum < outer) {
+      dense.tissue[i] = Tissue::kGingiva;
+      return;
+    }
     if (canal < 0) {
       dense.tissue[i] = kNerve;
       return;
@@ -236,7 +305,9 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const auto block = [&](const glm::ivec3& from, Scratch& scratch) {
     const dvec3 middle_W = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     haptics::voxels_of_block(from, glm::min(from + kBlock, dense.size), scratch.voxels);
-    if (at(middle_W, jaw->distance(bone.X_MW * middle_W)) - reach > dense.band) {
+    const double hard =
+        smooth_min(at(middle_W, jaw->distance(bone.X_MW * middle_W)), bone.to_teeth(middle_W), kGumBlend);
+    if (std::min(hard, to_gum(middle_W, hard)) - reach > dense.band) {
       for (const glm::ivec3& v : scratch.voxels)
         dense.distance[dense.at(v.x, v.y, v.z)] = static_cast<float>(dense.band);
       return;

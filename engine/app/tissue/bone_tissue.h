@@ -1,4 +1,5 @@
-// The bone of a jaw: a closed mesh filled with a dense shell, cancellous bone of a bone class, and the nerve canal.
+// The bone of a jaw: a closed mesh filled with a dense shell, cancellous bone of a bone class, and the nerve canal; on
+// it, neighbouring teeth, and gum with an opened flap.
 // Grey values are synthetic (mean of the class and variation), because no openly licensed scan has them.
 #pragma once
 
@@ -35,8 +36,8 @@ struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };
 
-/// The path of assets/materials/bone_classes.json.
-std::filesystem::path bone_classes_file();
+/// The shipped files that define the object "bone": bone classes, and the forms of its teeth.
+std::vector<std::filesystem::path> bone_files(const Json& bone);
 /// Loads class "I" to "IV". Throws Error that lists these classes.
 BoneClass load_bone_class(const Json& name);
 BoneGrey load_bone_grey();

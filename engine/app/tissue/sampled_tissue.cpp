@@ -36,11 +36,12 @@ std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFile
     if (!content) return std::nullopt;
     key.add(*content);
   }
-  if (tissue.has("bone")) {
-    const auto classes = cache::hash_of(bone_classes_file());
-    if (!classes) return std::nullopt;
-    key.add(*classes);
-  }
+  if (const auto bone = tissue.find("bone"))
+    for (const std::filesystem::path& file : bone_files(*bone)) {
+      const auto content = cache::hash_of(file);
+      if (!content) return std::nullopt;
+      key.add(*content);
+    }
   return key.key();
 }
 

@@ -1,6 +1,7 @@
-// The form of a tooth, defined by a few numbers (assets/teeth/forms/). Such teeth are drawn and monitored, not cut.
+// The form of a tooth, defined by a few numbers (assets/teeth/forms/).
 #pragma once
 
+#include <filesystem>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -47,6 +48,8 @@ struct ToothForm {
   dvec3 high() const;
 };
 
+/// The folder assets/teeth/forms.
+std::filesystem::path tooth_forms();
 /// Declares the keys of a file with the shape of a tooth. Throws Error.
 void describe_tooth_form(Keys& keys, ToothForm& form);
 ToothForm read_tooth_form(const Json& json);

@@ -1,8 +1,7 @@
-#include "engine/app/surroundings/row.h"
+#include "engine/app/tissue/row.h"
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
@@ -50,11 +49,7 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   return best;
 }
 
-namespace {
-
-/// Declares the keys of a tooth of the row. `folder`: files of tooth shapes; `forms`: shapes that are already loaded.
-void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder,
-                        std::map<std::string, ToothForm>& forms) {
+void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder, ToothForms& forms) {
   if (const auto form = keys(must("form"), kName, "the file `FOLDER/FORM.json`")) {
     const std::string name = form->string();
     if (!forms.contains(name)) {
@@ -74,12 +69,10 @@ void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path
   tooth.R_FR = to_form(turn, lean, mirrored);
 }
 
-}  // namespace
-
 void describe_tooth_row(Keys& keys, ToothRow& row) {
   keys.ignore("source");
   std::filesystem::path folder;
-  std::map<std::string, ToothForm> forms;
+  ToothForms forms;
   if (const auto json = keys(must("forms"), Form{"folder", kText.schema}, "shapes of teeth; relative to the row file"))
     folder = json->file().parent_path() / json->string();
   keys(

@@ -1,9 +1,10 @@
-#include "engine/app/surroundings/tooth_form.h"
+#include "engine/app/tissue/tooth_form.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/surroundings/blend.h"
+#include "engine/app/assets.h"
+#include "engine/app/tissue/blend.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
 
@@ -118,6 +119,10 @@ void describe_hill(Keys& keys, ToothHill& hill) {
 }
 
 }  // namespace
+
+std::filesystem::path tooth_forms() {
+  return assets_folder() / "teeth" / "forms";
+}
 
 void describe_tooth_form(Keys& keys, ToothForm& form) {
   if (const auto v = keys(must("widest_mm"), kPair, "widths along x and y at the widest part, 2–16"))

@@ -1,10 +1,12 @@
-// The teeth around the working tooth: forms, poses, and the curve of the arch.
+// Teeth of a jaw beside the working tooth: forms, poses, and the curve of the arch.
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
-#include "engine/app/surroundings/tooth_form.h"
+#include "engine/app/tissue/tooth_form.h"
 #include "engine/base/pose.h"
 
 namespace typodont {
@@ -46,6 +48,10 @@ struct ToothRow {
   std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
+/// Shapes of teeth by name, as far as they were loaded.
+using ToothForms = std::map<std::string, ToothForm>;
+/// Declares the keys of a tooth. `folder`: files of tooth shapes. Throws Error.
+void describe_row_tooth(Keys& keys, RowTooth& tooth, const std::filesystem::path& folder, ToothForms& forms);
 /// Declares the keys of a file with a row of teeth. Throws Error.
 void describe_tooth_row(Keys& keys, ToothRow& row);
 /// Loads a row of teeth with their forms, for example assets/jaw/lower_row.json. Throws Error.
