@@ -73,6 +73,23 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
   }
 }
 
+TEST_F(CaseCommand, AScannedToothTakesThePlaceOfTheParametricOne) {
+  const haptics::TissueVolume molar = load_untouched(read_scene("class-1-cavity"));
+  for (const char* family : {"class-1", "caries", "access-molar"}) {
+    const std::string file = folder / "scan.json";
+    const Ran made =
+        run(fmt::format("{} --scan class-1-cavity --tooth L6 --seed 1 --difficulty 0.3 --json --out {}", family, file));
+    ASSERT_EQ(made.status, 0) << family << made.err;
+    const Json summary = Json::parse(made.out, "stdout");
+    EXPECT_GE(summary["expert_points"].number(), 95) << family;
+    EXPECT_LE(summary["careless_points"].number(), 60) << family;
+    const auto is = load_untouched(read_scene(file)).volumes(), was = molar.volumes();
+    double all = 0, all_was = 0;
+    for (std::size_t t = 0; t < is.size(); ++t) all += is[t], all_was += was[t];
+    EXPECT_NEAR(all / all_was, 1, 0.02) << family;
+  }
+}
+
 TEST_F(CaseCommand, EachFamilyHasTextsInThreeLanguagesAndASourceForEachParameter) {
   const Json table = Json::load(assets_folder() / "cases" / "families.json")["families"];
   const std::vector<CaseFamily> families = case_families();
@@ -117,6 +134,9 @@ TEST_F(CaseCommand, AWrongFamilyToothSeedOrDifficultyIsNamedAndLeavesNoFile) {
   fails("class-1 --difficulty 1.5" + out, "--difficulty");
   fails("class-1 --seed -1" + out, "--seed");
   fails("class-1", "--out");
+  fails("class-1 --scan class-1-cavity" + out, "--tooth");
+  fails("class-1 --tooth L6 --scan arch-explore" + out, "\"tooth\"");
+  fails("onlay --tooth L6 --scan class-1-cavity" + out, "onlay");
   fails(out, "--list");
   fails("class-1 --list", "--list");
 }

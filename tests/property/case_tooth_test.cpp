@@ -3,10 +3,15 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
 
 #include "engine/app/assets.h"
+#include "engine/app/cases/draft.h"
 #include "engine/app/cases/pocket_gum.h"
+#include "engine/app/cases/scanned_tooth.h"
 #include "engine/base/units.h"
+#include "haptics/tissue_volume.h"
+#include "tests/support/folder.h"
 
 namespace typodont {
 namespace {
@@ -99,6 +104,36 @@ TEST(CaseTooth, AProbesBallFitsIntoEachPocketDownToItsFloorWhichIsGum) {
         EXPECT_LT(gum.distance(pocket.floor - dvec3(0, 0, 0.2e-3)), 0) << type << seed;
       }
     }
+}
+
+// The scan is turned and shifted.
+TEST(CaseTooth, AScanOfAToothHasTheMeasuresOfThatTooth) {
+  const glm::dmat3 turn{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+  const dvec3 shift(3e-3, -2e-3, 40e-3);
+  const test::Folder folder;
+  for (const char* type : {"U1", "U4", "L6"}) {
+    SplitMix64 random{7};
+    const CaseTooth tooth = make_tooth(type, kAge, random);
+    haptics::DenseTissue tissue = turned(sample_tooth(tooth, 0.15e-3), turn);
+    tissue.frame.origin += shift;
+    haptics::TissueVolume(tissue).save(folder / "tooth.vdb");
+    std::ofstream(folder / "scan.json") << R"({"tissue": {"volume": "tooth.vdb"}, "parts": ["haptics"],
+      "tool": {"shape": "sphere", "diameter_mm": 1}, "tooth": {"mesial": [0, 1, 0], "buccal": [0, 0, 1]}})";
+    const CaseTooth scan = scanned_tooth(type, folder / "scan.json");
+    const auto near = [&](double is, double should, double within) { EXPECT_NEAR(is, should, within) << type; };
+    near(scan.md, tooth.md, 0.4e-3);
+    near(scan.crown + scan.root, tooth.crown + tooth.root, 0.8e-3);
+    near(scan.form.proximal / scan.crown, tooth.form.proximal / tooth.crown, 0.15);
+    near(scan.crown, tooth.crown, 0.6e-3);
+    near(scan.cej_mesial, tooth.cej_mesial, 0.6e-3);
+    if (tooth.furcation > 0) near(scan.chamber_roof, tooth.chamber_roof, 0.7e-3);
+    // Surfaces and pulps agree, up to the place of the origin.
+    const dvec3 from(0, 0, tooth.crown - scan.crown);
+    for (const dvec3& p : {dvec3(0, 0, 0.5e-3), dvec3(1e-3, 0.5e-3, 2e-3), dvec3(0, -1e-3, -2e-3)}) {
+      near(scan.pulp_distance(p - from), tooth.pulp_distance(p), 0.35e-3);
+      near(scan.surface(p.x, p.y), tooth.surface(p.x, p.y) - from.z, 0.3e-3);
+    }
+  }
 }
 
 TEST(CaseTooth, ThePulpIsInsideDentinOnlyAndShrinksWithAge) {

@@ -11,6 +11,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/cases/checks.h"
 #include "engine/app/cases/draft.h"
+#include "engine/app/cases/scanned_tooth.h"
 #include "engine/app/planning/volume_beside.h"
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
@@ -114,13 +115,21 @@ std::map<std::string, double> weights_of(const Json& family, const Ordered& task
   return weights;
 }
 
+/// Refuses a scan for a family that needs what a scan does not state.
+void check_scan(const CaseRequest& request, const Json& family) {
+  if (request.tooth.empty()) throw Error("--scan", "", "no --tooth", "the type of the scanned tooth");
+  const std::string recipe = family["recipe"].string();
+  if (recipe == "onlay" || recipe == "pockets" || family["parameters"].has("curvature_deg"))
+    throw Error("--scan", "", request.family, "a family that needs neither cusps, pockets nor curved canals");
+}
+
 Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::string& volume) {
   const Json& family = draft.family;
   const CaseTooth& tooth = draft.out.tooth;
   const Ordered& base = draft.base;
   std::string description =
       fmt::format("Case {} of the family {}, difficulty {:g}", request.seed, request.family, request.difficulty);
-  if (!tooth.type.empty()) description += fmt::format(": {} ({}), {:.0f} years", tooth.name, tooth.type, tooth.age);
+  if (!tooth.type.empty()) description += fmt::format(": {}", in_words(tooth));
   Ordered scene = {{"name", fmt::format("{}-{}", request.family, request.seed)},
                    {"description", description + "."},
                    {"case", json_of(request)},
@@ -140,6 +149,8 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   Ordered task = task_of(family, base);
   for (const std::string& language : family["goal"].keys()) {
     std::string filled = family["goal"][language].string();
+    // The age of a scan is unknown: the goal of the shipped exercise stays.
+    if (tooth.scan && filled.find("{age}") != std::string::npos) continue;
     const auto fill = [&](const std::string& name, const std::string& value) {
       const std::string mark = "{" + name + "}";
       if (const auto at = filled.find(mark); at != std::string::npos) filled.replace(at, mark.size(), value);
@@ -158,6 +169,10 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
 }
 
 }  // namespace
+
+std::string in_words(const CaseTooth& tooth) {
+  return fmt::format("{} ({}){}", tooth.name, tooth.type, tooth.scan ? "" : fmt::format(", {:.0f} years", tooth.age));
+}
 
 CaseIdentity read_case(const Json& json) {
   return {json["family"].string(), static_cast<std::uint64_t>(json["seed"].integer(0)),
@@ -199,6 +214,7 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
       throw Error("--tooth", "", request.tooth, fmt::format("one of {}", fmt::join(teeth, ", ")));
     tooth = request.tooth;
   }
+  if (!request.scan.empty()) check_scan(request, *family);
   require_volume_beside(out, Over::kNoInput);
   PartialFile volume_file(volume_beside(out), FileKind::kVolume), scene_file(out, FileKind::kJson);
   Case result;
@@ -216,7 +232,10 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
     load_untouched(parse_scene(Json::parse(draft.base.dump(), base.string()), base)).save(volume_file.path());
   } else {
     const double curvature = result.parameters.contains("curvature_deg") ? result.parameters.at("curvature_deg") : 0;
-    result.tooth = make_tooth(tooth, result.parameters.at("age"), random, glm::radians(curvature));
+    result.tooth = request.scan.empty()
+                       ? make_tooth(tooth, result.parameters.at("age"), random, glm::radians(curvature))
+                       : scanned_tooth(tooth, request.scan);
+    if (result.tooth.scan) result.parameters.erase("age");
     draft.offset = kTop - dvec3(0, 0, result.tooth.crown);
     apply_recipe(draft);
     draft.tissue = sample_tooth(result.tooth, kVoxel, draft.gum ? &*draft.gum : nullptr);

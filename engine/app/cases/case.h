@@ -34,7 +34,8 @@ nlohmann::ordered_json json_of(const CaseIdentity& made);
 std::optional<CaseIdentity> case_in(const Json& scene);
 
 struct CaseRequest : CaseIdentity {
-  std::string tooth;  // tooth of the case family; empty: the seed selects one
+  std::string tooth;           // tooth of the case family; empty: the seed selects one
+  std::filesystem::path scan;  // scene with a scanned tooth of the type `tooth`; empty: a parametric tooth
 };
 
 struct Case {
@@ -43,6 +44,9 @@ struct Case {
   std::string scene;                         // JSON text of the scene; its volume is `volume`
   double expert = 0, careless = 0;  // score of the planned strokes if they are cut exactly; if the hand is careless
 };
+
+/// Name and type of a tooth, and the patient's age.
+std::string in_words(const CaseTooth& tooth);
 
 /// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give bit-identical
 /// files. Throws Error for an invalid request, RunFailure if this seed gives no valid case.

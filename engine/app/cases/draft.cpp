@@ -179,8 +179,12 @@ void check_tissue(const Draft& draft) {
   const haptics::DenseTissue& tissue = draft.tissue;
   if (const int n = pieces(tissue, Tissue::kAir); n != 1) throw RunFailure(fmt::format("the tooth has {} pieces", n));
   double cover = 1;
+  // A scanned pulp is open at the apices, so only the crown counts.
+  const auto rows = static_cast<std::size_t>(tissue.size.z);
+  const auto first =
+      static_cast<std::size_t>(draft.out.tooth.scan ? std::max(0.0, tissue.frame.to_voxels(dvec3(0)).z) : 0.0);
   for (std::size_t i = 0; i < tissue.tissue.size(); ++i)
-    if (tissue.tissue[i] == Tissue::kPulp && tissue.distance[i] > -tissue.band)
+    if (tissue.tissue[i] == Tissue::kPulp && tissue.distance[i] > -tissue.band && i % rows >= first)
       cover = std::min(cover, -static_cast<double>(tissue.distance[i]));
   if (cover < 0.2e-3) throw RunFailure(fmt::format("only {:.2f} mm of tissue around the pulp", cover / kMillimetre));
   if (draft.lesions.empty()) return;

@@ -8,6 +8,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/pocket_gum.h"
+#include "engine/app/cases/scanned_tooth.h"
 #include "engine/app/tissue/blend.h"
 #include "engine/base/error.h"
 #include "engine/base/in_parallel.h"
@@ -124,6 +125,7 @@ double TaperedTube::distance(const dvec3& p) const {
 }
 
 double CaseTooth::distance(const dvec3& p) const {
+  if (scan) return scan->distance(p);
   const double trunk = hollowed(form, p);
   if (roots.empty()) {
     // The root ends as a paraboloid.
@@ -149,12 +151,14 @@ double CaseTooth::hollowed(const ToothForm& outer, const dvec3& p) const {
 }
 
 double CaseTooth::pulp_distance(const dvec3& p) const {
+  if (scan) return scan->pulp_distance(p);
   double d = 1;
   for (const TaperedTube& tube : pulp) d = std::min(d, tube.distance(p));
   return d;
 }
 
 Tissue CaseTooth::tissue(const dvec3& p) const {
+  if (scan) return scan->tissue(p);
   if (pulp_distance(p) < 0) return Tissue::kPulp;
   // The edge of the enamel rises towards the neighbouring teeth.
   const double c = p.x / (std::hypot(p.x, p.y) + 1e-6);
@@ -170,7 +174,8 @@ double CaseTooth::surface(double x, double y) const {
   double low = 0, high = crown + 1e-3;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
-    (hollowed(form, {x, y, middle}) < 0 ? low : high) = middle;
+    const dvec3 p(x, y, middle);
+    ((scan ? scan->distance(p) : hollowed(form, p)) < 0 ? low : high) = middle;
   }
   return low;
 }
@@ -184,6 +189,10 @@ double CaseTooth::fissure(double x) const {
 
 std::vector<std::string> tooth_types() {
   return teeth_table().keys();
+}
+
+std::string tooth_name(const std::string& type) {
+  return teeth_table()[type]["name"].string();
 }
 
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature) {

@@ -1,6 +1,7 @@
 // A whole tooth (crown, roots, enamel, pulp), generated from published sizes (assets/cases/teeth.json) and a seed.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct TaperedTube {
   double distance(const dvec3& p) const;
 };
 
+class ScannedTooth;
+
 /// A generated tooth. Lengths in m. Frame as in ToothForm: origin in the neck, x mesial, y buccal, z out of the crown.
 struct CaseTooth {
   std::string type;  // for example "L6": lower first molar
@@ -39,6 +42,8 @@ struct CaseTooth {
   double enamel = 0;                           // m, thickness of the enamel in the occlusal third
   std::vector<TaperedTube> pulp;               // the pulp as tubes: chamber, horns and canals
   double chamber_roof = 0, chamber_floor = 0;  // m, z of the chamber's roof and floor
+  /// Gives surface and tissue of a scanned tooth, of which the other members are only measures. Null: parametric.
+  std::shared_ptr<const ScannedTooth> scan;
 
   /// Signed distance to the surface, m, negative inside. Exact near the surface.
   double distance(const dvec3& p) const;
@@ -54,6 +59,8 @@ struct CaseTooth {
 };
 
 std::vector<std::string> tooth_types();
+/// Name of a type, for example "lower first molar".
+std::string tooth_name(const std::string& type);
 /// Generates a tooth. `type`: one of tooth_types(). `curvature`: rad, angle by which each root of a molar bends to
 /// distal at half its length (Schneider 1971). Throws Error.
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature = 0);

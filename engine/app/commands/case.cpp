@@ -49,7 +49,7 @@ void run(const CaseOptions& options) {
     fmt::print("{}\n", json.dump(2));
     return;
   }
-  if (!made.tooth.type.empty()) fmt::print("{} ({}), {:.0f} years\n", made.tooth.name, made.tooth.type, made.tooth.age);
+  if (!made.tooth.type.empty()) fmt::print("{}\n", in_words(made.tooth));
   for (const auto& [name, value] : made.parameters) fmt::print("  {} {:.2f}\n", name, value);
   fmt::print("exact plan {:.1f} points, careless hand {:.1f} points\nwrote {}\n", made.expert, made.careless,
              options.out);
@@ -67,6 +67,8 @@ void add_case_command(cli::Command& app) {
   command->add_setting("--difficulty", options->request.difficulty, "0, easy, to 1, hard", cli::range(0.0, 1.0));
   command->add_option("--tooth", options->request.tooth,
                       "tooth of the family instead of the seed's: U upper or L lower, and 1 to 7 from the midline");
+  command->add_option("--scan", options->request.scan,
+                      "scene with a scanned tooth, of the type --tooth, in place of a parametric one");
   command->add_option("--out", options->out, "scene to write; its volume is beside it, with the ending .vdb",
                       cli::writes({FileKind::kJson}));
   command->add_flag("--list", options->list, "list the families, their teeth and parameters");

@@ -31,6 +31,10 @@ haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std
 /// true ones.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
+/// Distance to the surface of the region with the wanted labels. Smooth, because it uses the fraction of such voxels
+/// among 3×3×3.
+session::DenseField label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted);
+
 /// Removes a solid's inside. Labels do not change.
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
 /// Adds a bounded solid. The tissue inside it does not change; the rest of the solid gets the label `tissue`.
