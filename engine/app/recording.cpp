@@ -175,8 +175,8 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing) {
 }
 
 std::string_view view_name(render::View view) noexcept {
-  constexpr std::array<std::string_view, 5> kNames{"look", "section", "xray", "difference", "temperature"};
-  return kNames[static_cast<std::size_t>(view)];
+  constexpr std::array<std::string_view, 5> kViewNames{"look", "section", "xray", "difference", "temperature"};
+  return kViewNames[static_cast<std::size_t>(view)];
 }
 
 session::StreamSpec sound_stream() {

@@ -207,7 +207,7 @@ TEST_F(RenderCommand, ASectionRunsAlongTheToothThroughItsPulp) {
     const render::Picture picture = render::read_png(folder / "out/right.png");
     int count = 0;
     for (std::size_t i = 0; i + 2 < picture.rgba.size(); i += 4)
-      count += picture.rgba[i] > 2 * picture.rgba[i + 1] + 20;
+      count += picture.rgba[i] > 60 && 5 * picture.rgba[i] > 8 * picture.rgba[i + 1];
     return count;
   };
   EXPECT_GT(red("--view section"), 500);

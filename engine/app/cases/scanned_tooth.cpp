@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kSlice = 0.2e-3;     // m, height of the slices in which widths and areas are measured
 constexpr double kLowest = 0.02;      // fraction of a side's enamel below its edge: voxels with a wrong label
-constexpr double kSideCosine = 0.87;  // a side is within 30° of its direction
+constexpr double kSideCosine = 0.97;  // a side is within 14° of its direction
 
 /// Extent of points, m.
 struct Extent {

@@ -48,4 +48,11 @@ consteval const Shortcut& shortcut(Ask ask) {
   throw "a request without a key";
 }
 
+/// A request with its shortcut.
+struct KeyedAsk {
+  Ask ask;
+  const Shortcut& key;
+  consteval KeyedAsk(Ask request) : ask(request), key(shortcut(request)) {}
+};
+
 }  // namespace typodont

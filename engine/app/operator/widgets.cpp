@@ -186,12 +186,12 @@ ImVec4 score_color(double fraction, const session::PassMark& pass) {
 bool pressed(const Shortcut& shortcut) {
   return key(shortcut.code, shortcut.control);
 }
-void ask_button(OperatorState& s, Ask ask, const char* text, ImVec2 size, bool enabled, bool main) {
+void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 size, bool enabled, bool main) {
   ImGui::BeginDisabled(!enabled);
-  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(shortcut(ask).name)));
+  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(request.key.name)));
   const bool clicked = main ? main_button(label.c_str(), size) : ImGui::Button(label.c_str(), size);
   ImGui::EndDisabled();
-  if (enabled && (clicked || pressed(shortcut(ask)))) s.ask(ask);
+  if (enabled && (clicked || pressed(request.key))) s.ask(request.ask);
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);

@@ -74,7 +74,8 @@ bool toggle_button(const char* text, bool on, ImVec2 size);
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// Button for a request, with its shortcut. `main`: the main action of the page.
-void ask_button(OperatorState& s, Ask ask, const char* text, ImVec2 size, bool enabled = true, bool main = false);
+void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 size, bool enabled = true,
+                bool main = false);
 /// True if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
 /// Handles the shortcuts that work on all pages, except during a session.
