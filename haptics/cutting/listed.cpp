@@ -14,27 +14,92 @@ namespace typodont::haptics {
 // Compiled for each vector width. Results are bit-identical: samples are independent, volumes integers, FMA is off.
 namespace halves {
 namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
+
+bool ball(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<false>(*f, false, removed);
+}
+bool capsule(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<true>(*f, false, removed);
+}
+bool head(const HeadFront* f, RemovedVolume* removed) {
+  return carve_head(*f, false, removed);
+}
+
 }  // namespace
 }  // namespace halves
 
 #ifdef TYPODONT_SIXTEEN_LANES
-#pragma GCC push_options
-#pragma GCC target("avx2")
 namespace eight {
 namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
+
+__attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<false>(*f, false, removed);
+}
+__attribute__((target("avx2"))) bool capsule(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<true>(*f, false, removed);
+}
+__attribute__((target("avx2"))) bool head(const HeadFront* f, RemovedVolume* removed) {
+  return carve_head(*f, false, removed);
+}
+
 }  // namespace
 }  // namespace eight
+
+#pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace sixteen {
 namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
+
+bool ball(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<false>(*f, false, removed);
+}
+bool capsule(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<true>(*f, false, removed);
+}
+bool head(const HeadFront* f, RemovedVolume* removed) {
+  return carve_head(*f, false, removed);
+}
+
 }  // namespace
 }  // namespace sixteen
+
 namespace eight_masked {
 namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/path_kernel.h"
+// Included last, because it uses the three files above.
 #include "haptics/cutting/listed_kernel.h"
+
+bool ball(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<false>(*f, true, removed);
+}
+bool capsule(const BallFront* f, RemovedVolume* removed) {
+  return carve_ball<true>(*f, true, removed);
+}
+bool head(const HeadFront* f, RemovedVolume* removed) {
+  return carve_head(*f, true, removed);
+}
+
 }  // namespace
 }  // namespace eight_masked
 #pragma GCC pop_options
@@ -50,13 +115,14 @@ int widest_group() noexcept {
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    const bool wide = sixteen::carve_ball(front, capsule, false, removed);
-    return eight_masked::carve_ball(front, capsule, true, removed) || wide;
+    const bool wide = capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
+    const bool narrow = capsule ? eight_masked::capsule(&front, removed) : eight_masked::ball(&front, removed);
+    return wide || narrow;
   }
-  if (__builtin_cpu_supports("avx2")) return eight::carve_ball(front, capsule, false, removed);
+  if (__builtin_cpu_supports("avx2")) return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
 #endif
   (void)lanes;
-  return halves::carve_ball(front, capsule, false, removed);
+  return capsule ? halves::capsule(&front, removed) : halves::ball(&front, removed);
 }
 
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
@@ -65,14 +131,14 @@ bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed
     // One kernel cuts the narrow groups of samples (Run::narrow), another one all other groups. Skips unneeded kernels.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
-    const bool wide = is_listed[false] && sixteen::carve_head(front, false, removed);
-    const bool narrow = is_listed[true] && eight_masked::carve_head(front, true, removed);
+    const bool wide = is_listed[false] && sixteen::head(&front, removed);
+    const bool narrow = is_listed[true] && eight_masked::head(&front, removed);
     return wide || narrow;
   }
-  if (__builtin_cpu_supports("avx2")) return eight::carve_head(front, false, removed);
+  if (__builtin_cpu_supports("avx2")) return eight::head(&front, removed);
 #endif
   (void)lanes;
-  return halves::carve_head(front, false, removed);
+  return halves::head(&front, removed);
 }
 
 }  // namespace typodont::haptics

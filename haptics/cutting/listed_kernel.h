@@ -1,7 +1,4 @@
 // Included once in each namespace of lane_ops.h. Cuts the groups in the lists of cut_front.h.
-#include "haptics/cutting/cut_kernel.h"
-#include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/path_kernel.h"
 
 constexpr int kChunk = 128;  // number of groups that are processed together
 // number of groups by which prefetching is ahead of cutting
@@ -113,9 +110,6 @@ TYPODONT_INLINE bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   for (int r = 0; r < ranges.count; ++r) carve_range<capsule>(f, c, ranges.at[r].from, ranges.at[r].to, raised, taken);
   taken.close();
   return any(raised);
-}
-bool carve_ball(const BallFront& front, bool capsule, bool narrow, RemovedVolume* removed) {
-  return capsule ? carve_ball<true>(front, narrow, removed) : carve_ball<false>(front, narrow, removed);
 }
 
 /// Input of may_be_deeper(). motion_rho, motion_z: a sample's motion away from the head's axis and along the axis, both
@@ -336,7 +330,7 @@ TYPODONT_INLINE void carve_run(const HeadFront& f, const HeadSides& sides, const
 }
 
 /// Cuts only the narrow groups (at most eight samples can change), or only the wide ones. True: a sample changed.
-bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
+TYPODONT_INLINE bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;
