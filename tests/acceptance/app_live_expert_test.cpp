@@ -35,11 +35,12 @@ constexpr const char* kScene = R"({"name": "block", "tissue": {"voxel_mm": 0.2, 
     "rules": [{"name": "over_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50},
               {"name": "under_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50}]}})";
 
-// Two pockets of 3 and 5 mm in a block.
+// Two pockets of 3 and 5 mm in a block, beside a wall on which the hand leans.
 constexpr const char* kPockets = R"({"name": "pockets", "tissue": {"voxel_mm": 0.1, "solids": [
   {"tissue": "dentin", "solid": {"difference": [{"box": {"size_mm": [8, 5, 12]}},
     {"cylinder": {"center_mm": [2, 0, 6], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 6}},
-    {"cylinder": {"center_mm": [-2, 0, 6], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 10}}]}}]},
+    {"cylinder": {"center_mm": [-2, 0, 6], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 10}}]}},
+    {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 7.5], "size_mm": [3.2, 5, 3]}}}]},
   "tool": "probe_who_621", "parts": ["haptics"],
   "task": {"goal": "probe", "axis": [0, 0, 1], "explore": {"sites": [
     {"name": "shallow", "margin_mm": [2, 0, 6], "floor_mm": [2, 0, 3]},

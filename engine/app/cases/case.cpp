@@ -119,8 +119,8 @@ std::map<std::string, double> weights_of(const Json& family, const Ordered& task
 void check_scan(const CaseRequest& request, const Json& family) {
   if (request.tooth.empty()) throw Error("--scan", "", "no --tooth", "the type of the scanned tooth");
   const std::string recipe = family["recipe"].string();
-  if (recipe == "onlay" || recipe == "pockets" || family["parameters"].has("curvature_deg"))
-    throw Error("--scan", "", request.family, "a family that needs neither cusps, pockets nor curved canals");
+  if (recipe == "onlay" || recipe == "pockets" || recipe.ends_with("access"))
+    throw Error("--scan", "", request.family, "a family that needs neither cusps, pockets nor the pulp's chamber");
 }
 
 Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::string& volume) {

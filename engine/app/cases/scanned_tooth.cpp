@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kSlice = 0.2e-3;     // m, height of the slices in which widths and areas are measured
+constexpr double kSlice = 0.2e-3;     // m, height of the slices in which widths are measured
 constexpr double kLowest = 0.02;      // fraction of a side's enamel below its edge: voxels with a wrong label
 constexpr double kSideCosine = 0.97;  // a side is within 14° of its direction
 
@@ -107,13 +107,11 @@ CaseTooth scanned_tooth(const std::string& type, const std::filesystem::path& fi
   tooth.cej_distal = edge[1] - origin.z;
   Extent crown, neck, all;
   std::map<long, std::array<double, 2>> width;  // m, by slice: largest distance to mesial and to distal
-  std::map<long, std::size_t> area;             // samples of pulp, by slice
   const auto slice = [](double z) { return std::lround(z / kSlice); };
-  each_inside(copy, R, [&](const dvec3& at, Tissue tissue) {
+  each_inside(copy, R, [&](const dvec3& at, Tissue) {
     const dvec3 p = at - origin;
     all.add(p);
     if (std::abs(p.z) < kSlice) neck.add(p);
-    if (tissue == Tissue::kPulp) ++area[slice(p.z)];
     if (p.z < 0) return;
     crown.add(p);
     auto& of = width[slice(p.z)];
@@ -124,15 +122,6 @@ CaseTooth scanned_tooth(const std::string& type, const std::filesystem::path& fi
   tooth.crown = all.high.z;
   tooth.root = -all.low.z;
   const auto widest = std::ranges::max_element(width, {}, [](const auto& of) { return of.second[0] + of.second[1]; });
-  const auto largest = std::ranges::max_element(area, {}, [](const auto& of) { return of.second; });
-  // The chamber: slices around the largest one that have at least half of its area.
-  const auto end_of_chamber = [&](long step) {
-    long at = largest->first;
-    while (area.contains(at + step) && 2 * area[at + step] > largest->second) at += step;
-    return (static_cast<double>(at) + 0.5 * static_cast<double>(step)) * kSlice;
-  };
-  tooth.chamber_roof = end_of_chamber(1);
-  tooth.chamber_floor = end_of_chamber(-1);
   // Only sizes: the surface is that of the scan.
   tooth.form.widest = 2.0 * glm::dvec2(glm::max(-all.low, all.high));
   tooth.form.neck = glm::dvec2(neck.size());
