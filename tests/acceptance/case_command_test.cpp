@@ -135,7 +135,7 @@ TEST_F(CaseCommand, AWrongFamilyToothSeedOrDifficultyIsNamedAndLeavesNoFile) {
   fails("class-1 --seed -1" + out, "--seed");
   fails("class-1", "--out");
   fails("class-1 --scan class-1-cavity" + out, "--tooth");
-  fails("class-1 --tooth L6 --scan arch-explore" + out, "\"tooth\"");
+  fails("class-1 --tooth L6 --scan arch-explore" + out, "tooth: found no such key");
   for (const char* family : {"onlay", "access-molar"})
     fails(family + std::string(" --tooth L6 --scan class-1-cavity") + out, family);
   fails(out, "--list");

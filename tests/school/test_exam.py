@@ -26,7 +26,7 @@ class Exams(TestCase):
         shutil.rmtree(intake.folder("sessions"))
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.exam = Assignment.objects.create(group=self.room.class_A, exercise=self.room.exercise, due=timezone.now() + timedelta(hours=1),
+        self.exam = Assignment.objects.create(group=self.room.class_A, exercise=self.room.exercise, due=timezone.now() + timedelta(days=1),
                                               attempts=1, sealed=True)
 
     def start(self, student, token=None):
