@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "calibration/bench_simulator.h"
 #include "calibration/joint_solver.h"
@@ -10,21 +11,16 @@
 namespace typodont::calibration {
 namespace {
 
-constexpr std::uint64_t kBenches = 20;
-
-/// Calibrations of rigid benches, with the seeds 1 to kBenches.
-const std::vector<SimulatedRoutine>& routines() {
-  static const std::vector<SimulatedRoutine> all = [] {
-    std::vector<SimulatedRoutine> made;
-    for (std::uint64_t seed = 1; seed <= kBenches; ++seed) made.push_back(simulate_routine({.seed = seed}));
-    return made;
-  }();
-  return all;
+/// Calibration of a rigid bench; made once.
+const SimulatedRoutine& routine(std::uint64_t seed) {
+  static std::map<std::uint64_t, SimulatedRoutine> made;
+  const auto found = made.find(seed);
+  return found != made.end() ? found->second : made.emplace(seed, simulate_routine({.seed = seed})).first->second;
 }
 
 TEST(Routine, LeavesAnErrorOfAtMost50MicrometresWith200MicrometresOfTouchNoise) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const SimulatedRoutine& run = routines()[seed - 1];
+    const SimulatedRoutine& run = routine(seed);
     EXPECT_GT(run.before.rms, 3e-3) << seed;
     // The limits are 0.05 mm rms and 0.15 mm for the worst point. The noise of the measurement adds 0.02 mm.
     EXPECT_LT(run.after.rms, std::hypot(0.05e-3, 0.02e-3)) << seed;
@@ -40,7 +36,7 @@ TEST(Routine, ABentPanelACurvedMirrorASoftArmAndASlippedTipTogetherLeaveAnErrorO
   double squares = 0, worst = 0;
   int bent = 0, curved = 0, slipped = 0, wrong = 0;
   for (std::uint64_t seed = 1; seed <= kSoft; ++seed) {
-    wrong += static_cast<int>(routines()[seed - 1].bench.joint->terms.size());
+    wrong += static_cast<int>(routine(seed).bench.joint->terms.size());
     const SimulationOptions options{.seed = seed, .soft = 1};
     const SimulatedRoutine run = simulate_routine(options);
     squares += std::pow(run.after.rms, 2) / kSoft, worst = std::max(worst, run.after.worst);
@@ -91,10 +87,11 @@ glm::dmat3 axes_of(const Panel& panel) {
 }
 
 TEST(Routine, ErrorsOfTheJointSolutionHaveTheReportedStandardDeviations) {
-  constexpr int kErrors = 4 * kBenches;  // of the user's offset along x, y, z, and of the interpupillary distance
+  constexpr int kBenches = 20,
+                kErrors = 4 * kBenches;  // of the user's offset along x, y, z, and of the interpupillary distance
   double squares = 0;
   for (std::uint64_t seed = 1; seed <= kBenches; ++seed) {
-    const JointResult& found = *routines()[seed - 1].bench.joint;
+    const JointResult& found = *routine(seed).bench.joint;
     const RigGeometry truth = BenchSimulator({.seed = seed}).truth();
     // The solution's frame W is turned from that of the truth, because its base of the arm is an estimate.
     const glm::dmat3 R = axes_of(found.panel) * glm::transpose(axes_of(truth.panel));
