@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
@@ -188,26 +187,46 @@ void SessionDesk::begin_views(const Scene& scene) {
 }
 
 bool SessionDesk::carry_out(const Request& r) {
-  const std::map<Ask, std::function<void()>> of_bench{{Ask::kSettings, [&] { bench_->set(s_.settings); }},
-                                                      {Ask::kPhaseTool, [&] { bench_->choose_phase_tool(); }},
-                                                      {Ask::kTool, [&] { bench_->choose_tool(r.number); }},
-                                                      {Ask::kUndo, [&] { bench_->ask(TissueCommand::kUndo); }},
-                                                      {Ask::kRedo, [&] { bench_->ask(TissueCommand::kRedo); }},
-                                                      {Ask::kSaveTissue, [&] { bench_->ask(TissueCommand::kSave); }},
-                                                      {Ask::kHold, [&] { bench_->hold(r.number != 0); }}};
-  const std::map<Ask, std::function<void()>> others{{Ask::kKeep, [&] { s_.keep = r.number != 0; }},
-                                                    {Ask::kLook, [&] { change_look(); }},
-                                                    {Ask::kOwnView, [&] { show_own_view(r.number != 0); }},
-                                                    {Ask::kStepDone, [&] { s_.steps.next(); }},
-                                                    {Ask::kStepBack, [&] { s_.steps.back(); }}};
-  if (const auto action = of_bench.find(r.ask); action != of_bench.end()) {
-    if (bench_) action->second();
-    return true;
+  switch (r.ask) {
+    case Ask::kSettings:
+      if (bench_) bench_->set(s_.settings);
+      return true;
+    case Ask::kPhaseTool:
+      if (bench_) bench_->choose_phase_tool();
+      return true;
+    case Ask::kTool:
+      if (bench_) bench_->choose_tool(r.number);
+      return true;
+    case Ask::kUndo:
+      if (bench_) bench_->ask(TissueCommand::kUndo);
+      return true;
+    case Ask::kRedo:
+      if (bench_) bench_->ask(TissueCommand::kRedo);
+      return true;
+    case Ask::kSaveTissue:
+      if (bench_) bench_->ask(TissueCommand::kSave);
+      return true;
+    case Ask::kKeep:
+      s_.keep = r.number != 0;
+      return true;
+    case Ask::kLook:
+      change_look();
+      return true;
+    case Ask::kOwnView:
+      show_own_view(r.number != 0);
+      return true;
+    case Ask::kHold:
+      if (bench_) bench_->hold(r.number != 0);
+      return true;
+    case Ask::kStepDone:
+      s_.steps.next();
+      return true;
+    case Ask::kStepBack:
+      s_.steps.back();
+      return true;
+    default:
+      return false;
   }
-  const auto action = others.find(r.ask);
-  if (action == others.end()) return false;
-  action->second();
-  return true;
 }
 
 void SessionDesk::change_look() {
