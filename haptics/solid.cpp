@@ -145,7 +145,7 @@ struct Combination : Solid {
 std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const SolidFiles& files) {
   auto result = std::make_unique<Combination>();
   result->operation = operation;
-  for (const Json& item : json.items()) result->parts.push_back(read_solid(item, files));
+  result->parts = read_solid_list(json.items(), files);
   if (result->parts.empty()) json.fail("at least one solid");
   return result;
 }
@@ -174,6 +174,12 @@ std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius
   auto s = std::make_unique<Capsule>();
   s->a = a_W, s->b = b_W, s->radius = radius;
   return s;
+}
+
+std::vector<std::unique_ptr<Solid>> read_solid_list(const std::vector<Json>& list, const SolidFiles& files) {
+  std::vector<std::unique_ptr<Solid>> solids;
+  for (const Json& item : list) solids.push_back(read_solid(item, files));
+  return solids;
 }
 
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files) {

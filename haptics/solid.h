@@ -42,6 +42,7 @@ struct SolidFiles {
 /// Reads a sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection or difference. Throws
 /// Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {});
+std::vector<std::unique_ptr<Solid>> read_solid_list(const std::vector<Json>& list, const SolidFiles& files = {});
 
 /// All points within `radius` of the segment a–b; a may equal b.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);

@@ -105,8 +105,7 @@ session::ExploreMeasures feel(const TaskEvaluator& judge, const Scene& scene, co
                               bool half) {
   session::ExploreMeter meter = *judge.explore_meter();
   const DenseCopy copy = dense_copy(start);
-  std::vector<std::unique_ptr<haptics::Solid>> region;
-  for (const Json& solid : scene.task->region) region.push_back(haptics::read_solid(solid));
+  const auto region = haptics::read_solid_list(scene.task->region);
   dvec3 low, high;
   region.front()->bounds(low, high);
   const double border = half ? 0.5 * (low.x + high.x) : low.x;

@@ -131,9 +131,7 @@ double enamel_depth(const CaseTooth& tooth, const dvec3& p, const dvec3& down) {
 
 void apply_lesions(Draft& draft) {
   haptics::DenseTissue& tissue = draft.tissue;
-  std::vector<std::unique_ptr<haptics::Solid>> filling;
-  for (const Json& solid : Json::parse(draft.filling.dump(), "filling").items())
-    filling.push_back(haptics::read_solid(solid));
+  const auto filling = haptics::read_solid_list(Json::parse(draft.filling.dump(), "filling").items());
   const Tissue filled = filling.empty() ? Tissue::kAir : haptics::read_tissue_name(draft.family["filled"]);
   if (draft.lesions.empty() && filling.empty()) return;
   if (!draft.lesions.empty()) tissue.hardness.assign(tissue.tissue.size(), haptics::kOwnHardness);

@@ -20,13 +20,11 @@ constexpr double kAboveMargin = 1e-3;  // m, largest height of a papilla above t
 constexpr double kBelowRoot = 1e-3;    // m, depth of the block's base below the root
 constexpr double kSearchStep = 0.01e-3;  // m, step of the search for the tooth's surface
 
-/// Distance to the tooth's surface by first-order correction, m.
-double first_order_distance(const CaseTooth& tooth, const dvec3& p) {
+/// Distance to the tooth's surface, m; corrected near it.
+double distance_to(const CaseTooth& tooth, const dvec3& p) {
   const double d = tooth.distance(p);
   if (d <= 0 || d > 3 * kPocketGap) return d;
-  constexpr double kStep = 0.05e-3;
-  const dvec3 slope = central_difference(std::bind_front(&CaseTooth::distance, &tooth), p, kStep) / (2 * kStep);
-  return d / std::max(glm::length(slope), 0.3);
+  return first_order_distance(std::bind_front(&CaseTooth::distance, &tooth), p, d, 0.05e-3, 0.3);
 }
 
 }  // namespace
@@ -38,7 +36,7 @@ double PocketGum::margin(const dvec3& p) const {
 
 void PocketGum::add_pocket(double x, double side, double depth, double half_width) {
   dvec3 on(x, side * tooth->bl, kFreeGum);
-  while (side * on.y > 0 && first_order_distance(*tooth, on) > 0) on.y -= side * kSearchStep;
+  while (side * on.y > 0 && distance_to(*tooth, on) > 0) on.y -= side * kSearchStep;
   on.z = margin(on);
   Pocket pocket;
   pocket.out = central_difference(std::bind_front(&CaseTooth::distance, tooth), on, 0.1e-3);
@@ -48,8 +46,7 @@ void PocketGum::add_pocket(double x, double side, double depth, double half_widt
   const auto middle = [&](double z) {
     dvec3 p = on + 2e-3 * pocket.out;
     p.z = z;
-    while (glm::dot(p, pocket.out) > 0 && first_order_distance(*tooth, p) > 0.5 * kPocketGap)
-      p -= kSearchStep * pocket.out;
+    while (glm::dot(p, pocket.out) > 0 && distance_to(*tooth, p) > 0.5 * kPocketGap) p -= kSearchStep * pocket.out;
     return p;
   };
   pocket.margin = middle(on.z);
@@ -64,7 +61,7 @@ double PocketGum::distance(const dvec3& p) const {
   const double f = std::pow(
       std::pow(2 * std::abs(p.x) / tooth->form.neck.x, n) + std::pow(2 * std::abs(p.y) / tooth->form.neck.y, n), 1 / n);
   const double from_neck = f > 1e-3 ? r - r / f : -0.5 * std::min(tooth->form.neck.x, tooth->form.neck.y);
-  const double to_tooth = first_order_distance(*tooth, p);
+  const double to_tooth = distance_to(*tooth, p);
   const double thick = gum_thickness(deep, kThinEdge, kThick, kThickens);
   const double from_side = p.z > 0 ? std::min(from_neck, to_tooth) : from_neck;
   double body = std::max(from_side - kPocketGap - thick, -deep - kAboveMargin);

@@ -4,11 +4,12 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
-#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/voxels.h"
 #include "engine/session/place.h"
 
 namespace typodont {
@@ -27,19 +28,17 @@ struct Extent {
   dvec3 size() const { return glm::max(high - low, dvec3(0)); }
 };
 
-/// Calls visit(p, tissue) for each sample inside, in the axes `R`.
+/// Calls visit(p, tissue) for each sample inside the tooth; p: its position in the axes R, m.
 template <class Visit>
 void each_inside(const DenseCopy& copy, const glm::dmat3& R, Visit visit) {
-  const glm::ivec3 n = copy.field.size;
-  for (int x = 0; x < n.x; ++x)
-    for (int y = 0; y < n.y; ++y)
-      for (int z = 0; z < n.z; ++z)
-        if (const std::size_t i = copy.field.at(x, y, z); copy.field.distance[i] < 0)
-          visit(glm::transpose(R) * copy.frame.to_world(dvec3(x, y, z)), copy.tissue[i]);
+  for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+    if (const std::size_t i = copy.field.at(x, y, z); copy.field.distance[i] < 0)
+      visit(glm::transpose(R) * copy.frame.to_world(dvec3(x, y, z)), copy.tissue[i]);
+  });
 }
 
-/// Height of the enamel's edge on the mesial, distal, buccal and lingual side.
-std::array<double, 4> enamel_edges(const DenseCopy& copy, const glm::dmat3& R, const dvec3& middle) {
+/// Height of the enamel's edge on the mesial, distal, buccal and lingual side. Empty if a side has no enamel.
+std::optional<std::array<double, 4>> enamel_edges(const DenseCopy& copy, const glm::dmat3& R, const dvec3& middle) {
   std::array<std::vector<double>, 4> heights;
   each_inside(copy, R, [&](const dvec3& p, Tissue tissue) {
     if (tissue != Tissue::kEnamel) return;
@@ -51,7 +50,7 @@ std::array<double, 4> enamel_edges(const DenseCopy& copy, const glm::dmat3& R, c
   std::array<double, 4> edges{};
   for (std::size_t side = 0; side < 4; ++side) {
     std::vector<double>& h = heights[side];
-    if (h.empty()) continue;
+    if (h.empty()) return std::nullopt;
     const auto at = h.begin() + static_cast<std::ptrdiff_t>(kLowest * static_cast<double>(h.size()));
     std::nth_element(h.begin(), at, h.end());
     edges[side] = *at;
@@ -61,12 +60,9 @@ std::array<double, 4> enamel_edges(const DenseCopy& copy, const glm::dmat3& R, c
 
 }  // namespace
 
-ScannedTooth::ScannedTooth(const haptics::TissueVolume& volume, const glm::dmat3& R_WT, const dvec3& p_WT)
-    : field_(volume), R_WT_(R_WT), p_WT_(p_WT) {
-  const DenseCopy copy = dense_copy(volume);
-  frame_ = copy.frame;
-  pulp_ = label_distance(copy, {Tissue::kPulp});
-}
+ScannedTooth::ScannedTooth(const haptics::TissueVolume& volume, const DenseCopy& copy, const glm::dmat3& R_WT,
+                           const dvec3& p_WT)
+    : field_(volume), frame_(copy.frame), pulp_(label_distance(copy, {Tissue::kPulp})), R_WT_(R_WT), p_WT_(p_WT) {}
 
 double ScannedTooth::pulp_distance(const dvec3& p) const {
   return pulp_.sample(frame_.to_voxels(to_W(p))) * frame_.voxel;
@@ -97,7 +93,10 @@ CaseTooth scanned_tooth(const std::string& type, const std::filesystem::path& fi
   if (enamel.middle().z < whole.middle().z)
     throw Error(scene.file.string(), "tooth", "mesial × buccal points to the root",
                 "a tooth of the lower left or upper right side, or the mirror image of the scan");
-  const std::array<double, 4> edge = enamel_edges(copy, R, enamel.middle());
+  const auto edges = enamel_edges(copy, R, enamel.middle());
+  if (!edges)
+    throw Error(scene.file.string(), "tissue", "a side of the crown without enamel", "a labelled scan of a tooth");
+  const std::array<double, 4>& edge = *edges;
   const dvec3 origin(enamel.middle().x, enamel.middle().y, 0.5 * (edge[2] + edge[3]));
 
   CaseTooth tooth;
@@ -128,7 +127,7 @@ CaseTooth scanned_tooth(const std::string& type, const std::filesystem::path& fi
   tooth.form.height = tooth.crown;
   tooth.form.root = tooth.root;
   tooth.form.proximal = static_cast<double>(widest->first) * kSlice;
-  tooth.scan = std::make_shared<const ScannedTooth>(volume, R, R * origin);
+  tooth.scan = std::make_shared<const ScannedTooth>(volume, copy, R, R * origin);
   return tooth;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "engine/app/cases/tooth.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/app/tissue/tooth_field.h"
 #include "engine/session/dense_field.h"
 
@@ -13,8 +14,8 @@ namespace typodont {
 /// The tissue of a scan, in the frame of CaseTooth. For any thread.
 class ScannedTooth {
  public:
-  /// `R_WT`, `p_WT`: pose of the tooth's frame T in the frame of the volume.
-  ScannedTooth(const haptics::TissueVolume& volume, const glm::dmat3& R_WT, const dvec3& p_WT);
+  /// `copy`: dense_copy(volume). `R_WT`, `p_WT`: pose of the tooth's frame T in the frame of the volume.
+  ScannedTooth(const haptics::TissueVolume& volume, const DenseCopy& copy, const glm::dmat3& R_WT, const dvec3& p_WT);
   double distance(const dvec3& p) const { return field_.distance(to_W(p)); }
   double pulp_distance(const dvec3& p) const;
   Tissue tissue(const dvec3& p) const;

@@ -280,11 +280,7 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel, const Po
     for (int z = 0; z < out.size.z; ++z) {
       const dvec3 p = at(column, z);
       double d = distance(p);
-      // First-order estimate of the distance: d / |∇d|.
-      if (std::abs(d) < 4 * voxel) {
-        const dvec3 slope = central_difference(distance, p, 0.25 * voxel) / (0.5 * voxel);
-        d /= std::max(glm::length(slope), 0.5);
-      }
+      if (std::abs(d) < 4 * voxel) d = first_order_distance(distance, p, d, 0.25 * voxel, 0.5);
       field.distance[column * static_cast<std::size_t>(out.size.z) + static_cast<std::size_t>(z)] =
           static_cast<float>(d / voxel);
     }

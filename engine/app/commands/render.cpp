@@ -33,6 +33,7 @@
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
 #include "engine/session/place.h"
@@ -68,8 +69,9 @@ glm::dvec4 parse_plane(const std::string& text) {
 /// scene states the tooth's sides, the plane contains the tooth's axis and one of its sides, and cuts as much pulp as
 /// possible.
 glm::dvec4 usual_plane(const Scene& scene, const haptics::TissueVolume& volume, const dvec3& eye_W) {
-  const DenseCopy copy = dense_copy(volume);
-  const dvec3 middle = copy.frame.to_world(0.5 * dvec3(copy.field.size - 1));
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
   const auto sides = session::tooth_sides(Json::parse(scene.text, scene.file.string()));
   if (!sides) return section_facing(middle, eye_W);
   const dvec3 away = middle - eye_W;
@@ -77,14 +79,12 @@ glm::dvec4 usual_plane(const Scene& scene, const haptics::TissueVolume& volume, 
   const dvec3 side = std::abs(buccal) > std::abs(mesial) ? sides->buccal_W : sides->mesial_W;
   const dvec3 n = glm::dot(side, away) < 0 ? -side : side;
   std::map<long, std::size_t> pulp;  // samples of pulp by the offset of their plane, in voxels
-  const glm::ivec3 size = copy.field.size;
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z) {
-        const std::size_t i = copy.field.at(x, y, z);
-        if (copy.field.distance[i] < 0 && copy.tissue[i] == Tissue::kPulp)
-          ++pulp[std::lround(glm::dot(n, copy.frame.to_world(dvec3(x, y, z)) - middle) / copy.frame.voxel)];
-      }
+  const DenseCopy copy = dense_copy(volume);
+  for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+    const std::size_t i = copy.field.at(x, y, z);
+    if (copy.field.distance[i] < 0 && copy.tissue[i] == Tissue::kPulp)
+      ++pulp[std::lround(glm::dot(n, copy.frame.to_world(dvec3(x, y, z)) - middle) / copy.frame.voxel)];
+  });
   const auto most = std::ranges::max_element(pulp, {}, [](const auto& layer) { return layer.second; });
   const double offset = most == pulp.end() ? 0 : static_cast<double>(most->first) * copy.frame.voxel;
   return {n, -glm::dot(n, middle) - offset};

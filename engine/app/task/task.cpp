@@ -31,9 +31,7 @@ constexpr double kRegionMargin = session::kPulpReach + 0.5e-3;
 constexpr float kChanged = 0.02f;
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
-  std::vector<std::unique_ptr<haptics::Solid>> solids;
-  for (const Json& item : list) solids.push_back(haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid}));
-  return solids;
+  return haptics::read_solid_list(list, {.read_mesh = haptics::read_mesh_solid});
 }
 
 /// Copies to `at` the distances of `other` at the same points, and the labels where `other` has them.

@@ -30,6 +30,13 @@ dvec3 central_difference(const F& f, const dvec3& p, double step) {
   return {f(p + x) - f(p - x), f(p + y) - f(p - y), f(p + z) - f(p - z)};
 }
 
+/// First-order estimate d / |∇f| of the distance to the surface f = 0 from the value d = f(p). `step`: m, of the
+/// gradient's differences. `least`: lower limit of |∇f|.
+template <class F>
+double first_order_distance(const F& f, const dvec3& p, double d, double step, double least) {
+  return d / std::max(glm::length(central_difference(f, p, step) / (2 * step)), least);
+}
+
 /// Thickness of gum at the depth `deep` below its edge, m: the edge is rounded and has the thickness `edge`; further
 /// down, the thickness approaches `thick` within about `swell`. Above the edge, it is negative.
 inline double gum_thickness(double deep, double edge, double thick, double swell) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 
@@ -78,8 +79,7 @@ struct Bone {
       double d = std::max({out.x, out.y, out.z});
       if (d < band) d = tooth.form.distance(p);
       if (-4 * voxel < d && d < band) {
-        const auto form = [&](const dvec3& q) { return tooth.form.distance(q); };
-        d /= std::max(glm::length(central_difference(form, p, 0.25 * voxel) / (0.5 * voxel)), 0.5);
+        d = first_order_distance(std::bind_front(&ToothForm::distance, &tooth.form), p, d, 0.25 * voxel, 0.5);
       }
       if (d >= best) continue;
       best = d;
@@ -164,10 +164,6 @@ Bone read(const Json& json) {
   return read_keys(json, describe);
 }
 
-}  // namespace
-
-namespace {
-
 std::filesystem::path bone_classes_file() {
   return assets_folder() / "materials" / "bone_classes.json";
 }
@@ -230,10 +226,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const Json mesh = json["mesh"];
   const auto jaw = files.read_mesh(files.find(mesh["file"]), bone.scale);
   const auto solids = [&](const std::optional<Json>& list) {
-    std::vector<std::unique_ptr<haptics::Solid>> all;
-    if (list)
-      for (const Json& solid : list->items()) all.push_back(haptics::read_solid(solid, files));
-    return all;
+    return haptics::read_solid_list(list ? list->items() : std::vector<Json>(), files);
   };
   const auto removed = solids(json.find("remove")),
              flap = solids(bone.gum > 0 ? json["gum"].find("flap") : std::nullopt);
