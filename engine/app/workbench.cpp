@@ -54,7 +54,7 @@ constexpr double kStuckDistance = 3e-3;
 // Only a tool that is caught for longer than this is reported to the user, ns.
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr Nanos kFirstPictures = 10 * kNanosPerSecond;  // longest wait for the first pictures
-constexpr Nanos kQuickPass = kNanosPerSecond / 4;       // a picture that creates no pipelines takes less
+constexpr Nanos kQuickPass = kNanosPerSecond / 4;       // only a picture that creates pipelines takes longer
 constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: take the phase's instrument, make the drill slower or faster, reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';

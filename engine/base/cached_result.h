@@ -73,8 +73,8 @@ struct Shelf {
   bool compressed = false;
 };
 
-/// Reads the result with this key. `parts(file)`: its parts, a bool. If there is no file, or no key: calls `make`,
-/// which computes the result again, and stores it.
+/// Reads the result with this key. `parts`: reads or writes all parts of the result; false: it could not. Without a
+/// key, or without a complete file, calls `make`, which must compute all parts, and stores them.
 void read_or_make(const Shelf& shelf, std::optional<std::uint64_t> key, const std::function<bool(Parts&)>& parts,
                   const std::function<void()>& make);
 

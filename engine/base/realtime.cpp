@@ -100,7 +100,7 @@ void keep_freed_memory() noexcept {
 void use_ieee_arithmetic() noexcept {
   std::fesetround(FE_TONEAREST);
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() & ~0x8040u);  // without the flags flush-to-zero and denormals-are-zero
+  _mm_setcsr(_mm_getcsr() & ~0x8040u);  // clears the flags flush-to-zero and denormals-are-zero
 #endif
 }
 

@@ -320,8 +320,8 @@ const Measure* find_measure(std::string_view name) {
 }
 
 /// Completed fraction of the task: of the phases of an implant; of the pockets read; of the lesions found and the
-/// surface explored (mean); of the changes to the target shape; or of the caries removed. Without caries at
-/// the start: 1 after any change of the tissue.
+/// surface explored (mean); of the changes to the target shape; or of the caries removed. If there was no
+/// caries at the start, it is 1 as soon as the tissue has changed.
 double completion(const ScoreInput& in) {
   if (probes(in)) return static_cast<double>(in.explore->sites_read()) / static_cast<double>(in.explore->sites.size());
   if (in.explore) {

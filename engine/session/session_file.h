@@ -62,7 +62,7 @@ class SessionReader {
 
  private:
   friend bool repair_session(const std::filesystem::path& file);
-  /// Everything except the ticks.
+  /// Everything that the file contains, except the ticks.
   struct Contents {
     std::filesystem::path file;
     SessionHeader header;

@@ -93,8 +93,8 @@ Tissue sole_tissue(const TissuePatch& patch, const dvec3& p_V) noexcept {
              : shown(label);
 }
 
-/// Sum over the eight samples around p_V of trilinear weight × value(index of the sample) for each tissue, divided by
-/// the weight of all tissue.
+/// For each tissue: mean of value(index of a sample) over the eight samples around p_V, with trilinear weights; samples
+/// of other tissues count as 0, and samples of air do not count.
 template <class Value>
 static PerTissue weigh_tissues(const TissuePatch& patch, const dvec3& p_V, const Value& value) noexcept {
   const Cell c = cell_at(patch, p_V);

@@ -45,7 +45,7 @@ struct Case {
   double expert = 0, careless = 0;  // score of the planned strokes if they are cut exactly; if the hand is careless
 };
 
-/// Name and type of a tooth, and the patient's age.
+/// Name and type of a tooth; of a parametric tooth also the patient's age.
 std::string in_words(const CaseTooth& tooth);
 
 /// Generates a case. Writes the scene file `out`, and beside it the volume (.vdb). Equal requests give bit-identical

@@ -64,7 +64,8 @@ struct DemoOptions {
 
 constexpr double kRate = 1000;        // Hz, rate of the servo
 constexpr double kUsualLength = 221;  // s, duration of the shipped scene's session; used to estimate the time left
-constexpr double kDuring = 0.3;       // fraction of the caries removed at the picture "during" and the short film
+constexpr double kDuring =
+    0.3;  // removed fraction of the caries, at which the picture "during" and the short film are made
 constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;          // s, length of the short film
 constexpr double kStep = 1.0 / 25;      // s, time between two updates of the pictures

@@ -46,7 +46,7 @@ nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegio
 }  // namespace
 
 const char* upright_rotation(Crown crown) {
-  constexpr std::array kRotations{"", "x180", "y-90", "y90", "x90", "x-90"};  // in the order of Crown
+  constexpr std::array kRotations{"", "x180", "y-90", "y90", "x90", "x-90"};  // in the order of the enum Crown
   return kRotations[static_cast<std::size_t>(crown)];
 }
 

@@ -95,7 +95,7 @@ session::DenseField label_distance(const DenseCopy& copy, const std::vector<Tiss
   }
   session::DenseField field{n, std::move(marked)};
   // The fraction of wanted voxels changes by about 1/3 per voxel. The surface is moved out by 0.4 voxels, because the
-  // filter cuts off corners. Where the fraction is 0 or 1, ± kFar is set, which redistanced() replaces.
+  // filter cuts off corners. Where the fraction is 0 or 1, redistanced() replaces the value ±kFar.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field);
