@@ -62,7 +62,8 @@ struct Scene {
   /// True: the sound models (autoregressive filters) may be shortened as long as no part of the sound is lost.
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the scene's display rig; empty: one of the usual rigs for a tooth
+  std::string exam;  // seed of a school's sealed exam; empty: no exam
+  std::string rig;   // name of the scene's display rig; empty: one of the usual rigs for a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };

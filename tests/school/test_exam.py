@@ -33,12 +33,18 @@ class Exams(TestCase):
         return self.client.post(f"/api/exam/{self.exam.pk}", {"student": student.pseudonym}, HTTP_AUTHORIZATION="Bearer " + (token or self.room.token))
 
     def record(self, student, seed):
-        """What the bench records: the exam's scene with its seed."""
+        """What the bench records and announces: the exam's scene with its seed."""
         scene = self.folder / student.pseudonym / "class-1-cavity.json"
         scene.parent.mkdir(exist_ok=True)
         scene.write_text(json.dumps(self.start(student).json()["scene"]))
         ExamStart.objects.filter(student=student).update(started=timezone.now() - timedelta(minutes=1))  # the program's hand works faster than real time
-        return shutil.copy(record(f"exam-{student.pseudonym}-{os.urandom(4).hex()}", student.pseudonym, seed, scene), self.folder)
+        file = record(f"exam-{student.pseudonym}-{os.urandom(4).hex()}", student.pseudonym, seed, scene)
+        with h5py.File(file) as f:
+            self.assertEqual(self.announce(self.start(student).json()["seed"], f["ticks/t_s"][-1]).status_code, 200)
+        return shutil.copy(file, self.folder)
+
+    def announce(self, seed, seconds, token=None):
+        return self.client.post("/api/exam/progress", {"seed": seed, "seconds": seconds}, HTTP_AUTHORIZATION="Bearer " + (token or self.room.token))
 
     def sign(self, file, key=None):
         path = self.folder / "key"
@@ -64,6 +70,13 @@ class Exams(TestCase):
         self.exam.due = timezone.now() - timedelta(seconds=1)
         self.exam.save()
         self.assertEqual(self.start(self.room.anna).status_code, 403)
+
+    def test_only_the_exams_bench_announces_it_and_only_forward(self):
+        seed, (_, other) = self.start(self.room.anna).json()["seed"], views.new_bench(self.room.school, "bench 2")
+        for seconds, token, status in ((12, None, 200), (30, other, 403), (3, None, 200), ("nan", None, 400), (-1, None, 400), ("", None, 400)):
+            self.assertEqual(self.announce(seed, seconds, token).status_code, status)
+        self.assertEqual([self.announce(unknown, 1).status_code for unknown in ("", "0" * 32)], [403, 403])
+        self.assertEqual(ExamStart.objects.get().announced_s, 12)
 
     def test_a_signed_session_counts_only_for_its_student_bench_time_and_first_try(self):
         file = self.record(self.room.anna, 3)
@@ -102,7 +115,7 @@ class Exams(TestCase):
         self.assertEqual(self.room.judged(file, self.sign(file)).assignment, self.exam)
 
     def test_no_forged_session_gets_a_mark(self):
-        """At random places of a recording. "Signed" forgeries are signed by the exam's own bench; TYPODONT_STRESS=50 makes 1,000."""
+        """At random places of a recording. "Signed" forgeries are signed by the exam's own bench; TYPODONT_STRESS=50 makes 1,050."""
         dice, room = random.Random(68), self.room
         own, other = self.record(room.anna, 1), self.record(room.ben, 2)
         signatures = {file: self.sign(file) for file in (own, other)}
@@ -126,14 +139,17 @@ class Exams(TestCase):
                     column[dice.randrange(len(column))] += dice.uniform(0.01, 1)
             return change
 
-        def shorten(file):
-            """All columns end after the same tick, before the last cut. A replay cannot know how long the hand waited after it."""
-            with h5py.File(file, "a") as f:
-                ticks = dice.randrange(200, 660)
-                cuts = int((f["cuts/tick"][:] <= f["ticks/index"][ticks - 1]).sum())
-                for table, rows in (("ticks", ticks), ("cuts", cuts)):
-                    for name in f[table]:
-                        f[table][name].resize(rows, 0)
+        def shorten(after_cuts):
+            """All columns end after the same tick. After the last cut, a replay cannot know how long the hand waited."""
+            def change(file):
+                with h5py.File(file, "a") as f:
+                    index, cut = f["ticks/index"][:], f["cuts/tick"][:]
+                    last = int((index <= cut[-1]).sum())
+                    ticks = dice.randrange(last + 1, len(index) - 12) if after_cuts else dice.randrange(200, last)
+                    for table, rows in (("ticks", ticks), ("cuts", int((cut <= index[ticks - 1]).sum()))):
+                        for name in f[table]:
+                            f[table][name].resize(rows, 0)
+            return change
 
         def time_lapse(file):
             with h5py.File(file, "a") as f:
@@ -166,7 +182,8 @@ class Exams(TestCase):
             "edited tick": (edit(column), signatures[own], unsigned, {}),
             "edited tick, signed": (edit(column), SIGNED, differs, {}),
             "edited hand, signed": (edit(("hand_x_m", "hand_z_m")), SIGNED, "", {}),
-            "shortened, signed": (shorten, SIGNED, differs, {}),
+            "without the last cuts, signed": (shorten(False), SIGNED, differs, {}),
+            "without the end after the last cut, signed": (shorten(True), SIGNED, "shorter than its bench announced", {}),
             "faster clock, signed": (time_lapse, SIGNED, "", {}),
             "another trainee": (text("trainee", "ben"), signatures[own], unsigned, {}),
             "another trainee, signed": (text("trainee", "ben"), SIGNED, "of another student", {}),

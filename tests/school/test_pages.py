@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import sys
 import tempfile
 import time
@@ -17,7 +18,7 @@ from django.utils import timezone
 
 from crowd import crowd
 from room import PASSWORD, Room, record
-from typodont_school import charts, films, intake, program
+from typodont_school import charts, films, intake, program, views
 from typodont_school.models import Assignment, Remark, Rescore
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "acceptance"))
@@ -141,6 +142,27 @@ class Pages(LiveServerTestCase):
         if AXE:
             self.browser.run(pathlib.Path(AXE).read_text() + ";0")
             self.assertEqual(self.browser.run(AXE_RUN), [])
+
+    def test_a_class_s_scores_are_written_as_a_parquet_file(self):
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.open("teacherA", reverse("class", args=[self.group.pk]))
+        self.browser.ask("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder), eventsEnabled=False)
+        self.browser.run("document.querySelector('[data-parquet]').click()")
+        file = folder / "scores.parquet"
+        for _ in range(1200):
+            if file.exists():
+                break
+            time.sleep(0.05)
+        data, rows = file.read_bytes(), list(views.scores_of(self.group))
+        self.assertEqual((data[:4], data[-4:]), (b"PAR1", b"PAR1"))
+        self.assertGreater(len(rows), 100)
+        for name in views.SCORES:
+            self.assertIn(name.encode(), data)
+        text = lambda of: struct.pack("<I", len(of)) + of.encode()
+        for plain in (struct.pack(f"<{len(rows)}d", *(row[4] for row in rows)),  # points, as Parquet's encoding "plain" has them
+                      struct.pack(f"<{len(rows)}q", *(int(row[3].timestamp() * 1000) for row in rows)),  # received
+                      b"".join(text(row[8]) for row in rows), *(text(row[0]) for row in rows)):
+            self.assertIn(plain, data)
 
     def picture_of(self, name, width=1280):
         if PICTURES:

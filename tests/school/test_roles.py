@@ -16,13 +16,13 @@ STAFF_A = {"teacherA", "root"}
 OWN = {"anna", "teacherA", "root"}  # what is about anna, of class A
 EVERYBODY = {"anna", "ben", "carl", "teacherA", "teacherB", "root"}
 ALLOWED = {"home": EVERYBODY, "password": EVERYBODY, "sign_out": EVERYBODY, "classes": {"teacherA", "teacherB", "root"},
-           "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "statements": STAFF_A,
+           "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "scores_json": STAFF_A, "statements": STAFF_A,
            "add_case": STAFF_A, "case_files": EVERYBODY,
            "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "film": OWN, "film_file": OWN, "recording": OWN, "remarks": OWN, "remark": STAFF_A,
            "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"},
            "add_class": {"root"}, "add_students": {"root"}, "roster": {"root"}}
 # Pages without an account: each has its own test of what guards it.
-PUBLIC = {"sign_in", "language", "hand_in", "exam", "bench_sign_in", "me", "assignment_files", "profile", "lti_sign_in", "lti_launch", "lti_keys"}
+PUBLIC = {"sign_in", "language", "hand_in", "exam", "exam_progress", "bench_sign_in", "me", "assignment_files", "profile", "lti_sign_in", "lti_launch", "lti_keys"}
 
 
 def plain(response):
@@ -38,7 +38,7 @@ class Roles(TestCase):
 
     def arguments(self, name, absent=False):
         a = self.room
-        if name in ("class", "assign", "add_case", "add_students", "scores_csv", "statements"):
+        if name in ("class", "assign", "add_case", "add_students", "scores_csv", "scores_json", "statements"):
             return [999 if absent else a.class_A.pk]
         if name == "exercise":
             return [999 if absent else a.class_A.pk, a.exercise.pk]

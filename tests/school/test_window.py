@@ -14,7 +14,7 @@ from django.utils import timezone
 
 from room import PASSWORD, Room, empty_folders, path_of_hand, record
 from typodont_school import hand_in, intake
-from typodont_school.models import Assignment, Session
+from typodont_school.models import Assignment, ExamStart, Session
 
 PICTURES = os.environ.get("TYPODONT_PICTURES")
 PATIENCE = 180  # s; a busy machine draws slowly
@@ -141,6 +141,29 @@ class Window(LiveServerTestCase):
         self.assertEqual(program.wait(PATIENCE), 0)
         self.assertEqual(json.loads((self.home / "settings.json").read_text())["trainee"], "")  # the next person is nobody yet
         self.assertNotIn(PASSWORD, self.said())
+
+    def test_an_exam_is_announced_while_it_runs_and_at_its_end_and_counts(self):
+        exam = Assignment.objects.create(group=self.room.class_A, exercise=self.room.exercise, due=timezone.now() + timedelta(days=5), attempts=1, sealed=True)
+        (self.home / "key").touch(mode=0o600)
+        (self.home / "key").write_text(self.room.bench.signing_key + "\n")
+        (self.home / "hand.csv").write_text(path_of_hand(3) + "13,6.85,4.6,22,1,0,0,0,0\n")
+        self.join_school()
+        with open(self.home / "school.env", "a") as settings:
+            settings.write(f"TYPODONT_SCHOOL_KEY_FILE={self.home / 'key'}\n")
+        self.checks()
+        self.open()
+        self.sign_in()
+        self.hear("open assignments: 1")
+        self.press("ctrl+i")
+        self.hear(f"exam-{exam.pk}.json")
+        self.press("ctrl+h")
+        self.type(f"script:{self.home / 'hand.csv'}")
+        self.press("F5")
+        self.until(lambda: 10 <= ExamStart.objects.get().announced_s < 13)
+        self.hear("handed in: accepted")
+        session = Session.objects.get()
+        self.assertEqual((session.assignment, session.points is None), (exam, False))
+        self.assertAlmostEqual(ExamStart.objects.get().announced_s, session.seconds, delta=0.01)
 
     def test_a_session_without_the_server_is_sent_at_the_next_start(self):
         self.join_school()

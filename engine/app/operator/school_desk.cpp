@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLowPriority = 10;  // nice; the servo goes first, and the person does not wait long
+constexpr double kAnnouncements = 10;  // s between two announcements of an exam
+constexpr int kLowPriority = 10;       // nice; the servo goes first, and the person does not wait long
 
 fs::path sessions_folder() {
   return user_folder() / "sessions";
@@ -100,8 +101,15 @@ void SchoolDesk::take() {
                        .dump());
 }
 
+void SchoolDesk::announce(double seconds) {
+  announced_ = seconds;
+  ask(Kind::kAnnounce, nlohmann::json{{"do", "announce"}, {"exam", s_.exam}, {"seconds", seconds}}.dump(
+                           -1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
 void SchoolDesk::hand_in(const fs::path& recording) {
   say("");
+  if (!s_.exam.empty() && s_.school.set_up) announce(s_.outcome.summary.seconds);
   if (recording.empty() || s_.school.student.empty() || !s_.school.hand_in) return;
   // Until the server has the recording, this file stays. So it is sent also if the window ends before.
   std::ofstream(recording.string() + ".to-hand-in");
@@ -129,6 +137,11 @@ void SchoolDesk::begin() {
 
 bool SchoolDesk::look() {
   if (!job_) {
+    if (s_.page == Page::kSession && !s_.exam.empty() && s_.school.set_up && questions_.empty()) {
+      const double seconds = s_.status.seconds;
+      if (seconds < announced_) announced_ = 0;  // another session
+      if (seconds >= announced_ + kAnnouncements) announce(seconds);
+    }
     if (questions_.empty()) return false;
     begin();
     return true;
@@ -156,6 +169,7 @@ bool SchoolDesk::look() {
 
 void SchoolDesk::take_answer(const Json& answer) {
   SchoolForm& form = s_.school;
+  if (kind_ == Kind::kAnnounce) return;  // an exam goes on without the service
   if (answer.has("error")) {
     const std::string code = answer["error"].string();
     if (code == "expired") sign_out();
@@ -198,6 +212,8 @@ void SchoolDesk::take_answer(const Json& answer) {
     case Kind::kTake:
       choices_.rescan();
       select(answer["scene"].string());
+      break;
+    case Kind::kAnnounce:
       break;
     case Kind::kHandIn: {
       const std::string state = answer["state"].string();

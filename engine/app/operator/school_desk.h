@@ -27,18 +27,20 @@ class SchoolDesk {
   /// Hands in a signed-in student's recording, if the student wishes it. Empty: there is none.
   void hand_in(const std::filesystem::path& recording);
 
-  /// Begins and ends requests. True: a frame must be drawn.
+  /// Begins and ends requests; during an exam, announces its recorded time. True: a frame must be drawn.
   bool look();
 
  private:
-  enum class Kind { kSignIn, kRefresh, kTake, kHandIn, kSendWanted };
+  enum class Kind { kSignIn, kRefresh, kTake, kAnnounce, kHandIn, kSendWanted };
   struct Question {
     Kind kind;
     std::string json;
   };
   void ask(Kind kind, std::string json);
   /// True: the user made the request, so its stages are shown.
-  static bool is_shown(Kind kind) { return kind != Kind::kRefresh && kind != Kind::kSendWanted; }
+  static bool is_shown(Kind kind) { return kind == Kind::kSignIn || kind == Kind::kTake || kind == Kind::kHandIn; }
+  /// Tells the service how much of the exam is recorded, so that nobody can remove the end later.
+  void announce(double seconds);
   void begin();
   void take_answer(const Json& answer);
   void select(const std::filesystem::path& file);
@@ -48,7 +50,8 @@ class SchoolDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   Choices& choices_;
-  std::string token_;  // of the signed-in student
+  std::string token_;     // of the signed-in student
+  double announced_ = 0;  // s, recorded time of the exam at the last announcement
   std::deque<Question> questions_;
   Kind kind_{};
   const char* stage_ = "";               // stage that the page shows

@@ -43,6 +43,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
                         const std::function<void()>& draw_page) {
   const Page before = s_.page;
   show_task(scene);
+  s_.exam = scene.exam;
   WorkbenchOptions options;
   options.rig = rig.file.string();
   options.hand = hand;

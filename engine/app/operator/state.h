@@ -313,6 +313,7 @@ struct OperatorState {
   bool score_current = false;  // true: the score includes the latest cuts
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
+  std::string exam;                // seed of the running or ended exam; empty: no exam
   std::vector<std::string> tools;  // names of the session's tools
   StepWatcher steps;
   bool painting = false;  // true while the brush's button is pressed

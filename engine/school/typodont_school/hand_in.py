@@ -230,6 +230,11 @@ def take(service, asked):
     return {"scene": str(scene)}
 
 
+def announce(service, asked):
+    """Tells how much of an exam is recorded."""
+    return answered(*service.request("exam/progress", urllib.parse.urlencode({"seed": asked["exam"], "seconds": asked["seconds"]}).encode()))
+
+
 def hand_in(service, asked):
     """Hands one recording in and waits for its checks. Without the service, the recording is sent later."""
     folder, file = Folder(asked["folder"]), pathlib.Path(asked["file"])
@@ -262,7 +267,7 @@ def send_wanted(service, asked):
     return {"sent": sent, "left": len(files) - sent}
 
 
-REQUESTS = {"sign_in": sign_in, "me": me, "take": take, "hand_in": hand_in, "send_wanted": send_wanted}
+REQUESTS = {"sign_in": sign_in, "me": me, "take": take, "announce": announce, "hand_in": hand_in, "send_wanted": send_wanted}
 
 
 def window():

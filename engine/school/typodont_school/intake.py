@@ -19,6 +19,7 @@ from .models import Assignment, ExamStart, Exercise, ScoreItem, Session, Student
 MAX_CHUNK = 4 << 20
 MAX_INCOMPLETE = 256  # uploads
 ABANDONED = 86400  # s since the last byte of an upload that its bench begins again
+CLOCK_ERROR = 0.01  # s, between a bench's announcement and its recording
 RATE_ERROR = 0.02  # of a recording's time, which `replay --check` allows
 log = logging.getLogger("typodont_school")
 
@@ -139,7 +140,7 @@ def settle(sha):
 
 
 def own_rules(scene):
-    return {key: value for key, value in scene.items() if key != "description"}
+    return {key: value for key, value in scene.items() if key != "exam"}
 
 
 def exercise_of(header):
@@ -154,8 +155,7 @@ def exercise_of(header):
 
 def exam_of(session, header):
     """Returns the started exam whose seed the recording's scene carries."""
-    seed = str(header["scene"].get("description", "")).rpartition("exam ")[2]
-    return ExamStart.objects.filter(seed=seed).select_related("assignment", "student").first() if len(seed) == 32 else None
+    return ExamStart.objects.filter(seed=str(header["scene"].get("exam", ""))).select_related("assignment", "student").first()
 
 
 def judge(session):
@@ -215,6 +215,8 @@ def _judge_exam(session, exam):
         raise program.Refused("after the exam's end")
     if session.seconds * (1 - RATE_ERROR) > (session.received - exam.started).total_seconds():
         raise program.Refused("longer than the time since the exam's start")
+    if session.seconds < exam.announced_s - CLOCK_ERROR:
+        raise program.Refused("shorter than its bench announced")
 
 
 def attach(session):

@@ -65,7 +65,7 @@ def hand_in(request, bench, sha):
 
 
 def exam_scene(start):
-    return {**start.assignment.exercise.scene, "description": "exam " + start.seed}
+    return {**start.assignment.exercise.scene, "exam": start.seed}
 
 
 @interface("POST")
@@ -81,6 +81,22 @@ def exam(request, bench, key):
     if start.bench_id != bench.pk or start.session_id:
         raise intake.Problem(403, "no open exam for this student", code="not_open")
     return {"seed": start.seed, "scene": exam_scene(start)}
+
+
+@interface("POST")
+def exam_progress(request, bench):
+    """A bench announces how much of an exam it has recorded, so that nobody can remove the end later."""
+    try:
+        seconds = float(request.POST.get("seconds", ""))
+        if not 0 <= seconds < 1e6:
+            raise ValueError
+    except ValueError:
+        raise intake.Problem(400, "seconds")
+    start = ExamStart.objects.filter(seed=request.POST.get("seed", ""), bench=bench, session=None)
+    if not start.exists():
+        raise intake.Problem(403, "no open exam with this seed at this bench", code="not_open")
+    start.filter(announced_s__lt=seconds).update(announced_s=seconds)
+    return {}
 
 
 # For a student at a bench. A token is valid at one bench, and until the password changes or the account closes.

@@ -148,6 +148,7 @@ class ExamStart(models.Model):
     bench = models.ForeignKey(Bench, models.CASCADE)
     seed = models.CharField(max_length=32, unique=True)
     started = models.DateTimeField(default=timezone.now)
+    announced_s = models.FloatField(default=0)  # what the bench said of its recording
     session = models.OneToOneField(Session, models.SET_NULL, null=True)
 
     class Meta:

@@ -235,14 +235,28 @@ def packed_case(task, name, scene):
     return FileResponse(out, as_attachment=True, filename=name + ".zip")
 
 
+SCORES = "pseudonym exercise attempt received points passed completion seconds sha256".split()
+
+
+def scores_of(group):
+    return accepted(group.students.all()).order_by("received").values_list(
+        "student__pseudonym", "exercise__name", "attempt", "received", "points", "passed", "completion", "seconds", "sha256")
+
+
+@page(*STAFF)
+def scores_json(request, key):
+    """Columns of scores, from which the page writes a Parquet file."""
+    rows = list(scores_of(get(request.user, Class, key)))
+    return JsonResponse({name: [row[i] for row in rows] for i, name in enumerate(SCORES)})
+
+
 @page(*STAFF)
 def scores_csv(request, key):
-    one = get(request.user, Class, key)
+    rows = scores_of(get(request.user, Class, key))
     answer = HttpResponse(content_type="text/csv; charset=utf-8", headers={"Content-Disposition": 'attachment; filename="scores.csv"'})
     out = csv.writer(answer)
-    out.writerow("pseudonym exercise attempt received points passed completion seconds sha256".split())
-    for row in accepted(one.students.all()).order_by("received").values_list(
-            "student__pseudonym", "exercise__name", "attempt", "received", "points", "passed", "completion", "seconds", "sha256"):
+    out.writerow(SCORES)
+    for row in rows:
         out.writerow(plain_cell(cell) for cell in row)
     return answer
 

@@ -111,6 +111,8 @@ TEXTS = {
     "delete": ("Delete this student and all sessions", "Diese Person und alle Sitzungen löschen", "删除该学生及全部记录"),
     "confirm": ("Type the pseudonym to confirm", "Zur Bestätigung das Pseudonym eingeben", "输入代号以确认"),
     "download": ("Download", "Herunterladen", "下载"),
+    "table_parquet": ("Scores (Parquet)", "Punkte (Parquet)", "成绩 (Parquet)"),
+    "announced": ("Announced by the bench", "Vom Arbeitsplatz gemeldet", "练习台已报告"),
     "table_csv": ("Scores (CSV)", "Punkte (CSV)", "成绩 (CSV)"),
     "statements": ("Statements (xAPI)", "Aussagen (xAPI)", "学习记录 (xAPI)"),
     "administration": ("Administration", "Verwaltung", "管理"),
