@@ -84,21 +84,20 @@ double compare(const Experiment& e, Conditions conditions, bool brief) {
   return measure(e, conditions, brief);
 }
 
-/// All combinations of the unknown conditions.
-void scan(const Experiment& e, const Conditions& conditions, bool brief, Band& band) {
+/// Computes the result for all combinations of the unknown conditions, until visit(result) returns true. Returns
+/// whether it did.
+template <class Visit>
+bool scan(const Experiment& e, const Conditions& conditions, bool brief, const Visit& visit) {
   for (const auto& [key, text] : conditions) {
     const std::vector<std::string> values = split(text, '|');
     if (values.size() < 2) continue;
     Conditions one = conditions;
-    for (const std::string& value : values) {
+    return std::ranges::any_of(values, [&](const std::string& value) {
       one[key] = value;
-      scan(e, one, brief, band);
-      if (brief) return;
-    }
-    return;
+      return scan(e, one, brief, visit);
+    });
   }
-  const double value = compare(e, conditions, brief);
-  band.low = std::min(band.low, value), band.high = std::max(band.high, value);
+  return visit(compare(e, conditions, brief));
 }
 
 }  // namespace
@@ -129,10 +128,25 @@ std::vector<Experiment> experiments() {
   return all;
 }
 
+void Band::add(double value) {
+  low = std::min(low, value), high = std::max(high, value);
+}
+
 Band simulate(const Experiment& experiment, bool brief) {
   Band band;
-  scan(experiment, experiment.conditions, brief, band);
+  scan(experiment, experiment.conditions, brief, [&](double value) {
+    band.add(value);
+    return brief;
+  });
   return band;
+}
+
+bool agrees(const Experiment& experiment) {
+  Band band;
+  return scan(experiment, experiment.conditions, false, [&](double value) {
+    band.add(value);
+    return band.high >= experiment.low && band.low <= experiment.high;
+  });
 }
 
 }  // namespace typodont::bench

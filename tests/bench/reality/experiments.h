@@ -20,8 +20,11 @@ std::vector<Experiment> experiments();
 /// Simulated values over the unknown conditions, in the file's unit.
 struct Band {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+  void add(double value);
 };
 /// `brief`: a tiny run of one combination, for tests of the program. Throws Error.
 Band simulate(const Experiment& experiment, bool brief = false);
+/// True if the band overlaps the accepted range. Simulates no more conditions than this needs. Throws Error.
+bool agrees(const Experiment& experiment);
 
 }  // namespace typodont::bench
