@@ -46,35 +46,31 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
   // A lesion: connected caries that reaches the region's surface.
   std::vector<bool> seen(lesion_.size());
   const auto is_caries = [&](std::size_t i) { return tissue[i] == Tissue::kCaries && surface_.distance[i] < 0.5f; };
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t start = surface_.at(x, y, z);
-        if (seen[start] || !is_caries(start)) continue;
-        std::vector<glm::ivec3> piece{{x, y, z}};
-        seen[start] = true;
-        bool reaches = false;
-        for (std::size_t k = 0; k < piece.size(); ++k) {
-          const glm::ivec3 at = piece[k];
-          reaches = reaches || to_explore_[surface_.at(at.x, at.y, at.z)];
-          for (int axis = 0; axis < 3; ++axis) {
-            for (const int step : {-1, 1}) {
-              glm::ivec3 to = at;
-              to[axis] += step;
-              if (to[axis] < 0 || to[axis] >= n[axis]) continue;
-              const std::size_t i = surface_.at(to.x, to.y, to.z);
-              if (seen[i] || !is_caries(i)) continue;
-              seen[i] = true;
-              piece.push_back(to);
-            }
-          }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t start = surface_.at(x, y, z);
+    if (seen[start] || !is_caries(start)) return;
+    std::vector<glm::ivec3> piece{{x, y, z}};
+    seen[start] = true;
+    bool reaches = false;
+    for (std::size_t k = 0; k < piece.size(); ++k) {
+      const glm::ivec3 at = piece[k];
+      reaches = reaches || to_explore_[surface_.at(at.x, at.y, at.z)];
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const int step : {-1, 1}) {
+          glm::ivec3 to = at;
+          to[axis] += step;
+          if (to[axis] < 0 || to[axis] >= n[axis]) continue;
+          const std::size_t i = surface_.at(to.x, to.y, to.z);
+          if (seen[i] || !is_caries(i)) continue;
+          seen[i] = true;
+          piece.push_back(to);
         }
-        if (!reaches || piece.size() < kMinLesion) continue;
-        found_.push_back(false);
-        for (const glm::ivec3& at : piece) lesion_[surface_.at(at.x, at.y, at.z)] = static_cast<int>(found_.size());
       }
     }
-  }
+    if (!reaches || piece.size() < kMinLesion) return;
+    found_.push_back(false);
+    for (const glm::ivec3& at : piece) lesion_[surface_.at(at.x, at.y, at.z)] = static_cast<int>(found_.size());
+  });
 }
 
 ExploreMeter::ExploreMeter(std::vector<ProbeSite> sites, const dvec3& axis_W, double tip)

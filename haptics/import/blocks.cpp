@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::importing {
 
 namespace {
@@ -72,11 +74,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
       return;
     }
     const T* from = &g.v[static_cast<std::size_t>(i)];
-    for (int x = 0; x < n; ++x) {
-      for (int y = 0; y < n; ++y) {
-        for (int z = 0; z < n; ++z) *to++ = from[x * kEdge * kEdge + y * kEdge + z];
-      }
-    }
+    for_each_voxel(glm::ivec3(n), [&](int x, int y, int z) { *to++ = from[x * kEdge * kEdge + y * kEdge + z]; });
     return;
   }
   // First sample of each of the 2 × 2 × 2 blocks, z fastest; null: block is not stored.
@@ -161,13 +159,9 @@ template <class Better>
 Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMask& wanted, Better better) {
   const int r = static_cast<int>(radius), n = kEdge + 2 * r;
   std::vector<std::ptrdiff_t> ball;
-  for (int x = -r; x <= r; ++x) {
-    for (int y = -r; y <= r; ++y) {
-      for (int z = -r; z <= r; ++z) {
-        if (x * x + y * y + z * z <= radius * radius) ball.push_back((x * n + y) * n + z);
-      }
-    }
-  }
+  for_each_voxel_between(glm::ivec3(-r), glm::ivec3(r), [&](int x, int y, int z) {
+    if (x * x + y * y + z * z <= radius * radius) ball.push_back((x * n + y) * n + z);
+  });
   Sparse<float> out = g;
   tbb::enumerable_thread_specific<std::vector<float>> boxes;
   tbb::parallel_for(std::size_t{0}, g.set->first.size(), [&](std::size_t k) {
@@ -203,14 +197,10 @@ class Spread {
                     std::all_of(of_block, of_block + BlockSet::kSamples, [](std::uint8_t m) { return m != 0; });
       });
     }
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
-          const int steps = std::abs(x) + std::abs(y) + std::abs(z);
-          if (steps == 1 || (corners && steps > 1)) steps_.push_back({x, y, z});
-        }
-      }
-    }
+    for_each_voxel_between(glm::ivec3(-1), glm::ivec3(1), [&](int x, int y, int z) {
+      const int steps = std::abs(x) + std::abs(y) + std::abs(z);
+      if (steps == 1 || (corners && steps > 1)) steps_.push_back({x, y, z});
+    });
   }
 
   /// Visits a sample, or its whole block if the block is not stored.
@@ -308,14 +298,10 @@ class WallFlood {
   }
 
   Reached run() {
-    glm::ivec3 b;
-    for (b.x = 0; b.x < set_.count.x; ++b.x) {
-      for (b.y = 0; b.y < set_.count.y; ++b.y) {
-        for (b.z = 0; b.z < set_.count.z; ++b.z) {
-          if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
-        }
-      }
-    }
+    for_each_voxel(set_.count, [&](int x, int y, int z) {
+      const glm::ivec3 b(x, y, z);
+      if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
+    });
     for (std::size_t k = 0; k < queue_.size(); ++k) {
       const glm::ivec3 at = queue_[k];
       queued_[index(at)] = 0;

@@ -58,16 +58,12 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
     slope[a][2] = 0.5 * (-9 * x2 + 8 * x + 1), slope[a][3] = 0.5 * (3 * x2 - 2 * x);
   }
   importing::Jet jet{0, dvec3(0)};
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      for (int k = 0; k < 4; ++k) {
-        const auto v = static_cast<double>(t.distance[t.at(base.x + i - 1, base.y + j - 1, base.z + k - 1)]);
-        jet.value += weight[0][i] * weight[1][j] * weight[2][k] * v;
-        jet.gradient += v * dvec3(slope[0][i] * weight[1][j] * weight[2][k], weight[0][i] * slope[1][j] * weight[2][k],
-                                  weight[0][i] * weight[1][j] * slope[2][k]);
-      }
-    }
-  }
+  for_each_voxel(glm::ivec3(4), [&](int i, int j, int k) {
+    const auto v = static_cast<double>(t.distance[t.at(base.x + i - 1, base.y + j - 1, base.z + k - 1)]);
+    jet.value += weight[0][i] * weight[1][j] * weight[2][k] * v;
+    jet.gradient += v * dvec3(slope[0][i] * weight[1][j] * weight[2][k], weight[0][i] * slope[1][j] * weight[2][k],
+                              weight[0][i] * weight[1][j] * slope[2][k]);
+  });
   return jet;
 }
 

@@ -13,6 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/scan.h"
@@ -76,21 +77,16 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
   double n_all = 0, n_enamel = 0;
-  for (int x = 1; x + 1 < t.size.x; ++x) {
-    for (int y = 1; y + 1 < t.size.y; ++y) {
-      for (int z = 1; z + 1 < t.size.z; ++z) {
-        const std::size_t i = t.at(x, y, z);
-        if (t.distance[i] > 0) continue;
-        all += dvec3(x, y, z), n_all += 1;
-        if (t.tissue[i] == Tissue::kEnamel) enamel += dvec3(x, y, z), n_enamel += 1;
-        if (t.distance[t.at(x + 1, y, z)] > 0 || t.distance[t.at(x - 1, y, z)] > 0 ||
-            t.distance[t.at(x, y + 1, z)] > 0 || t.distance[t.at(x, y - 1, z)] > 0 ||
-            t.distance[t.at(x, y, z + 1)] > 0 || t.distance[t.at(x, y, z - 1)] > 0) {
-          skin.push_back({x, y, z});
-        }
-      }
+  for_each_voxel_between(glm::ivec3(1), t.size - 2, [&](int x, int y, int z) {
+    const std::size_t i = t.at(x, y, z);
+    if (t.distance[i] > 0) return;
+    all += dvec3(x, y, z), n_all += 1;
+    if (t.tissue[i] == Tissue::kEnamel) enamel += dvec3(x, y, z), n_enamel += 1;
+    if (t.distance[t.at(x + 1, y, z)] > 0 || t.distance[t.at(x - 1, y, z)] > 0 || t.distance[t.at(x, y + 1, z)] > 0 ||
+        t.distance[t.at(x, y - 1, z)] > 0 || t.distance[t.at(x, y, z + 1)] > 0 || t.distance[t.at(x, y, z - 1)] > 0) {
+      skin.push_back({x, y, z});
     }
-  }
+  });
   if (n_enamel < 1 || n_all < 1) return std::nullopt;
   all /= n_all;
   enamel /= n_enamel;
@@ -143,35 +139,31 @@ void measure(Imported& imported, ImportPreset preset) {
   report.hardness.fill(0);
   dvec3 lo(1e300), hi(-1e300);
   const double h = t.frame.voxel;
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const std::size_t i = t.at(x, y, z);
-        const double d = t.distance[i];
-        if (d > h) continue;
-        // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from its centre.
-        const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
-        const auto tissue = static_cast<std::size_t>(t.tissue[i]);
-        report.volume[tissue] += fraction * h * h * h;
-        if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
-        if (d > 0) continue;
-        // The bounding box must contain the surface point between this voxel and each neighbour outside the tissue.
-        const glm::ivec3 p(x, y, z);
-        for (int a = 0; a < 3; ++a) {
-          for (const int side : {-1, 1}) {
-            glm::ivec3 q = p;
-            q[a] += side;
-            if (q[a] < 0 || q[a] >= t.size[a]) continue;
-            const double e = t.distance[t.at(q.x, q.y, q.z)];
-            if (e <= 0) continue;
-            const double at = p[a] + side * d / (d - e);
-            lo[a] = std::min(lo[a], at);
-            hi[a] = std::max(hi[a], at);
-          }
-        }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const std::size_t i = t.at(x, y, z);
+    const double d = t.distance[i];
+    if (d > h) return;
+    // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from its centre.
+    const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
+    const auto tissue = static_cast<std::size_t>(t.tissue[i]);
+    report.volume[tissue] += fraction * h * h * h;
+    if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
+    if (d > 0) return;
+    // The bounding box must contain the surface point between this voxel and each neighbour outside the tissue.
+    const glm::ivec3 p(x, y, z);
+    for (int a = 0; a < 3; ++a) {
+      for (const int side : {-1, 1}) {
+        glm::ivec3 q = p;
+        q[a] += side;
+        if (q[a] < 0 || q[a] >= t.size[a]) continue;
+        const double e = t.distance[t.at(q.x, q.y, q.z)];
+        if (e <= 0) continue;
+        const double at = p[a] + side * d / (d - e);
+        lo[a] = std::min(lo[a], at);
+        hi[a] = std::max(hi[a], at);
       }
     }
-  }
+  });
   for (std::size_t i = 0; i < report.hardness.size(); ++i) {
     if (report.volume[i] > 0) report.hardness[i] /= report.volume[i];
   }

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/distance.h"
 #include "haptics/import/import_scan.h"
 
@@ -195,16 +196,12 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
         const glm::ivec3 near = glm::ivec3(glm::round(p));
         double least = 1e9;
         constexpr int kSearch = 2;
-        for (int dx = -kSearch; dx <= kSearch; ++dx) {
-          for (int dy = -kSearch; dy <= kSearch; ++dy) {
-            for (int dz = -kSearch; dz <= kSearch; ++dz) {
-              const glm::ivec3 v = near + glm::ivec3(dx, dy, dz);
-              if (!label.holds(v) || label[v] == Tissue::kAir) continue;
-              const double away = glm::length((dvec3(v) - p) * scan.spacing);
-              if (away < least) least = away, out.tissue[i] = label[v];
-            }
-          }
-        }
+        for_each_voxel_between(glm::ivec3(-kSearch), glm::ivec3(kSearch), [&](int dx, int dy, int dz) {
+          const glm::ivec3 v = near + glm::ivec3(dx, dy, dz);
+          if (!label.holds(v) || label[v] == Tissue::kAir) return;
+          const double away = glm::length((dvec3(v) - p) * scan.spacing);
+          if (away < least) least = away, out.tissue[i] = label[v];
+        });
       }
     }
   });

@@ -37,11 +37,7 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   Grid<float> out(size);
   for_each_voxel_in_parallel(size, [&](int x, int y, int z) {
     double sum = 0;
-    for (int a = 0; a < k.x; ++a) {
-      for (int b = 0; b < k.y; ++b) {
-        for (int c = 0; c < k.z; ++c) sum += scan.grey(x * k.x + a, y * k.y + b, z * k.z + c);
-      }
-    }
+    for_each_voxel(k, [&](int a, int b, int c) { sum += scan.grey(x * k.x + a, y * k.y + b, z * k.z + c); });
     out(x, y, z) = static_cast<float>(sum / (k.x * k.y * k.z));
   });
   scan.origin += 0.5 * glm::dvec3(k - 1) * scan.spacing;
@@ -292,17 +288,13 @@ static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t ma
 // Uncertainty of a tissue's volume: area of its border × the standard deviation of its position (`border`, m).
 static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
   PerTissue faces{};
-  for (int x = 1; x + 1 < t.size.x; ++x) {
-    for (int y = 1; y + 1 < t.size.y; ++y) {
-      for (int z = 1; z + 1 < t.size.z; ++z) {
-        const std::size_t i = t.at(x, y, z);
-        if (t.distance[i] >= 0) continue;
-        for (const std::size_t j : {t.at(x + 1, y, z), t.at(x - 1, y, z), t.at(x, y + 1, z), t.at(x, y - 1, z),
-                                    t.at(x, y, z + 1), t.at(x, y, z - 1)})
-          faces[static_cast<std::size_t>(t.tissue[i])] += t.distance[j] >= 0 || t.tissue[j] != t.tissue[i];
-      }
-    }
-  }
+  for_each_voxel_between(glm::ivec3(1), t.size - 2, [&](int x, int y, int z) {
+    const std::size_t i = t.at(x, y, z);
+    if (t.distance[i] >= 0) return;
+    for (const std::size_t j : {t.at(x + 1, y, z), t.at(x - 1, y, z), t.at(x, y + 1, z), t.at(x, y - 1, z),
+                                t.at(x, y, z + 1), t.at(x, y, z - 1)})
+      faces[static_cast<std::size_t>(t.tissue[i])] += t.distance[j] >= 0 || t.tissue[j] != t.tissue[i];
+  });
   // Mean ratio of the area of voxel faces to the area of the true surface.
   constexpr double kFacesPerArea = 1.5;
   for (double& of_tissue : faces) of_tissue *= t.frame.voxel * t.frame.voxel / kFacesPerArea * border;

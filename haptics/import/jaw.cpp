@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::haptics::importing {
 
@@ -397,15 +398,11 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
       return std::clamp((bright - grey) / (bright - soft), kBrightest, kDarkest);
     };
     const auto around = [&](auto work) {
-      for (int x = -kBall; x <= kBall; ++x) {
-        for (int y = -kBall; y <= kBall; ++y) {
-          for (int z = -kBall; z <= kBall; ++z) {
-            const glm::ivec3 q = p + glm::ivec3(x, y, z);
-            if (x * x + y * y + z * z > kBall * kBall || !set->holds(q)) continue;
-            if (const std::ptrdiff_t j = tissue.index(q); j >= 0) work(static_cast<std::size_t>(j), q);
-          }
-        }
-      }
+      for_each_voxel_between(glm::ivec3(-kBall), glm::ivec3(kBall), [&](int x, int y, int z) {
+        const glm::ivec3 q = p + glm::ivec3(x, y, z);
+        if (x * x + y * y + z * z > kBall * kBall || !set->holds(q)) return;
+        if (const std::ptrdiff_t j = tissue.index(q); j >= 0) work(static_cast<std::size_t>(j), q);
+      });
     };
     around([&](std::size_t j, const glm::ivec3& q) {
       if (is_core(j)) core += static_cast<double>(scan[q]), samples += 1;
@@ -499,18 +496,13 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   constexpr double kBrightest = 3600;
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
-  for (int x = 1; x + 1 < smoothed.size.x; ++x) {
-    for (int y = 1; y + 1 < smoothed.size.y; ++y) {
-      for (int z = 1; z + 1 < smoothed.size.z; ++z) {
-        const auto g = static_cast<double>(smoothed(x, y, z));
-        if (!(g >= lo) || !(g < lo + kBins * width)) continue;
-        const glm::dvec3 slope(smoothed(x + 1, y, z) - smoothed(x - 1, y, z),
-                               smoothed(x, y + 1, z) - smoothed(x, y - 1, z),
-                               smoothed(x, y, z + 1) - smoothed(x, y, z - 1));
-        if (glm::length(slope) < 2 * steepest) count[static_cast<std::size_t>((g - lo) / width)] += 1;
-      }
-    }
-  }
+  for_each_voxel_between(glm::ivec3(1), smoothed.size - 2, [&](int x, int y, int z) {
+    const auto g = static_cast<double>(smoothed(x, y, z));
+    if (!(g >= lo) || !(g < lo + kBins * width)) return;
+    const glm::dvec3 slope(smoothed(x + 1, y, z) - smoothed(x - 1, y, z), smoothed(x, y + 1, z) - smoothed(x, y - 1, z),
+                           smoothed(x, y, z + 1) - smoothed(x, y, z - 1));
+    if (glm::length(slope) < 2 * steepest) count[static_cast<std::size_t>((g - lo) / width)] += 1;
+  });
   // Thresholds between three classes of grey values, with the smallest variance within classes (Otsu 1979).
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "engine/app/assets.h"
+#include "engine/base/voxels.h"
 #include "haptics/soft_tissue.h"
 #include "haptics/tissue_volume.h"
 #include "tests/bench/haptic_scene.h"
@@ -294,10 +295,9 @@ void clear_voxels(haptics::DenseTissue& dense, const dvec3& center_W) {
   const double reach = kHead / dense.frame.voxel;
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - reach)), 0),
                    hi = glm::min(glm::ivec3(glm::floor(c + reach)), dense.size - 1);
-  for (int x = lo.x; x <= hi.x; ++x)
-    for (int y = lo.y; y <= hi.y; ++y)
-      for (int z = lo.z; z <= hi.z; ++z)
-        if (glm::distance(c, dvec3(x, y, z)) <= reach) dense.distance[dense.at(x, y, z)] = 1;
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    if (glm::distance(c, dvec3(x, y, z)) <= reach) dense.distance[dense.at(x, y, z)] = 1;
+  });
 }
 
 void add_removals(double voxel_mm) {

@@ -1,5 +1,6 @@
 // A step of all chips, against one pass through their memory, and a step of water.
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/debris/debris.h"
 #include "engine/debris/film.h"
 #include "engine/debris/spray.h"
@@ -19,10 +20,9 @@ struct BallField {
     field.spacing = spacing;
     field.origin = glm::dvec3(-spacing * (n - 1) / 2);
     field.size = glm::ivec3(n);
-    for (int x = 0; x < n; ++x)
-      for (int y = 0; y < n; ++y)
-        for (int z = 0; z < n; ++z)
-          samples.push_back(static_cast<float>(glm::length(field.origin + spacing * glm::dvec3(x, y, z)) - 5e-3));
+    for_each_voxel(glm::ivec3(n), [&](int x, int y, int z) {
+      samples.push_back(static_cast<float>(glm::length(field.origin + spacing * glm::dvec3(x, y, z)) - 5e-3));
+    });
     field.distance = samples.data();
   }
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import.h"
 #include "tests/support/jaw_phantom.h"
 
@@ -110,16 +111,12 @@ TEST(ImportJawBench, PulpAndNerveHaveTheirVolumeWithinFivePercentOnEveryPhantom)
     // Heights that divide the nerve, the root canals and the chambers.
     constexpr double kRoots = 11.5, kChambers = JawPhantom::kNeck - 0.5;
     dvec3 found(0);
-    for (int x = 0; x < t.size.x; ++x) {
-      for (int y = 0; y < t.size.y; ++y) {
-        for (int z = 0; z < t.size.z; ++z) {
-          const std::size_t k = t.at(x, y, z);
-          if (t.tissue[k] != Tissue::kPulp || t.distance[k] >= 0) continue;
-          const double height = t.frame.to_world(dvec3(x, y, z)).z / kMillimetre + level.artefacts.shift;
-          found[height < kRoots ? 0 : height < kChambers ? 1 : 2] += std::pow(t.frame.voxel / kMillimetre, 3);
-        }
-      }
-    }
+    for_each_voxel(t.size, [&](int x, int y, int z) {
+      const std::size_t k = t.at(x, y, z);
+      if (t.tissue[k] != Tissue::kPulp || t.distance[k] >= 0) return;
+      const double height = t.frame.to_world(dvec3(x, y, z)).z / kMillimetre + level.artefacts.shift;
+      found[height < kRoots ? 0 : height < kChambers ? 1 : 2] += std::pow(t.frame.voxel / kMillimetre, 3);
+    });
     const auto k = static_cast<std::size_t>(Tissue::kPulp);
     const double all = jaw.volumes()[k], above = jaw.volumes(kRoots)[k], chambers = jaw.volumes(kChambers)[k];
     fmt::print("{:<38}{:>+9.1f}{:>+9.1f}{:>+9.1f}{:>+9.1f}{:>+9.1f}{:>9.2f}\n", level.name,

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "engine/base/measure.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::bench {
 
@@ -36,12 +37,10 @@ LevelSet::LevelSet(const haptics::DenseTissue& tissue, float band) {
   impl_->grid->setGridClass(openvdb::GRID_LEVEL_SET);
   auto set = impl_->grid->getAccessor();
   const auto to_voxels = static_cast<float>(1 / tissue.frame.voxel);
-  for (int x = 0; x < tissue.size.x; ++x)
-    for (int y = 0; y < tissue.size.y; ++y)
-      for (int z = 0; z < tissue.size.z; ++z) {
-        const float d = tissue.distance[tissue.at(x, y, z)] * to_voxels;
-        if (std::abs(d) < band) set.setValue({x, y, z}, d);
-      }
+  for_each_voxel(tissue.size, [&](int x, int y, int z) {
+    const float d = tissue.distance[tissue.at(x, y, z)] * to_voxels;
+    if (std::abs(d) < band) set.setValue({x, y, z}, d);
+  });
   openvdb::tools::signedFloodFill(impl_->grid->tree());
   impl_->at = std::make_unique<FloatGrid::ConstAccessor>(impl_->grid->getConstAccessor());
 }

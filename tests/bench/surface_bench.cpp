@@ -9,6 +9,7 @@
 #include "engine/app/scene.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/carver.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/level_set.h"
@@ -29,7 +30,7 @@ int repeats() {
 /// The shipped molar, resampled to voxels of 0.05 mm.
 haptics::DenseTissue fine_molar() {
   const haptics::TissueVolume coarse = haptics::TissueVolume::load(assets_folder() / "teeth/molar.vdb");
-  glm::ivec3 lo, hi, i;
+  glm::ivec3 lo, hi;
   coarse.bounds(lo, hi);
   const glm::ivec3 size = hi - lo + 1;
   std::vector<float> distance(static_cast<std::size_t>(size.x) * size.y * size.z);
@@ -45,19 +46,18 @@ haptics::DenseTissue fine_molar() {
   fine.frame = {from.to_world(dvec3(lo)), voxel};
   fine.size = glm::ivec3(dvec3(size - 1) / ratio);
   fine.band = 8 * voxel;
-  for (i.x = 0; i.x < fine.size.x; ++i.x)
-    for (i.y = 0; i.y < fine.size.y; ++i.y)
-      for (i.z = 0; i.z < fine.size.z; ++i.z) {
-        const dvec3 p = dvec3(i) * ratio, f = p - glm::floor(p);
-        double d = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-          const glm::ivec3 c(corner & 1, corner >> 1 & 1, corner >> 2);
-          const dvec3 w = glm::mix(1.0 - f, f, dvec3(c));
-          d += w.x * w.y * w.z * static_cast<double>(distance[at(glm::ivec3(p) + c)]);
-        }
-        fine.distance.push_back(static_cast<float>(std::clamp(d * from.voxel, -fine.band, fine.band)));
-        fine.tissue.push_back(tissue[at(glm::ivec3(p + 0.5))]);
-      }
+  for_each_voxel(fine.size, [&](int x, int y, int z) {
+    const glm::ivec3 i(x, y, z);
+    const dvec3 p = dvec3(i) * ratio, f = p - glm::floor(p);
+    double d = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::ivec3 c(corner & 1, corner >> 1 & 1, corner >> 2);
+      const dvec3 w = glm::mix(1.0 - f, f, dvec3(c));
+      d += w.x * w.y * w.z * static_cast<double>(distance[at(glm::ivec3(p) + c)]);
+    }
+    fine.distance.push_back(static_cast<float>(std::clamp(d * from.voxel, -fine.band, fine.band)));
+    fine.tissue.push_back(tissue[at(glm::ivec3(p + 0.5))]);
+  });
   return fine;
 }
 

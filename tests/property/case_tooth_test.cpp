@@ -10,6 +10,7 @@
 #include "engine/app/cases/pocket_gum.h"
 #include "engine/app/cases/scanned_tooth.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/folder.h"
 
@@ -47,16 +48,14 @@ TEST(CaseTooth, TheSampledCrownHasTheSizesOfItsTooth) {
     const CaseTooth tooth = make_tooth(type, kAge, random);
     const haptics::DenseTissue tissue = sample_tooth(tooth, kVoxel);
     dvec3 low(1), high(-1);
-    for (int x = 0; x < tissue.size.x; ++x)
-      for (int y = 0; y < tissue.size.y; ++y)
-        for (int z = 0; z < tissue.size.z; ++z) {
-          const std::size_t i = tissue.at(x, y, z);
-          if (tissue.distance[i] > 0) continue;
-          const dvec3 p = tissue.frame.to_world(dvec3(x, y, z));
-          high.z = std::max(high.z, p.z);
-          if (tissue.tissue[i] != Tissue::kEnamel) low.z = std::min(low.z, p.z);
-          if (p.z > 0) low.x = std::min(low.x, p.x), high.x = std::max(high.x, p.x);
-        }
+    for_each_voxel(tissue.size, [&](int x, int y, int z) {
+      const std::size_t i = tissue.at(x, y, z);
+      if (tissue.distance[i] > 0) return;
+      const dvec3 p = tissue.frame.to_world(dvec3(x, y, z));
+      high.z = std::max(high.z, p.z);
+      if (tissue.tissue[i] != Tissue::kEnamel) low.z = std::min(low.z, p.z);
+      if (p.z > 0) low.x = std::min(low.x, p.x), high.x = std::max(high.x, p.x);
+    });
     EXPECT_NEAR(high.x - low.x, tooth.md, 0.6e-3) << type;
     EXPECT_NEAR(high.z, tooth.crown, 0.8e-3) << type;
     EXPECT_NEAR(-low.z, tooth.root, 1.2e-3) << type;

@@ -6,6 +6,7 @@
 
 #include "engine/app/picture/debris_view.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {
@@ -19,10 +20,9 @@ struct Ball {
   debris::CoarseField field;
   Ball() {
     constexpr int n = 81;
-    for (int x = 0; x < n; ++x)
-      for (int y = 0; y < n; ++y)
-        for (int z = 0; z < n; ++z)
-          samples.push_back(static_cast<float>(glm::length(dvec3(x - 40, y - 40, z - 40) * 5e-4) - 5e-3));
+    for_each_voxel(glm::ivec3(n), [&](int x, int y, int z) {
+      samples.push_back(static_cast<float>(glm::length(dvec3(x - 40, y - 40, z - 40) * 5e-4) - 5e-3));
+    });
     field.origin = dvec3(-0.02);
     field.size = glm::ivec3(n);
     field.distance = samples.data();

@@ -14,6 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/contact/offset/field_body.h"
 #include "haptics/contact/offset/intermediate_surface.h"
 #include "tests/support/haptic_bench.h"
@@ -90,17 +91,14 @@ Fields fields_of(const HapticBench& bench) {
 /// Cuts only raise distances, fillings (`sign` -1) only lower them.
 int wrong_motions(const Fields& before, const Fields& now, int n, double most, float sign) {
   int wrong = 0;
-  for (int x = 0; x < n; ++x)
-    for (int y = 0; y < n; ++y)
-      for (int z = 0; z < n; ++z) {
-        const glm::ivec3 old = glm::ivec3(x, y, z) + now.lo - before.lo;
-        if (glm::any(glm::lessThan(old, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(old, glm::ivec3(n))))
-          continue;
-        const auto at = [n](const glm::ivec3& p) { return static_cast<std::size_t>((p.x * n + p.y) * n + p.z); };
-        const std::size_t i = at({x, y, z});
-        const double moved = sign * (now.felt[i] - before.felt[at(old)]), left = sign * (now.tissue[i] - now.felt[i]);
-        wrong += moved < 0 || moved > most || left < 0;
-      }
+  for_each_voxel(glm::ivec3(n), [&](int x, int y, int z) {
+    const glm::ivec3 old = glm::ivec3(x, y, z) + now.lo - before.lo;
+    if (glm::any(glm::lessThan(old, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(old, glm::ivec3(n)))) return;
+    const auto at = [n](const glm::ivec3& p) { return static_cast<std::size_t>((p.x * n + p.y) * n + p.z); };
+    const std::size_t i = at({x, y, z});
+    const double moved = sign * (now.felt[i] - before.felt[at(old)]), left = sign * (now.tissue[i] - now.felt[i]);
+    wrong += moved < 0 || moved > most || left < 0;
+  });
   return wrong;
 }
 

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_volume.h"
 
@@ -127,23 +128,19 @@ TEST(Sampling, ALayersThicknessUnderABurDoesNotDependOnItsPositionInTheGrid) {
         // axis of a hole across the border
         const dvec3 axis = aside + (border.at - glm::dot(aside, border.n)) * border.n;
         double surplus = 0;  // voxels, surplus of enamel in the hole
-        for (int x = 0; x < dense.size.x; ++x) {
-          for (int y = 0; y < dense.size.y; ++y) {
-            for (int z = 0; z < dense.size.z; ++z) {
-              const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
-              const double out = glm::dot(p, border.n) - border.at;
-              if (std::abs(out) > voxel || glm::length(p - axis - out * border.n) > radius) continue;
-              constexpr int kParts = 16;
-              int inside = 0;
-              for (int part = 0; part < kParts * kParts * kParts; ++part) {
-                const dvec3 place =
-                    (dvec3(part / kParts / kParts, part / kParts % kParts, part % kParts) + 0.5) / double{kParts} - 0.5;
-                inside += out + voxel * glm::dot(place, border.n) < 0;
-              }
-              surplus += (dense.tissue[dense.at(x, y, z)] == Tissue::kEnamel) - inside / std::pow(double{kParts}, 3);
-            }
+        for_each_voxel(dense.size, [&](int x, int y, int z) {
+          const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
+          const double out = glm::dot(p, border.n) - border.at;
+          if (std::abs(out) > voxel || glm::length(p - axis - out * border.n) > radius) return;
+          constexpr int kParts = 16;
+          int inside = 0;
+          for (int part = 0; part < kParts * kParts * kParts; ++part) {
+            const dvec3 place =
+                (dvec3(part / kParts / kParts, part / kParts % kParts, part % kParts) + 0.5) / double{kParts} - 0.5;
+            inside += out + voxel * glm::dot(place, border.n) < 0;
           }
-        }
+          surplus += (dense.tissue[dense.at(x, y, z)] == Tissue::kEnamel) - inside / std::pow(double{kParts}, 3);
+        });
         EXPECT_LT(std::abs(surplus) * std::pow(voxel, 3) / (kPi * radius * radius), 0.05 * voxel)
             << border.what << " " << voxel;
       }

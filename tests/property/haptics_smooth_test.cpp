@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/base/voxels.h"
 #include "haptics/contact/proxy/crease.h"
 #include "tests/support/presses.h"
 #include "tests/support/sliding_hand.h"
@@ -78,42 +79,40 @@ class Bumps {
     t.size = glm::ivec3(glm::dvec3(2 * kHalf, 2 * kHalf, hi - lo + 4 * kBand) / voxel) + 1;
     t.distance.resize(static_cast<std::size_t>(t.size.x) * t.size.y * t.size.z);
     t.tissue.resize(t.distance.size());
-    for (int x = 0; x < t.size.x; ++x)
-      for (int y = 0; y < t.size.y; ++y)
-        for (int z = 0; z < t.size.z; ++z) {
-          const dvec3 p = t.frame.origin + voxel * dvec3(x, y, z);
-          const double above = p.z - at(p.x, p.y).h, reach = std::min(std::abs(above), 4 * kBand);
-          double best = 1;
-          dvec3 q(0);
-          if (std::abs(above) > 4 * kBand)
-            best = kBand * kBand;
-          else {
-            const int w = static_cast<int>(std::min(reach, kBand) / kFine) + 1,
-                      ci = static_cast<int>(std::lround((p.x + kHalf) / kFine)),
-                      cj = static_cast<int>(std::lround((p.y + kHalf) / kFine));
-            for (int i = std::max(ci - w, 0); i <= std::min(ci + w, fine - 1); ++i)
-              for (int j = std::max(cj - w, 0); j <= std::min(cj + w, fine - 1); ++j) {
-                const dvec3 s(-kHalf + kFine * i, -kHalf + kFine * j, height[static_cast<std::size_t>(i) * fine + j]);
-                if (const double d = glm::dot(s - p, s - p); d < best) best = d, q = s;
-              }
-            for (int k = 0; k < 6 && best < 1; ++k) {
-              const At a = at(q.x, q.y);
-              const double r = a.h - p.z;
-              const double gx = q.x - p.x + r * a.hx, gy = q.y - p.y + r * a.hy;
-              const double xx = 1 + a.hx * a.hx + r * a.hxx, xy = a.hx * a.hy + r * a.hxy,
-                           yy = 1 + a.hy * a.hy + r * a.hyy, det = xx * yy - xy * xy;
-              if (!(det > 1e-6 && xx > 0)) break;
-              const double nx = q.x - (yy * gx - xy * gy) / det, ny = q.y - (xx * gy - xy * gx) / det;
-              const dvec3 s(nx, ny, at(nx, ny).h);
-              const double d = glm::dot(s - p, s - p);
-              if (d >= best) break;
-              best = d, q = s;
-            }
+    for_each_voxel(t.size, [&](int x, int y, int z) {
+      const dvec3 p = t.frame.origin + voxel * dvec3(x, y, z);
+      const double above = p.z - at(p.x, p.y).h, reach = std::min(std::abs(above), 4 * kBand);
+      double best = 1;
+      dvec3 q(0);
+      if (std::abs(above) > 4 * kBand)
+        best = kBand * kBand;
+      else {
+        const int w = static_cast<int>(std::min(reach, kBand) / kFine) + 1,
+                  ci = static_cast<int>(std::lround((p.x + kHalf) / kFine)),
+                  cj = static_cast<int>(std::lround((p.y + kHalf) / kFine));
+        for (int i = std::max(ci - w, 0); i <= std::min(ci + w, fine - 1); ++i)
+          for (int j = std::max(cj - w, 0); j <= std::min(cj + w, fine - 1); ++j) {
+            const dvec3 s(-kHalf + kFine * i, -kHalf + kFine * j, height[static_cast<std::size_t>(i) * fine + j]);
+            if (const double d = glm::dot(s - p, s - p); d < best) best = d, q = s;
           }
-          const double d = std::min(std::sqrt(best), kBand);
-          t.distance[t.at(x, y, z)] = static_cast<float>(above < 0 ? -d : d);
-          t.tissue[t.at(x, y, z)] = above < 1.5 * voxel ? Tissue::kEnamel : Tissue::kAir;
+        for (int k = 0; k < 6 && best < 1; ++k) {
+          const At a = at(q.x, q.y);
+          const double r = a.h - p.z;
+          const double gx = q.x - p.x + r * a.hx, gy = q.y - p.y + r * a.hy;
+          const double xx = 1 + a.hx * a.hx + r * a.hxx, xy = a.hx * a.hy + r * a.hxy, yy = 1 + a.hy * a.hy + r * a.hyy,
+                       det = xx * yy - xy * xy;
+          if (!(det > 1e-6 && xx > 0)) break;
+          const double nx = q.x - (yy * gx - xy * gy) / det, ny = q.y - (xx * gy - xy * gx) / det;
+          const dvec3 s(nx, ny, at(nx, ny).h);
+          const double d = glm::dot(s - p, s - p);
+          if (d >= best) break;
+          best = d, q = s;
         }
+      }
+      const double d = std::min(std::sqrt(best), kBand);
+      t.distance[t.at(x, y, z)] = static_cast<float>(above < 0 ? -d : d);
+      t.tissue[t.at(x, y, z)] = above < 1.5 * voxel ? Tissue::kEnamel : Tissue::kAir;
+    });
     return t;
   }
   static constexpr double kHalf = 3.5_mm, kBand = 0.6_mm;

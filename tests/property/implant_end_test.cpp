@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/contact/implant/end_voxels.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/work.h"
@@ -70,18 +71,14 @@ TissuePatch floor_of_bone(double height, bool graded, bool mixed, std::mt19937& 
   patch.resize(kEdge);
   patch.lo = {-40, -30, -50};
   if (graded) patch.grade();
-  for (int x = 0; x < kEdge; ++x) {
-    for (int y = 0; y < kEdge; ++y) {
-      for (int z = 0; z < kEdge; ++z) {
-        const std::size_t at = patch.at(x, y, z);
-        patch.distance[at] = static_cast<float>(z + patch.lo.z - height) + rough(random);
-        Tissue tissue = mixed && any(random) % 4 == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
-        if (mixed && any(random) % 16 == 0) tissue = filled(tissue, Tissue::kAmalgam);
-        patch.tissue[at] = patch.distance[at] > 1 ? Tissue::kAir : tissue;
-        if (graded) patch.hardness[at] = static_cast<std::uint8_t>(mixed ? std::max(any(random), 1) : 204);
-      }
-    }
-  }
+  for_each_voxel(glm::ivec3(kEdge), [&](int x, int y, int z) {
+    const std::size_t at = patch.at(x, y, z);
+    patch.distance[at] = static_cast<float>(z + patch.lo.z - height) + rough(random);
+    Tissue tissue = mixed && any(random) % 4 == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
+    if (mixed && any(random) % 16 == 0) tissue = filled(tissue, Tissue::kAmalgam);
+    patch.tissue[at] = patch.distance[at] > 1 ? Tissue::kAir : tissue;
+    if (graded) patch.hardness[at] = static_cast<std::uint8_t>(mixed ? std::max(any(random), 1) : 204);
+  });
   return patch;
 }
 
@@ -158,13 +155,10 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
       TissuePatch patch = floor_of_bone(-35, true, false, random);
       // rad per voxel of a wave in the hardness; the wave's amplitude is two fifths
       const double wave = 0.2 + 0.3 * std::abs(unit(random));
-      for (int x = 0; x < kEdge; ++x) {
-        for (int y = 0; y < kEdge; ++y) {
-          for (int z = 0; z < kEdge; ++z)
-            patch.hardness[patch.at(x, y, z)] =
-                static_cast<std::uint8_t>(150 + 60 * std::sin(wave * x) * std::cos(wave * (y + z)));
-        }
-      }
+      for_each_voxel(glm::ivec3(kEdge), [&](int x, int y, int z) {
+        patch.hardness[patch.at(x, y, z)] =
+            static_cast<std::uint8_t>(150 + 60 * std::sin(wave * x) * std::cos(wave * (y + z)));
+      });
       const EndLaw law = law_of(tool, true);
       const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35.3 + tool.half() / kVoxel + 0.2 * unit(random));
       const dquat R = glm::normalize(dquat(1, 0.02 * unit(random), 0.02 * unit(random), unit(random)));

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "engine/base/voxels.h"
 #include "haptics/import/blocks.h"
 
 namespace typodont::haptics::importing {
@@ -28,11 +29,7 @@ SparseMask random_mask(unsigned seed, double density, bool outside, bool inside)
 
 template <class Work>
 void for_each_place(Work work) {
-  for (int x = 0; x < kSize.x; ++x) {
-    for (int y = 0; y < kSize.y; ++y) {
-      for (int z = 0; z < kSize.z; ++z) work(glm::ivec3(x, y, z));
-    }
-  }
+  for_each_voxel(kSize, [&](int x, int y, int z) { work(glm::ivec3(x, y, z)); });
 }
 
 TEST(ImportBlocks, TheSamplesReachedFromTheWallsAreThoseOfASearchFromSampleToSample) {

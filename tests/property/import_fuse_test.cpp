@@ -8,6 +8,7 @@
 #include "calibration/surface_solver.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/fuse.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/fuse_phantom.h"
@@ -148,16 +149,11 @@ TEST(ImportFuse, CrownsBecomeAsSharpAsTheScanAndRootsStayExactlyAsTheyWere) {
   const DenseTissue &a = ct(), &b = fused.tissue;
   ASSERT_EQ(a.size, b.size);
   std::size_t changed = 0;
-  for (int x = 0; x < a.size.x; ++x) {
-    for (int y = 0; y < a.size.y; ++y) {
-      for (int z = 0; z < a.size.z; ++z) {
-        if (a.frame.to_world(dvec3(x, y, z)).z > (kGum - 2.5) * kMillimetre) continue;
-        const std::size_t i = a.at(x, y, z);
-        changed +=
-            a.distance[i] == b.distance[i] && a.tissue[i] == b.tissue[i] && a.hardness[i] == b.hardness[i] ? 0 : 1;
-      }
-    }
-  }
+  for_each_voxel(a.size, [&](int x, int y, int z) {
+    if (a.frame.to_world(dvec3(x, y, z)).z > (kGum - 2.5) * kMillimetre) return;
+    const std::size_t i = a.at(x, y, z);
+    changed += a.distance[i] == b.distance[i] && a.tissue[i] == b.tissue[i] && a.hardness[i] == b.hardness[i] ? 0 : 1;
+  });
   EXPECT_EQ(changed, 0U);
   const PerTissue truth = jaw().volumes();
   for (const DenseTissue* t : {&fused.tissue, &sharp.tissue}) {

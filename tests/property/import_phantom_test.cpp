@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/import/import.h"
 #include "tests/support/tooth_phantom.h"
@@ -43,15 +44,11 @@ double ball(double r) {
 
 double worst_error(const DenseTissue& t, const std::function<double(const dvec3&)>& exact_mm) {
   double worst = 0;
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const double exact = exact_mm(t.frame.to_world(dvec3(x, y, z)) / kMillimetre) * kMillimetre;
-        if (std::abs(exact) > t.band - 0.5 * t.frame.voxel) continue;
-        worst = std::max(worst, std::abs(static_cast<double>(t.distance[t.at(x, y, z)]) - exact));
-      }
-    }
-  }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const double exact = exact_mm(t.frame.to_world(dvec3(x, y, z)) / kMillimetre) * kMillimetre;
+    if (std::abs(exact) > t.band - 0.5 * t.frame.voxel) return;
+    worst = std::max(worst, std::abs(static_cast<double>(t.distance[t.at(x, y, z)]) - exact));
+  });
   return worst;
 }
 
@@ -135,23 +132,19 @@ TEST(ImportPhantom, HardnessIsLinearInTheGreyValueAndIgnoresTheBlurredEdge) {
   ASSERT_EQ(t.hardness.size(), t.tissue.size());
   double sound = 0, lesion = 0, skin = 1;
   int sounds = 0, lesions = 0;
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const std::size_t at = t.at(x, y, z);
-        if (t.distance[at] > 0) continue;
-        const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre - kCentre;
-        const double r = glm::length(q), hardness = hardness_fraction(t.hardness[at]);
-        if (r < kPulp - 0.4) {
-          EXPECT_EQ(hardness, 1);
-        }
-        if (r > kDentin + 0.4) skin = std::min(skin, hardness);
-        if (r < kPulp + 0.4 || r > kDentin - 0.4 || std::abs(q.x - 0.3) < 0.4) continue;
-        (q.x > 0.3 ? lesion : sound) += hardness;
-        ++(q.x > 0.3 ? lesions : sounds);
-      }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const std::size_t at = t.at(x, y, z);
+    if (t.distance[at] > 0) return;
+    const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre - kCentre;
+    const double r = glm::length(q), hardness = hardness_fraction(t.hardness[at]);
+    if (r < kPulp - 0.4) {
+      EXPECT_EQ(hardness, 1);
     }
-  }
+    if (r > kDentin + 0.4) skin = std::min(skin, hardness);
+    if (r < kPulp + 0.4 || r > kDentin - 0.4 || std::abs(q.x - 0.3) < 0.4) return;
+    (q.x > 0.3 ? lesion : sound) += hardness;
+    ++(q.x > 0.3 ? lesions : sounds);
+  });
   ASSERT_GT(std::min(sounds, lesions), 300);
   EXPECT_NEAR(lesion / lesions, (kLesion - g.outside) / (g.dentin - g.outside), 0.01);
   EXPECT_NEAR(sound / sounds, 1, 0.01);
@@ -204,21 +197,17 @@ TEST(ImportPhantom, EnamelLiesOnTheCrownWithoutAFalseDentinLayer) {
   const Imported i = imported(open_tooth());
   const DenseTissue& t = i.tissue;
   std::size_t crown = 0, dentin = 0;
-  for (int x = 1; x + 1 < t.size.x; ++x) {
-    for (int y = 1; y + 1 < t.size.y; ++y) {
-      for (int z = 1; z + 1 < t.size.z; ++z) {
-        const std::size_t at = t.at(x, y, z);
-        const double up = t.frame.to_world(dvec3(x, y, z)).z / kMillimetre - 6.6;
-        if (t.distance[at] > 0 || t.distance[at] < -0.15e-3) continue;
-        if (up < -0.2) {
-          EXPECT_NE(t.tissue[at], Tissue::kEnamel);
-        }
-        if (up < 0.2) continue;
-        ++crown;
-        dentin += t.tissue[at] == Tissue::kDentin;
-      }
+  for_each_voxel_between(glm::ivec3(1), t.size - 2, [&](int x, int y, int z) {
+    const std::size_t at = t.at(x, y, z);
+    const double up = t.frame.to_world(dvec3(x, y, z)).z / kMillimetre - 6.6;
+    if (t.distance[at] > 0 || t.distance[at] < -0.15e-3) return;
+    if (up < -0.2) {
+      EXPECT_NE(t.tissue[at], Tissue::kEnamel);
     }
-  }
+    if (up < 0.2) return;
+    ++crown;
+    dentin += t.tissue[at] == Tissue::kDentin;
+  });
   EXPECT_GT(crown, 5000U);
   EXPECT_LT(static_cast<double>(dentin), 0.001 * static_cast<double>(crown));
   EXPECT_NEAR(i.report.height, 10.0_mm, 0.02_mm);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
 #include "tests/support/haptic_bench.h"
@@ -63,21 +64,19 @@ TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolu
   double wanted = 0, over = 0, under = 0;
   const auto fraction = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
   std::size_t i = 0;
-  for (int x = 0; x < before.size.x; ++x) {
-    for (int y = 0; y < before.size.y; ++y) {
-      for (int z = 0; z < before.size.z; ++z, ++i) {
-        const dvec3 p = frame.to_world(dvec3(before.lo + glm::ivec3(x, y, z)));
-        const dvec3 axis(0, 0, std::max(p.z, end.z));
-        const double cup = (28.0_mm - glm::distance(p, axis)) / frame.voxel;
-        const double had = fraction(static_cast<double>(before.distance[i])),
-                     has = fraction(static_cast<double>(after.distance[i]));
-        const double ideal = fraction(std::max(static_cast<double>(before.distance[i]), cup));
-        wanted += had - ideal;
-        over += std::max(0.0, ideal - has);
-        under += std::max(0.0, has - ideal);
-      }
-    }
-  }
+  for_each_voxel(before.size, [&](int x, int y, int z) {
+    const glm::ivec3 voxel(x, y, z);
+    const dvec3 p = frame.to_world(dvec3(before.lo + voxel));
+    const dvec3 axis(0, 0, std::max(p.z, end.z));
+    const double cup = (28.0_mm - glm::distance(p, axis)) / frame.voxel;
+    const double had = fraction(static_cast<double>(before.distance[i])),
+                 has = fraction(static_cast<double>(after.distance[i]));
+    const double ideal = fraction(std::max(static_cast<double>(before.distance[i]), cup));
+    wanted += had - ideal;
+    over += std::max(0.0, ideal - has);
+    under += std::max(0.0, has - ideal);
+    ++i;
+  });
   const double voxel = std::pow(frame.voxel, 3);
   EXPECT_GT(wanted * voxel, 2500.0_mm3);
   EXPECT_LT(over / wanted, 0.02);

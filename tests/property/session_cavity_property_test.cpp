@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/dense_field.h"
 #include "engine/session/score.h"
 #include "tests/support/cavity_fixture.h"
@@ -100,9 +101,7 @@ TEST(TrueDistances, AreThoseToTheSurfaceHoweverItsSolidsAreComposed) {
     const Composition solid(random);
     session::DenseField field;
     field.size = glm::ivec3(33);
-    for (int x = 0; x < 33; ++x)
-      for (int y = 0; y < 33; ++y)
-        for (int z = 0; z < 33; ++z) field.distance.push_back(solid({x, y, z}));
+    for_each_voxel(glm::ivec3(33), [&](int x, int y, int z) { field.distance.push_back(solid({x, y, z})); });
     // Its surface, by points a quarter of a voxel apart in the cells that it crosses.
     std::vector<glm::dvec3> surface;
     for (int cell = 0; cell < 32 * 32 * 32; ++cell) {
@@ -291,11 +290,10 @@ TEST(CavityLaws, EveryGeometricMeasureLowersTheScoreMonotonically) {
     in.ideal = in.after = spoilt.worse(0);
     if (std::string_view(spoilt.rule) == "wall_thickness_mm")
       in.before = sampled(kBlock, [](const dvec3& p) { return std::max(block(p), p.x - 6.5e-3); });
-    for (int x = 0; x < kBlock.x; ++x)
-      for (int y = 0; y < kBlock.y; ++y)
-        for (int z = 0; z < kBlock.z; ++z)
-          if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0)
-            in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+    for_each_voxel(kBlock, [&](int x, int y, int z) {
+      if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0)
+        in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+    });
     ScoreInput input;
     const CavityReference reference = cavity_reference(in);
     input.cavity = input.cavity_ideal = reference.measures;

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "engine/base/voxels.h"
 #include "engine/surface/mesh_export.h"
 #include "tests/support/surface_checks.h"
 
@@ -121,10 +122,9 @@ TEST(Colors, RefineAFlatFaceOnlyWhereTheyChangeAndMoveNoVertexOffIt) {
   const auto triangles = [&](const auto& color_at) {
     for (FieldBrick& brick : bricks) {
       brick.colored = true;
-      for (int x = 0; x < FieldBrick::kSamples; ++x)
-        for (int y = 0; y < FieldBrick::kSamples; ++y)
-          for (int z = 0; z < FieldBrick::kSamples; ++z)
-            brick.color[FieldBrick::at(x, y, z)] = color_at(FieldBrick::kCells * brick.key.x - 1 + x);
+      for_each_voxel(glm::ivec3(FieldBrick::kSamples), [&](int x, int y, int z) {
+        brick.color[FieldBrick::at(x, y, z)] = color_at(FieldBrick::kCells * brick.key.x - 1 + x);
+      });
     }
     const WholeMesh mesh = weld(mesh_of(bricks, 0.1f));
     expect_surface(topology_of(mesh), 2);

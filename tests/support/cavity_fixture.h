@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/voxels.h"
 #include "engine/session/cavity.h"
 
 namespace typodont::session::test {
@@ -16,14 +17,10 @@ DenseField sampled(const glm::ivec3& size, Distance distance) {
   DenseField field{size, {}};
   field.distance.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
                         static_cast<std::size_t>(size.z));
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        field.distance[field.at(x, y, z)] =
-            static_cast<float>(std::clamp(distance(kVoxel * dvec3(x, y, z)) / kVoxel, -15.0, 15.0));
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    field.distance[field.at(x, y, z)] =
+        static_cast<float>(std::clamp(distance(kVoxel * dvec3(x, y, z)) / kVoxel, -15.0, 15.0));
+  });
   return field;
 }
 

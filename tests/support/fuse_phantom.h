@@ -6,6 +6,7 @@
 
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/tissue_volume.h"
@@ -56,15 +57,11 @@ inline const TissueMesh& true_surface() {
     t.frame = {dvec3(4, 6, kGum - 1.2) * kMillimetre, kStep * kMillimetre};
     t.size = glm::ivec3(dvec3(21.5, 12, 9) / kStep);
     t.band = 1e-3;
-    for (int x = 0; x < t.size.x; ++x) {
-      for (int y = 0; y < t.size.y; ++y) {
-        for (int z = 0; z < t.size.z; ++z) {
-          const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre;
-          t.distance.push_back(static_cast<float>(std::clamp(true_distance(q), -1.0, 1.0) * kMillimetre));
-          t.tissue.push_back(Tissue::kEnamel);
-        }
-      }
-    }
+    for_each_voxel(t.size, [&](int x, int y, int z) {
+      const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre;
+      t.distance.push_back(static_cast<float>(std::clamp(true_distance(q), -1.0, 1.0) * kMillimetre));
+      t.tissue.push_back(Tissue::kEnamel);
+    });
     TissueMesh surface = haptics::TissueVolume(t).extract_mesh();
     // The border of the box closes the surface. These triangles are removed, because a scanner does not see them.
     std::erase_if(surface.triangles, [&](const glm::uvec3& c) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/solid.h"
 
 namespace typodont::test {
@@ -203,26 +204,18 @@ double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, 
   for (const auto& [a, b] : segments) {
     const glm::ivec3 first = glm::max(glm::ivec3((glm::min(a, b) - radius - lo) / step), 0);
     const glm::ivec3 last = glm::min(glm::ivec3((glm::max(a, b) + radius - lo) / step) + 1, size - 1);
-    for (int x = first.x; x <= last.x; ++x) {
-      for (int y = first.y; y <= last.y; ++y) {
-        for (int z = first.z; z <= last.z; ++z) {
-          char& c = covered[at(x, y, z)];
-          if (c) continue;
-          const dvec3 p = lo + step * dvec3(x, y, z);
-          const dvec3 off = p - mesh_lod::nearest_on_segment(a, b, p);
-          c = glm::dot(off, off) <= radius * radius;
-        }
-      }
-    }
+    for_each_voxel_between(first, last, [&](int x, int y, int z) {
+      char& c = covered[at(x, y, z)];
+      if (c) return;
+      const dvec3 p = lo + step * dvec3(x, y, z);
+      const dvec3 off = p - mesh_lod::nearest_on_segment(a, b, p);
+      c = glm::dot(off, off) <= radius * radius;
+    });
   }
   std::size_t count = 0;
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        if (covered[at(x, y, z)] && shape.nearest(lo + step * dvec3(x, y, z), 4 * radius).distance < 0) ++count;
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    if (covered[at(x, y, z)] && shape.nearest(lo + step * dvec3(x, y, z), 4 * radius).distance < 0) ++count;
+  });
   return static_cast<double>(count) * step * step * step;
 }
 

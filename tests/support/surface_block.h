@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "tests/support/surface_checks.h"
 
 namespace typodont::test {
@@ -27,51 +28,35 @@ class CutBlock {
   std::vector<glm::ivec3> cut(const glm::dvec3& centre, double radius) {
     const glm::ivec3 low = glm::max(glm::ivec3(-1), glm::ivec3(glm::floor(centre - radius - 4.0)));
     const glm::ivec3 high = glm::min(glm::ivec3(n_ - 2), glm::ivec3(glm::ceil(centre + radius + 4.0)));
-    for (int x = low.x; x <= high.x; ++x) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int z = low.z; z <= high.z; ++z) {
-          const auto d = static_cast<float>(std::clamp(radius - glm::length(glm::dvec3(x, y, z) - centre), -4.0, 4.0));
-          float& value = at(x, y, z);
-          value = std::max(value, d);
-        }
-      }
-    }
+    for_each_voxel_between(low, high, [&](int x, int y, int z) {
+      const auto d = static_cast<float>(std::clamp(radius - glm::length(glm::dvec3(x, y, z) - centre), -4.0, 4.0));
+      float& value = at(x, y, z);
+      value = std::max(value, d);
+    });
     std::vector<glm::ivec3> keys;
-    for (int x = 0; x < bricks_; ++x) {
-      for (int y = 0; y < bricks_; ++y) {
-        for (int z = 0; z < bricks_; ++z) {
-          const glm::ivec3 first = 16 * glm::ivec3(x, y, z) - 1, last = first + 18;
-          if (glm::all(glm::lessThanEqual(first, high)) && glm::all(glm::greaterThanEqual(last, low))) {
-            keys.push_back({x, y, z});
-          }
-        }
+    for_each_voxel(glm::ivec3(bricks_), [&](int x, int y, int z) {
+      const glm::ivec3 first = 16 * glm::ivec3(x, y, z) - 1, last = first + 18;
+      if (glm::all(glm::lessThanEqual(first, high)) && glm::all(glm::greaterThanEqual(last, low))) {
+        keys.push_back({x, y, z});
       }
-    }
+    });
     return keys;
   }
 
   FieldBrick brick(const glm::ivec3& key) const {
     FieldBrick out;
     out.key = key;
-    for (int x = 0; x < FieldBrick::kSamples; ++x) {
-      for (int y = 0; y < FieldBrick::kSamples; ++y) {
-        for (int z = 0; z < FieldBrick::kSamples; ++z) {
-          const glm::ivec3 p = 16 * key - 1 + glm::ivec3(x, y, z);
-          out.distance[FieldBrick::at(x, y, z)] = const_cast<CutBlock*>(this)->at(p.x, p.y, p.z);
-          out.tissue[FieldBrick::at(x, y, z)] = p.z * 3 > n_ + p.x ? Tissue::kEnamel : Tissue::kDentin;
-        }
-      }
-    }
+    for_each_voxel(glm::ivec3(FieldBrick::kSamples), [&](int x, int y, int z) {
+      const glm::ivec3 p = 16 * key - 1 + glm::ivec3(x, y, z);
+      out.distance[FieldBrick::at(x, y, z)] = const_cast<CutBlock*>(this)->at(p.x, p.y, p.z);
+      out.tissue[FieldBrick::at(x, y, z)] = p.z * 3 > n_ + p.x ? Tissue::kEnamel : Tissue::kDentin;
+    });
     return out;
   }
 
   std::vector<glm::ivec3> keys() const {
     std::vector<glm::ivec3> all;
-    for (int x = 0; x < bricks_; ++x) {
-      for (int y = 0; y < bricks_; ++y) {
-        for (int z = 0; z < bricks_; ++z) all.push_back({x, y, z});
-      }
-    }
+    for_each_voxel(glm::ivec3(bricks_), [&](int x, int y, int z) { all.push_back({x, y, z}); });
     return all;
   }
   double side() const { return 16.0 * bricks_; }

@@ -6,33 +6,27 @@
 #include <numeric>
 #include <set>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::test {
 
 FieldBrick sample_brick(const glm::ivec3& key, const Field& field, const Labels& labels, double band) {
   FieldBrick brick;
   brick.key = key;
-  for (int x = 0; x < FieldBrick::kSamples; ++x) {
-    for (int y = 0; y < FieldBrick::kSamples; ++y) {
-      for (int z = 0; z < FieldBrick::kSamples; ++z) {
-        const glm::dvec3 p = glm::dvec3(16 * key - 1 + glm::ivec3(x, y, z));
-        const auto at = FieldBrick::at(x, y, z);
-        brick.distance[at] = static_cast<float>(std::clamp(field(p), -band, band));
-        brick.tissue[at] = labels ? labels(p) : Tissue::kEnamel;
-      }
-    }
-  }
+  for_each_voxel(glm::ivec3(FieldBrick::kSamples), [&](int x, int y, int z) {
+    const glm::dvec3 p = glm::dvec3(16 * key - 1 + glm::ivec3(x, y, z));
+    const auto at = FieldBrick::at(x, y, z);
+    brick.distance[at] = static_cast<float>(std::clamp(field(p), -band, band));
+    brick.tissue[at] = labels ? labels(p) : Tissue::kEnamel;
+  });
   return brick;
 }
 
 bool has_surface(const FieldBrick& brick) {
   bool solid = false, air = false;
-  for (int x = 1; x <= 17; ++x) {
-    for (int y = 1; y <= 17; ++y) {
-      for (int z = 1; z <= 17; ++z) {
-        (brick.distance[FieldBrick::at(x, y, z)] < 0 ? solid : air) = true;
-      }
-    }
-  }
+  for_each_voxel_between(glm::ivec3(1), glm::ivec3(17), [&](int x, int y, int z) {
+    (brick.distance[FieldBrick::at(x, y, z)] < 0 ? solid : air) = true;
+  });
   return solid && air;
 }
 
@@ -40,14 +34,10 @@ std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& h
                                       const Labels& labels, double band) {
   std::vector<FieldBrick> bricks;
   const glm::ivec3 first = glm::ivec3(glm::floor(low / 16.0)), last = glm::ivec3(glm::floor(high / 16.0));
-  for (int x = first.x; x <= last.x; ++x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      for (int z = first.z; z <= last.z; ++z) {
-        FieldBrick brick = sample_brick({x, y, z}, field, labels, band);
-        if (has_surface(brick)) bricks.push_back(brick);
-      }
-    }
-  }
+  for_each_voxel_between(first, last, [&](int x, int y, int z) {
+    FieldBrick brick = sample_brick({x, y, z}, field, labels, band);
+    if (has_surface(brick)) bricks.push_back(brick);
+  });
   return bricks;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/task.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "tests/support/folder.h"
 
 namespace typodont {
@@ -30,15 +31,13 @@ DenseCopy cylinder(const dvec3& axis) {
   copy.field.size = glm::ivec3(kSize);
   copy.field.distance.resize(static_cast<std::size_t>(kSize) * kSize * kSize);
   copy.tissue.assign(copy.field.distance.size(), Tissue::kEnamel);
-  for (int x = 0; x < kSize; ++x)
-    for (int y = 0; y < kSize; ++y)
-      for (int z = 0; z < kSize; ++z) {
-        const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
-        const double height = glm::dot(p, axis), aside = glm::length(p - height * axis) - kRadius,
-                     above = std::max(height - kTop, -height);
-        const double d = std::min(std::max(aside, above), 0.0) + std::hypot(std::max(aside, 0.0), std::max(above, 0.0));
-        copy.field.distance[copy.field.at(x, y, z)] = static_cast<float>(d / kVoxel);
-      }
+  for_each_voxel(glm::ivec3(kSize), [&](int x, int y, int z) {
+    const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+    const double height = glm::dot(p, axis), aside = glm::length(p - height * axis) - kRadius,
+                 above = std::max(height - kTop, -height);
+    const double d = std::min(std::max(aside, above), 0.0) + std::hypot(std::max(aside, 0.0), std::max(above, 0.0));
+    copy.field.distance[copy.field.at(x, y, z)] = static_cast<float>(d / kVoxel);
+  });
   return copy;
 }
 
@@ -82,16 +81,14 @@ TEST(CrownIdeal, OfTheExerciseReducesTheOcclusalSurfaceEvenlyAndKeepsItsCusps) {
   std::vector<double> depths;  // m, below the old surface, of the new surface that faces the occlusal side
   double lowest = 1e9, highest = -1e9;
   const double h = in.frame.voxel;
-  for (int x = 0; x < before.size.x; ++x)
-    for (int y = 0; y < before.size.y; ++y)
-      for (int z = 0; z < before.size.z; ++z) {
-        const std::size_t i = before.at(x, y, z);
-        if (std::abs(in.ideal.distance[i]) > 0.5f || in.before.distance[i] > -1.5f) continue;
-        const dvec3 p = in.frame.to_world(dvec3(x, y, z));
-        if (p.z < 18.0_mm || glm::normalize(in.ideal.gradient(dvec3(x, y, z), 2)).z < 0.7) continue;
-        depths.push_back(-static_cast<double>(before.distance[i]) * h);
-        lowest = std::min(lowest, p.z), highest = std::max(highest, p.z);
-      }
+  for_each_voxel(before.size, [&](int x, int y, int z) {
+    const std::size_t i = before.at(x, y, z);
+    if (std::abs(in.ideal.distance[i]) > 0.5f || in.before.distance[i] > -1.5f) return;
+    const dvec3 p = in.frame.to_world(dvec3(x, y, z));
+    if (p.z < 18.0_mm || glm::normalize(in.ideal.gradient(dvec3(x, y, z), 2)).z < 0.7) return;
+    depths.push_back(-static_cast<double>(before.distance[i]) * h);
+    lowest = std::min(lowest, p.z), highest = std::max(highest, p.z);
+  });
   ASSERT_GT(depths.size(), 1000u);
   std::sort(depths.begin(), depths.end());
   const auto quantile = [&](double q) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/debris/debris.h"
 #include "engine/debris/spray.h"
 
@@ -31,11 +32,10 @@ class Body {
     fill(glm::ivec3(0), field.size - 1);
   }
   void fill(const glm::ivec3& lo, const glm::ivec3& hi) {
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z)
-          samples_[static_cast<std::size_t>((x * field.size.y + y) * field.size.z + z)] =
-              static_cast<float>(distance_(field.origin + kSpacing * dvec3(x, y, z)));
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      samples_[static_cast<std::size_t>((x * field.size.y + y) * field.size.z + z)] =
+          static_cast<float>(distance_(field.origin + kSpacing * dvec3(x, y, z)));
+    });
   }
   void cut(std::function<double(const dvec3&)> distance) { distance_ = std::move(distance); }
   CoarseField field;
@@ -58,11 +58,10 @@ MaterialTable table() {
 /// Every cell of a film, by its sample.
 std::vector<FilmCell> cells_of(const Film& film, const CoarseField& field) {
   std::vector<FilmCell> out;
-  glm::ivec3 s;
-  for (s.x = 0; s.x < field.size.x; ++s.x)
-    for (s.y = 0; s.y < field.size.y; ++s.y)
-      for (s.z = 0; s.z < field.size.z; ++s.z)
-        if (film.has_cell(s)) out.push_back(film.cell(s));
+  for_each_voxel(field.size, [&](int x, int y, int z) {
+    const glm::ivec3 s(x, y, z);
+    if (film.has_cell(s)) out.push_back(film.cell(s));
+  });
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
@@ -212,16 +213,12 @@ TEST(Filling, NeverLeavesItsBoundingSolid) {
   const auto highest = [](const HapticBench& b) {
     const haptics::TissuePatch& patch = b.patch();
     double top = -1;
-    for (int x = 0; x < patch.n; ++x) {
-      for (int y = 0; y < patch.n; ++y) {
-        for (int z = 0; z < patch.n; ++z) {
-          const std::size_t i = patch.at(x, y, z);
-          if (patch.distance[i] < 0 && haptics::shown(patch.tissue[i]) == static_cast<Tissue>(kFilled)) {
-            top = std::max(top, b.settings.frame.to_world(dvec3(patch.lo + glm::ivec3(x, y, z))).z);
-          }
-        }
-      }
-    }
+    for_each_voxel(glm::ivec3(patch.n), [&](int x, int y, int z) {
+      const glm::ivec3 p(x, y, z);
+      const std::size_t i = patch.at(p.x, p.y, p.z);
+      if (patch.distance[i] < 0 && haptics::shown(patch.tissue[i]) == static_cast<Tissue>(kFilled))
+        top = std::max(top, b.settings.frame.to_world(dvec3(patch.lo + p)).z);
+    });
     return top;
   };
   hold(bench, 800, end_at(0.5_mm, 0.0_mm), 1);

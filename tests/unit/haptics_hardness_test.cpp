@@ -12,6 +12,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/cutting/cut_front.h"
 #include "haptics/cutting/inside_fraction.h"
@@ -60,9 +61,8 @@ TissueVolume sampled(const std::string& json) {
 /// Returns a block whose hardness increases by one byte per voxel along z.
 haptics::DenseTissue graded_block() {
   haptics::DenseTissue dense = haptics::read_solids(Json::parse(block("0.5"), "tissue"));
-  for (int x = 0; x < dense.size.x; ++x)
-    for (int y = 0; y < dense.size.y; ++y)
-      for (int z = 0; z < dense.size.z; ++z) dense.hardness[dense.at(x, y, z)] = static_cast<std::uint8_t>(10 + z);
+  for_each_voxel(dense.size,
+                 [&](int x, int y, int z) { dense.hardness[dense.at(x, y, z)] = static_cast<std::uint8_t>(10 + z); });
   return dense;
 }
 

@@ -15,6 +15,7 @@
 
 #include "engine/base/ring.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/contact/cubic.h"
 #include "haptics/contact/sliding_buffer.h"
 #include "haptics/cutting/carve.h"
@@ -511,12 +512,9 @@ TEST(TissuePatch, ACubicQueryGivesTheSameBitsForEverySimdWidth) {
 TEST(TissuePatch, ACubicQueryReproducesACubicAndAConstantHasZeroGradient) {
   std::vector<float> samples(6 * 6 * 8);
   const auto query = [&](auto field, const dvec3& at) {
-    for (int x = 0; x < 6; ++x) {
-      for (int y = 0; y < 6; ++y) {
-        for (int z = 0; z < 8; ++z)
-          samples[static_cast<std::size_t>((x * 6 + y) * 8 + z)] = static_cast<float>(field(x - 2, y - 2, z - 4));
-      }
-    }
+    for_each_voxel({6, 6, 8}, [&](int x, int y, int z) {
+      samples[static_cast<std::size_t>((x * 6 + y) * 8 + z)] = static_cast<float>(field(x - 2, y - 2, z - 4));
+    });
     std::array<double, 4> out;
     haptics::cubic(samples.data(), 48, 8, &at.x, out.data(), haptics::widest_cubic());
     return out;

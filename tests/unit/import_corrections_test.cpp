@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/corrections.h"
 #include "haptics/import/import.h"
 
@@ -21,18 +22,14 @@ Imported ball() {
   DenseTissue& t = made.tissue;
   t.size = glm::ivec3(56);
   t.frame = {dvec3(-27.5 * kVoxel), kVoxel};
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const double r = glm::length(t.frame.to_world(dvec3(x, y, z)));
-        t.distance.push_back(static_cast<float>(std::clamp(r - kBall, -t.band, t.band)));
-        t.tissue.push_back(r < kCore                  ? Tissue::kCorticalBone
-                           : r < kBall + 2.5 * kVoxel ? Tissue::kCancellousBone
-                                                      : Tissue::kAir);
-        made.grey.push_back(static_cast<float>(r < kCore ? kCoreGrey : r < kBall ? kShellGrey : 0));
-      }
-    }
-  }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const double r = glm::length(t.frame.to_world(dvec3(x, y, z)));
+    t.distance.push_back(static_cast<float>(std::clamp(r - kBall, -t.band, t.band)));
+    t.tissue.push_back(r < kCore                  ? Tissue::kCorticalBone
+                       : r < kBall + 2.5 * kVoxel ? Tissue::kCancellousBone
+                                                  : Tissue::kAir);
+    made.grey.push_back(static_cast<float>(r < kCore ? kCoreGrey : r < kBall ? kShellGrey : 0));
+  });
   made.report.outside_grey = 0;
   made.report.soft_grey = kShellGrey;
   made.report.kinds = {1500, 1500, 0, kShellGrey, kCoreGrey};

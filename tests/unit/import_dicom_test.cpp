@@ -9,6 +9,7 @@
 #include <random>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import.h"
 #include "haptics/import/volume_export.h"
 #include "tests/support/dicom_files.h"
@@ -486,19 +487,15 @@ TEST(ImportDicom, ASegmentationHasTheLabelsAtTheirPositionsAndNoPersonalData) {
       sum[3] += 1;
     }
   }
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) {
-        const std::size_t k = i.tissue.at(x, y, z);
-        if (i.tissue.distance[k] > 0) continue;
-        const dvec3 p = i.report.world_rotation * i.tissue.frame.to_world(dvec3(x, y, z)) / kMillimetre;
-        const std::string name(name_of(i.tissue.tissue[k]));
-        auto& sum = expected[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
-        for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += p[c];
-        sum[3] += 1;
-      }
-    }
-  }
+  for_each_voxel(size, [&](int x, int y, int z) {
+    const std::size_t k = i.tissue.at(x, y, z);
+    if (i.tissue.distance[k] > 0) return;
+    const dvec3 p = i.report.world_rotation * i.tissue.frame.to_world(dvec3(x, y, z)) / kMillimetre;
+    const std::string name(name_of(i.tissue.tissue[k]));
+    auto& sum = expected[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
+    for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += p[c];
+    sum[3] += 1;
+  });
   for (std::size_t s = 0; s < names.size(); ++s) {
     SCOPED_TRACE(names[s]);
     EXPECT_EQ(stored[s][3], expected[s][3]);

@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/import.h"
 #include "haptics/import/volume_export.h"
 #include "haptics/tissue_volume.h"
@@ -239,14 +240,10 @@ TEST(ImportOrientation, AnObliqueScanKeepsItsPlaceInTheWorld) {
 /// A ball of enamel of radius 4 mm with dentin of radius 3 mm, as labels 7 and 9; voxels of 0.25 mm.
 std::string ball_of_labels() {
   std::string voxels;
-  for (int z = 0; z < 40; ++z) {
-    for (int y = 0; y < 40; ++y) {
-      for (int x = 0; x < 40; ++x) {
-        const double r = 0.25 * glm::length(dvec3(x, y, z) - 19.6);
-        voxels += static_cast<char>(r < 3 ? 9 : r < 4 ? 7 : 0);
-      }
-    }
-  }
+  for_each_voxel(glm::ivec3(40), [&](int z, int y, int x) {
+    const double r = 0.25 * glm::length(dvec3(x, y, z) - 19.6);
+    voxels += static_cast<char>(r < 3 ? 9 : r < 4 ? 7 : 0);
+  });
   return voxels;
 }
 std::string label_nrrd(const std::string& lines) {
@@ -264,14 +261,10 @@ TEST(ImportLabels, ALabelMapIsReadAsLabelsWithASmoothSurface) {
   EXPECT_NEAR(ball.report.volume[static_cast<std::size_t>(Tissue::kDentin)] / dentin, 1, 0.02);
   double worst = 0;
   const DenseTissue& t = ball.tissue;
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const double r = glm::length(t.frame.to_world(dvec3(x, y, z)) - 0.25e-3 * 19.6), d = t.distance[t.at(x, y, z)];
-        if (std::abs(d) < 0.5e-3) worst = std::max(worst, std::abs(d - (r - 4e-3)));
-      }
-    }
-  }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const double r = glm::length(t.frame.to_world(dvec3(x, y, z)) - 0.25e-3 * 19.6), d = t.distance[t.at(x, y, z)];
+    if (std::abs(d) < 0.5e-3) worst = std::max(worst, std::abs(d - (r - 4e-3)));
+  });
   EXPECT_LT(worst, 0.1e-3) << "stairs would be off by half a voxel, 0.125 mm";
 }
 
@@ -325,14 +318,10 @@ TEST(ImportLabels, AVolumeFileKeepsThePlaceInTheScanAndDistancesAreWrittenThere)
   const dvec3 ball = origin + r * dvec3(3.4, 3.1, 3.6);
   dvec3 sum(0);
   double count = 0;
-  for (int x = 0; x < i.tissue.size.x; ++x) {
-    for (int y = 0; y < i.tissue.size.y; ++y) {
-      for (int z = 0; z < i.tissue.size.z; ++z) {
-        if (i.tissue.distance[i.tissue.at(x, y, z)] > 0) continue;
-        sum += i.tissue.frame.to_world(dvec3(x, y, z)), count += 1;
-      }
-    }
-  }
+  for_each_voxel(i.tissue.size, [&](int x, int y, int z) {
+    if (i.tissue.distance[i.tissue.at(x, y, z)] > 0) return;
+    sum += i.tissue.frame.to_world(dvec3(x, y, z)), count += 1;
+  });
   EXPECT_LT(glm::length(volume.place().X_FW * (sum / count) / kMillimetre - ball), 0.05);
   DenseTissue dense = i.tissue;
   dense.place = volume.place();

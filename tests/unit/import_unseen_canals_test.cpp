@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/unseen_canals.h"
 
 namespace typodont::haptics::importing {
@@ -18,15 +19,11 @@ DenseTissue tooth(const std::function<Tissue(const dvec3&)>& tissue_at) {
   DenseTissue t;
   t.frame = {dvec3(0), kVoxel * kMillimetre};
   t.size = glm::ivec3(40, 40, 80);
-  for (int x = 0; x < t.size.x; ++x) {
-    for (int y = 0; y < t.size.y; ++y) {
-      for (int z = 0; z < t.size.z; ++z) {
-        const Tissue tissue = tissue_at(kVoxel * dvec3(x, y, z));
-        t.tissue.push_back(tissue);
-        t.distance.push_back(tissue == Tissue::kAir ? 1e-3F : -1e-3F);
-      }
-    }
-  }
+  for_each_voxel(t.size, [&](int x, int y, int z) {
+    const Tissue tissue = tissue_at(kVoxel * dvec3(x, y, z));
+    t.tissue.push_back(tissue);
+    t.distance.push_back(tissue == Tissue::kAir ? 1e-3F : -1e-3F);
+  });
   return t;
 }
 
@@ -80,14 +77,10 @@ TEST(UnseenCanals, ThePositionOfTheToothDoesNotMatter) {
   const DenseTissue upright = tooth([](const dvec3& p) { return one_root(p, 6); });
   DenseTissue lying = upright;
   lying.size = glm::ivec3(upright.size.z, upright.size.x, upright.size.y);
-  for (int x = 0; x < upright.size.x; ++x) {
-    for (int y = 0; y < upright.size.y; ++y) {
-      for (int z = 0; z < upright.size.z; ++z) {
-        lying.tissue[lying.at(z, x, y)] = upright.tissue[upright.at(x, y, z)];
-        lying.distance[lying.at(z, x, y)] = upright.distance[upright.at(x, y, z)];
-      }
-    }
-  }
+  for_each_voxel(upright.size, [&](int x, int y, int z) {
+    lying.tissue[lying.at(z, x, y)] = upright.tissue[upright.at(x, y, z)];
+    lying.distance[lying.at(z, x, y)] = upright.distance[upright.at(x, y, z)];
+  });
   EXPECT_NEAR(unseen(lying), unseen(upright), 1e-12);
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -18,9 +19,8 @@ struct Film {
   }
   /// Samples lo … hi get this texel.
   render::CellBox put(const glm::ivec3& lo, const glm::ivec3& hi, const render::FilmTexel& texel) {
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z) texels[static_cast<std::size_t>((x * 41 + y) * 41 + z)] = texel;
+    for_each_voxel_between(
+        lo, hi, [&](int x, int y, int z) { texels[static_cast<std::size_t>((x * 41 + y) * 41 + z)] = texel; });
     return {lo, hi};
   }
   render::FilmGrid grid;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/cavity.h"
 #include "tests/support/cavity_fixture.h"
 
@@ -53,14 +54,10 @@ TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
   const double cosine = std::cos(std::atan(0.4));
   const auto sloped = [&](const dvec3& p) { return cosine * (p.z - kTop + 0.8e-3 - 0.4 * (p.x - kMiddle.x)); };
   const auto cut_off = [&](DenseField field) {
-    for (int x = 0; x < field.size.x; ++x) {
-      for (int y = 0; y < field.size.y; ++y) {
-        for (int z = 0; z < field.size.z; ++z) {
-          float& d = field.distance[field.at(x, y, z)];
-          d = std::max(d, static_cast<float>(sloped(in.frame.to_world(dvec3(x, y, z))) / in.frame.voxel));
-        }
-      }
-    }
+    for_each_voxel(field.size, [&](int x, int y, int z) {
+      float& d = field.distance[field.at(x, y, z)];
+      d = std::max(d, static_cast<float>(sloped(in.frame.to_world(dvec3(x, y, z))) / in.frame.voxel));
+    });
     return field;
   };
   in.before = cut_off(in.before);
@@ -181,13 +178,9 @@ TEST(Cavity, TheRoughnessOfAMarginIsTheRmsOfItsWaves) {
 TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndZeroOnceExposed) {
   Preparation in = a_block();
   const auto pulp = ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3);
-  for (int x = 0; x < kBlock.x; ++x) {
-    for (int y = 0; y < kBlock.y; ++y) {
-      for (int z = 0; z < kBlock.z; ++z) {
-        if (pulp(kVoxel * dvec3(x, y, z)) < 0) in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
-      }
-    }
-  }
+  for_each_voxel(kBlock, [&](int x, int y, int z) {
+    if (pulp(kVoxel * dvec3(x, y, z)) < 0) in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+  });
   in.after = without(tapered_hole(0.8e-3, 1.4e-3, 0));
   CavityMeasures m = measure_cavity(in);
   EXPECT_NEAR(m.pulp_distance.value(), 0.5e-3, 0.06e-3);

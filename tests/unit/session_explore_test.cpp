@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/score.h"
 #include "tests/support/cavity_fixture.h"
 
@@ -15,13 +16,9 @@ struct Tooth {
   Tooth() {
     for (const auto& lesion : {ball(kMiddle + dvec3(2e-3, 0, 0), 0.5e-3), ball(kMiddle - dvec3(2e-3, 0, 0), 0.5e-3),
                                ball(kMiddle - dvec3(0, 0, 1.5e-3), 0.4e-3)}) {
-      for (int x = 0; x < kBlock.x; ++x) {
-        for (int y = 0; y < kBlock.y; ++y) {
-          for (int z = 0; z < kBlock.z; ++z) {
-            if (lesion(kVoxel * dvec3(x, y, z)) < 0) block.tissue[block.before.at(x, y, z)] = Tissue::kCaries;
-          }
-        }
-      }
+      for_each_voxel(kBlock, [&](int x, int y, int z) {
+        if (lesion(kVoxel * dvec3(x, y, z)) < 0) block.tissue[block.before.at(x, y, z)] = Tissue::kCaries;
+      });
     }
   }
   ExploreMeter meter() const { return {block.frame, block.before, block.tissue, {}}; }

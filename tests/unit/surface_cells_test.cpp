@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/surface/contour/cell_shapes.h"
 #include "engine/surface/contour/crossing.h"
 #include "engine/surface/contour/moments.h"
@@ -142,14 +143,12 @@ TEST(Crossing, OfManyEdgesHasTheBitsOfSingleEdges) {
       samples.push_back(field(glm::vec3(i / kStride[0], i / kStride[1] % kSide, i % kSide)));
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<GridEdge> edges;
-      for (int x = 1; x < kSide - 2; ++x)
-        for (int y = 1; y < kSide - 2; ++y)
-          for (int z = 1; z < kSide - 2; ++z) {
-            const auto at = static_cast<std::size_t>(x * kStride[0] + y * kStride[1] + z);
-            if ((samples[at] < 0) == (samples[at + static_cast<std::size_t>(kStride[axis])] < 0)) continue;
-            edges.push_back({static_cast<std::uint16_t>(at), static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
-                             static_cast<std::uint8_t>(z)});
-          }
+      for_each_voxel_between(glm::ivec3(1), glm::ivec3(kSide - 3), [&](int x, int y, int z) {
+        const auto at = static_cast<std::size_t>(x * kStride[0] + y * kStride[1] + z);
+        if ((samples[at] < 0) == (samples[at + static_cast<std::size_t>(kStride[axis])] < 0)) return;
+        edges.push_back({static_cast<std::uint16_t>(at), static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                         static_cast<std::uint8_t>(z)});
+      });
       std::vector<Crossing> found(edges.size());
       cross_edges(samples.data(), kStride, axis, edges, found.data());
       const int b = (axis + 1) % 3, c = (axis + 2) % 3;

@@ -7,6 +7,7 @@
 #include "engine/app/planning/volume_beside.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -15,11 +16,11 @@ namespace {
 
 /// The middle of the tissue's top, m.
 dvec3 top_of(const haptics::DenseTissue& tissue) {
-  glm::ivec3 lo(tissue.size), hi(-1), at;
-  for (at.x = 0; at.x < tissue.size.x; ++at.x)
-    for (at.y = 0; at.y < tissue.size.y; ++at.y)
-      for (at.z = 0; at.z < tissue.size.z; ++at.z)
-        if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
+  glm::ivec3 lo(tissue.size), hi(-1);
+  for_each_voxel(tissue.size, [&](int x, int y, int z) {
+    const glm::ivec3 at(x, y, z);
+    if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
+  });
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
 }
 

@@ -15,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
@@ -62,24 +63,20 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   site.tissue.resize(site.distance.size());
   if (!copy.hardness.empty()) site.hardness.resize(site.distance.size());
   if (!copy.color.empty()) site.color.resize(site.distance.size());
-  glm::ivec3 p;
-  for (p.x = 0; p.x < site.size.x; ++p.x) {
-    for (p.y = 0; p.y < site.size.y; ++p.y) {
-      for (p.z = 0; p.z < site.size.z; ++p.z) {
-        const dvec3 place = dvec3(p) / static_cast<double>(n);
-        const glm::ivec3 near(glm::round(place));
-        const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
-        // The copied tissue ends two voxels inside the box, so that its surface is closed.
-        const glm::ivec3 in = glm::min(p, site.size - 1 - p);
-        const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
-        const std::size_t i = site.at(p.x, p.y, p.z);
-        site.distance[i] = static_cast<float>(std::max(copy.field.sample(place) * frame.voxel, closed));
-        site.tissue[i] = copy.tissue[nearest];
-        if (!copy.hardness.empty()) site.hardness[i] = copy.hardness[nearest];
-        if (!copy.color.empty()) site.color[i] = copy.color[nearest];
-      }
-    }
-  }
+  for_each_voxel(site.size, [&](int x, int y, int z) {
+    const glm::ivec3 p(x, y, z);
+    const dvec3 place = dvec3(p) / static_cast<double>(n);
+    const glm::ivec3 near(glm::round(place));
+    const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
+    // The copied tissue ends two voxels inside the box, so that its surface is closed.
+    const glm::ivec3 in = glm::min(p, site.size - 1 - p);
+    const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
+    const std::size_t i = site.at(p.x, p.y, p.z);
+    site.distance[i] = static_cast<float>(std::max(copy.field.sample(place) * frame.voxel, closed));
+    site.tissue[i] = copy.tissue[nearest];
+    if (!copy.hardness.empty()) site.hardness[i] = copy.hardness[nearest];
+    if (!copy.color.empty()) site.color[i] = copy.color[nearest];
+  });
   return haptics::TissueVolume(site);
 }
 

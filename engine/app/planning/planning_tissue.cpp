@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 
 namespace typodont {
@@ -110,57 +111,53 @@ std::vector<std::pair<glm::ivec3, int>> PlanningTissue::distances_within_piece(c
 std::vector<NerveCanal> PlanningTissue::canals() const {
   std::vector<NerveCanal> canals;
   std::vector<bool> done(tissue_.size());
-  glm::ivec3 p;
-  for (p.x = 0; p.x < size_.x; ++p.x) {
-    for (p.y = 0; p.y < size_.y; ++p.y) {
-      for (p.z = 0; p.z < size_.z; ++p.z) {
-        if (tissue_[index(p)] != kNerve || done[index(p)]) continue;
-        auto piece = distances_within_piece(p);
-        std::size_t in_bone = 0, in_tooth = 0;
-        for (const auto& [q, distance] : piece) {
-          done[index(q)] = true;
-          for (const glm::ivec3& step : kFaces) {
-            if (!inside(q + step)) continue;
-            in_bone += typodont::is_bone(tissue_[index(q + step)]);
-            in_tooth += typodont::is_tooth(tissue_[index(q + step)]);
-          }
-        }
-        if (in_bone <= 2 * in_tooth) continue;
-        // Measures path lengths again, now from one end of the nerve tissue, so that they increase to its other end.
-        piece = distances_within_piece(piece.back().first);
-        // Steps across voxel faces give a length that is up to √3 too large, so the length is measured along the
-        // centres of sections.
-        const double per_section = kSection / frame_.voxel;
-        const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
-        std::vector<dvec3> sums(sections, dvec3(0));
-        std::vector<double> counts(sections, 0);
-        for (const auto& [q, distance] : piece) {
-          const auto section = static_cast<std::size_t>(distance / per_section);
-          sums[section] += frame_.to_world(dvec3(q));
-          counts[section] += 1;
-        }
-        NerveCanal canal;
-        double length = 0;
-        // The canal's end sections are oblique. Sections with too few voxels are not used.
-        std::vector<double> sorted = counts;
-        std::ranges::sort(sorted);
-        const double whole = kWholeSection * sorted[sections / 2];
-        for (std::size_t i = 0; i < sections; ++i) {
-          if (counts[i] < whole) continue;
-          canal.path_W.push_back(sums[i] / counts[i]);
-          if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
-        }
-        if (length < kShortestCanal) continue;
-        // The radius follows from the volume between the centres of the end sections, divided by the length.
-        double samples = 0;
-        for (const double count : counts) samples += count >= whole ? count : 0;
-        const auto used = static_cast<double>(canal.path_W.size());
-        const double volume = samples * (used - 1) / used * std::pow(frame_.voxel, 3);
-        canal.radius = std::sqrt(volume / (kPi * length));
-        canals.push_back(std::move(canal));
+  for_each_voxel(size_, [&](int x, int y, int z) {
+    const glm::ivec3 p(x, y, z);
+    if (tissue_[index(p)] != kNerve || done[index(p)]) return;
+    auto piece = distances_within_piece(p);
+    std::size_t in_bone = 0, in_tooth = 0;
+    for (const auto& [q, distance] : piece) {
+      done[index(q)] = true;
+      for (const glm::ivec3& step : kFaces) {
+        if (!inside(q + step)) continue;
+        in_bone += typodont::is_bone(tissue_[index(q + step)]);
+        in_tooth += typodont::is_tooth(tissue_[index(q + step)]);
       }
     }
-  }
+    if (in_bone <= 2 * in_tooth) return;
+    // Measures path lengths again, now from one end of the nerve tissue, so that they increase to its other end.
+    piece = distances_within_piece(piece.back().first);
+    // Steps across voxel faces give a length that is up to √3 too large, so the length is measured along the
+    // centres of sections.
+    const double per_section = kSection / frame_.voxel;
+    const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
+    std::vector<dvec3> sums(sections, dvec3(0));
+    std::vector<double> counts(sections, 0);
+    for (const auto& [q, distance] : piece) {
+      const auto section = static_cast<std::size_t>(distance / per_section);
+      sums[section] += frame_.to_world(dvec3(q));
+      counts[section] += 1;
+    }
+    NerveCanal canal;
+    double length = 0;
+    // The canal's end sections are oblique. Sections with too few voxels are not used.
+    std::vector<double> sorted = counts;
+    std::ranges::sort(sorted);
+    const double whole = kWholeSection * sorted[sections / 2];
+    for (std::size_t i = 0; i < sections; ++i) {
+      if (counts[i] < whole) continue;
+      canal.path_W.push_back(sums[i] / counts[i]);
+      if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
+    }
+    if (length < kShortestCanal) return;
+    // The radius follows from the volume between the centres of the end sections, divided by the length.
+    double samples = 0;
+    for (const double count : counts) samples += count >= whole ? count : 0;
+    const auto used = static_cast<double>(canal.path_W.size());
+    const double volume = samples * (used - 1) / used * std::pow(frame_.voxel, 3);
+    canal.radius = std::sqrt(volume / (kPi * length));
+    canals.push_back(std::move(canal));
+  });
   return canals;
 }
 

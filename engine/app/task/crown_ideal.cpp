@@ -8,6 +8,7 @@
 
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
@@ -90,27 +91,23 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
   const glm::ivec3 n = tooth.size;
   const double h = copy.frame.voxel, reach = depth / h + kExactBand;
   std::vector<double> nearest(gone.size(), std::numeric_limits<double>::infinity());  // distance² to surface, voxels²
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const double d = static_cast<double>(tooth.distance[tooth.at(x, y, z)]);
-        if (std::abs(d) > 1) continue;
-        const dvec3 p(x, y, z), g = tooth.gradient(p, kNormalReach);
-        if (glm::length(g) < 0.1) continue;
-        const dvec3 normal = glm::normalize(g), q = p - d * normal;
-        if (!wanted(copy.frame.to_world(q), normal)) continue;
-        const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(q - reach)), glm::ivec3(0)),
-                         hi = glm::min(glm::ivec3(glm::floor(q + reach)), n - 1);
-        for (int i = lo.x; i <= hi.x; ++i) {
-          for (int j = lo.y; j <= hi.y; ++j) {
-            const double aside = (i - q.x) * (i - q.x) + (j - q.y) * (j - q.y);
-            double* const row = &nearest[tooth.at(i, j, 0)];
-            for (int k = lo.z; k <= hi.z; ++k) row[k] = std::min(row[k], aside + (k - q.z) * (k - q.z));
-          }
-        }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const double d = static_cast<double>(tooth.distance[tooth.at(x, y, z)]);
+    if (std::abs(d) > 1) return;
+    const dvec3 p(x, y, z), g = tooth.gradient(p, kNormalReach);
+    if (glm::length(g) < 0.1) return;
+    const dvec3 normal = glm::normalize(g), q = p - d * normal;
+    if (!wanted(copy.frame.to_world(q), normal)) return;
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(q - reach)), glm::ivec3(0)),
+                     hi = glm::min(glm::ivec3(glm::floor(q + reach)), n - 1);
+    for (int i = lo.x; i <= hi.x; ++i) {
+      for (int j = lo.y; j <= hi.y; ++j) {
+        const double aside = (i - q.x) * (i - q.x) + (j - q.y) * (j - q.y);
+        double* const row = &nearest[tooth.at(i, j, 0)];
+        for (int k = lo.z; k <= hi.z; ++k) row[k] = std::min(row[k], aside + (k - q.z) * (k - q.z));
       }
     }
-  }
+  });
   for (std::size_t i = 0; i < gone.size(); ++i)
     gone[i] = std::max(gone[i], static_cast<float>(depth - h * std::sqrt(nearest[i])));
 }

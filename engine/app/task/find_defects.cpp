@@ -107,17 +107,16 @@ class Makers {
         glm::max(glm::ivec3(glm::floor((glm::min(a, b) - reach / h) / double(kBlock))), glm::ivec3(0));
     const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor((glm::max(a, b) + reach / h) / double(kBlock))), size_ - 1);
     const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / 0.5)));
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z)
-          for (const std::size_t i : blocks_[block({x, y, z})]) {
-            Point& point = points_[i];
-            if (point.solid == fills) continue;
-            bool inside = false;
-            for (int k = 0; k <= steps && !inside; ++k)
-              inside = cutters.distance(cut, static_cast<double>(k) / steps, point.p_W) <= 0;
-            if (inside) point.solid = fills, point.by = &cut;
-          }
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      for (const std::size_t i : blocks_[block({x, y, z})]) {
+        Point& point = points_[i];
+        if (point.solid == fills) continue;
+        bool inside = false;
+        for (int k = 0; k <= steps && !inside; ++k)
+          inside = cutters.distance(cut, static_cast<double>(k) / steps, point.p_W) <= 0;
+        if (inside) point.solid = fills, point.by = &cut;
+      }
+    });
   }
 
   const Preparation& in_;

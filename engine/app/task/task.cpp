@@ -138,15 +138,11 @@ std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& sol
   if (solids.empty()) return result;
   result.resize(copy.field.distance.size());
   const glm::ivec3 n = copy.field.size;
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
-        result[copy.field.at(x, y, z)] =
-            std::any_of(solids.begin(), solids.end(), [&](const auto& solid) { return solid->distance(p_W) <= 0; });
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
+    result[copy.field.at(x, y, z)] =
+        std::any_of(solids.begin(), solids.end(), [&](const auto& solid) { return solid->distance(p_W) <= 0; });
+  });
   return result;
 }
 
