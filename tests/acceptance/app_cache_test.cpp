@@ -67,8 +67,7 @@ TEST_F(Kept, ADamagedShaderCacheIsReplacedAndThePictureIsUnchanged) {
     {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012",
     "spindle_krpm": 300, "parts": ["haptics", "render"]})");
   const auto picture = [&](const std::string& where) {
-    const Ran ran = run(fmt::format("render {} --out {} --size 96x72 --eye left", scene, program / "pictures"), where);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(run(fmt::format("render {} --out {} --size 96x72 --eye left", scene, program / "pictures"), where));
     return read_text(program / "pictures/left.png");
   };
   const std::string first = picture(cache);
@@ -110,9 +109,7 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
   const std::string hand =
       program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,4,4,8,1,0,0,0,1\n0.5,4.5,4,5,1,0,0,0,1\n");
   const auto ticks = [&](const std::string& where) {
-    const Ran ran =
-        run(fmt::format("servo {} --hand {} --out {} --no-timing", scene, hand, program / "ticks.csv"), where);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(run(fmt::format("servo {} --hand {} --out {} --no-timing", scene, hand, program / "ticks.csv"), where));
     return read_text(program / "ticks.csv");
   };
   const std::string none = ticks(program / "hand.csv");  // without a folder nothing is kept
@@ -147,8 +144,7 @@ TEST_F(Kept, AMeshThatOneProgramSampledIsUsedByAnotherProgramOfTheSameSources) {
       program.write("scene.json", R"({"name": "wedge", "tissue": )" + tissue + R"(, "tool": "round_012"})");
   const std::string hand =
       program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,4,4,8,1,0,0,0,1\n0.1,4,4,7.9,1,0,0,0,1\n");
-  const Ran ran = run(fmt::format("servo {} --hand {} --out {}", scene, hand, program / "ticks.csv"), cache);
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run(fmt::format("servo {} --hand {} --out {}", scene, hand, program / "ticks.csv"), cache));
   EXPECT_EQ(files_in(cache), kept);
 }
 
@@ -158,11 +154,9 @@ TEST_F(Kept, ADamagedCacheOfTheMouthIsReplacedAndThePictureIsUnchanged) {
   const std::string shaders =
       fmt::format("env MESA_SHADER_CACHE_DIR={} TYPODONT_CACHE=", std::getenv("XDG_CACHE_HOME"));
   const auto picture = [&](const std::string& where) {
-    const Ran ran =
-        program.run("render root-canal-access --rig closeup --eye left --quality fast --size 160x128 --out " +
-                        (program / "pictures"),
-                    shaders + where);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(program.run("render root-canal-access --rig closeup --eye left --quality fast --size 160x128 --out " +
+                              (program / "pictures"),
+                          shaders + where));
     return read_text(program / "pictures/left.png");
   };
   const auto kept = [&] {

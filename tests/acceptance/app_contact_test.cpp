@@ -24,9 +24,8 @@ class ServoOn : public testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 
   Json servo(const std::string& out, const std::string& hand = "hand.csv") {
-    const Ran ran = folder.run(
-        fmt::format("servo {0}/scene.json --hand {0}/{1} --out {0}/{2} --json", folder.path().string(), hand, out));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(folder.run(
+        fmt::format("servo {0}/scene.json --hand {0}/{1} --out {0}/{2} --json", folder.path().string(), hand, out)));
     return Json::parse(ran.status == 0 ? ran.out : "{}", "out");
   }
   std::vector<ServoTick> ticks(const std::string& hand = "hand.csv") {
@@ -34,8 +33,7 @@ class ServoOn : public testing::Test {
     return session::read_ticks_csv(folder / "t.csv");
   }
   void expect_replayed() {
-    const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
     EXPECT_THAT(ran.out, HasSubstr("\"identical\":true"));
   }
   void stroke(const std::vector<std::array<double, 4>>& rows, int pedal) {
@@ -81,8 +79,7 @@ TEST_F(ServoOn, AContactModelInASharedObjectReplacesThatOfTheScene) {
   stroke({{0, 0, 0, 4.4}, {1, 0, 0, 4.4}}, 0);
   const std::string servo =
       fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string());
-  const Ran ran = folder.run(servo + " --model " TYPODONT_BALL_MODEL);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run(servo + " --model " TYPODONT_BALL_MODEL));
   const ServoTick tick = session::read_ticks_csv(folder / "t.csv").back();
   // 4 mm and 0.6 mm are the radii of the model's ball and of the tool; the scene's sphere is far away.
   EXPECT_NEAR(tick.depth, 0.2e-3, 1e-6);
@@ -110,16 +107,12 @@ TEST_F(MeshSolid, AFileThatIsMissingOrOpenIsNamed) {
   stroke({{0, 0, 0, 3}, {0.1, 0, 0, 3}}, 0);
   folder.write("scene.json", scene_of(R"({"mesh": {"file": "none.stl"}})", R"("tool": "round_012")"));
   const std::string at = folder.path().string();
-  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("none.stl"));
+  expect_exit(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at)), 2, "none.stl");
   std::string open = kCube;
   open.replace(open.find("element face 6"), 14, "element face 5");
   folder.write("open.ply", open);
   folder.write("scene.json", scene_of(R"({"mesh": {"file": "open.ply"}})", R"("tool": "round_012")"));
-  ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("open"));
+  expect_exit(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at)), 2, "open");
 }
 
 using Pieces = ServoOn;

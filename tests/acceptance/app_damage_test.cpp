@@ -129,8 +129,8 @@ TEST_F(Damage, CostsPointsInTheReportOnlyIfTheSceneHasSurroundings) {
         folder.run(fmt::format("servo {0}/{1} --hand {0}/{2} --out {0}/s.h5", folder.path().string(), scene, hand))
             .status,
         0);
-    const test::Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --json", folder.path().string()));
-    EXPECT_EQ(report.status, 0) << report.err;
+    const test::Ran report =
+        expect_ok(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --json", folder.path().string())));
     const Json json = Json::parse(report.out, "report");
     Judged j{json["points"].number(), -1};
     for (const Json& item : json["items"].items()) {

@@ -37,8 +37,7 @@ int brown(const render::Picture& picture) {
 TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheLesionWas) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string out = folder / "demo";
-  const Ran ran = folder.run("demo --fps 1 --size 480x270 --out " + out);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run("demo --fps 1 --size 480x270 --out " + out));
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
   for (int s = 10; s <= 80; s += 10) EXPECT_TRUE(std::filesystem::exists(fmt::format("{}/at_{:03}_s.png", out, s)));
 
@@ -65,8 +64,7 @@ TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheL
   // same work.
   EXPECT_LT(of(removed, Tissue::kEnamel) + of(removed, Tissue::kDentin), 9e-9);
 
-  const Ran replay = folder.run("replay " + out + "/session.h5 --check --json");
-  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  expect_ok(folder.run("replay " + out + "/session.h5 --check --json"));
 
   // The sound is as long as the session. The report contains plots and pictures and loads nothing from the network.
   const double seconds = to_seconds(session.ticks(session.tick_count() - 1, 1).at(0).t);
@@ -90,9 +88,7 @@ TEST(Demo, TheRigOfTheWholeFilmIsFullHdForEachEye) {
 
 TEST(Demo, AnUnwritableFolderIsRefused) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  const Ran ran = folder.run("demo --out /proc/nowhere");
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("/proc/nowhere"));
+  expect_exit(folder.run("demo --out /proc/nowhere"), 2, "/proc/nowhere");
 }
 
 }  // namespace

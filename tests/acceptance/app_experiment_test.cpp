@@ -39,8 +39,7 @@ class ExperimentCommand : public testing::Test {
 TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameFit) {
   const std::string command = "experiment " + folder / "scene.json" +
                               " --question force --observer 12 --lapse 0.02 --seed 4 --json --out " + folder / "t.csv";
-  const Ran ran = folder.run(command + " --page " + folder / "r.html");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(command + " --page " + folder / "r.html"));
   const Json told = Json::parse(ran.out, "experiment");
   EXPECT_LT(told["jnd_percent"]["low"].number(), 12);
   EXPECT_GT(told["jnd_percent"]["high"].number(), 12);
@@ -55,11 +54,10 @@ TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameF
 
 TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsensitiveOneChoosesByChance) {
   const auto fraction = [&](double jnd) {
-    const Ran ran = folder.run(fmt::format(
+    const Ran ran = expect_ok(folder.run(fmt::format(
         "experiment {} --question model --models voxel_penalty offset --trials 20 --observer {} --hand {} --json "
         "--out {}",
-        folder / "scene.json", jnd, folder / "press.csv", folder / "t.csv"));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+        folder / "scene.json", jnd, folder / "press.csv", folder / "t.csv")));
     return Json::parse(ran.out, "experiment");
   };
   const Json keen = fraction(0.01), dull = fraction(1e4);
@@ -74,16 +72,13 @@ TEST_F(ExperimentCommand, AStiffSceneIsComparedFromASmallerReference) {
   std::string scene = read_text(folder / "scene.json");
   scene.insert(1, R"("coupling": {"stiffness_N_per_mm": 60}, )");
   folder.write("stiff.json", scene);
-  const Ran ran = folder.run("experiment " + folder / "stiff.json" + " --observer 12 --out " + folder / "t.csv");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run("experiment " + folder / "stiff.json" + " --observer 12 --out " + folder / "t.csv"));
   EXPECT_NE(read_text(folder / "t.csv").find("\"reference\":5.0"), std::string::npos) << read_text(folder / "t.csv");
 }
 
 TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {
   const auto refused = [&](const std::string& options, const std::string& words) {
-    const Ran ran = folder.run("experiment " + folder / "scene.json" + " --out " + folder / "t.csv " + options);
-    EXPECT_EQ(ran.status, 2) << options;
-    EXPECT_NE(ran.err.find(words), std::string::npos) << options << ": " << ran.err;
+    expect_exit(folder.run("experiment " + folder / "scene.json" + " --out " + folder / "t.csv " + options), 2, words);
     EXPECT_FALSE(std::filesystem::exists(folder / "t.csv")) << options;
   };
   refused("--question taste --observer 5", "--question");
@@ -100,8 +95,8 @@ TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {
 TEST_F(ExperimentCommand, AtATerminalThePersonTypesAndAnInterruptLeavesTheTrialsSoFar) {
   const std::string live = fmt::format("experiment {} --hand script:{} --audio none: --seconds 0.1 --out {}",
                                        folder / "scene.json", folder / "air.csv", folder / "t.csv");
-  const Ran whole = folder.run(live + " --trials 3", "printf '1\\n2\\n1\\n' | env -u DISPLAY -u WAYLAND_DISPLAY");
-  EXPECT_EQ(whole.status, 0) << whole.err;
+  const Ran whole =
+      expect_ok(folder.run(live + " --trials 3", "printf '1\\n2\\n1\\n' | env -u DISPLAY -u WAYLAND_DISPLAY"));
   EXPECT_EQ(trials_in(folder / "t.csv"), 3);
   EXPECT_EQ(whole.err.find("percent"), std::string::npos) << "nothing tells the person what was shown";
   const Ran brief = folder.run(live, "printf '2\\n2\\n' | env -u DISPLAY -u WAYLAND_DISPLAY");

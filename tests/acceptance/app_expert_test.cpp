@@ -37,9 +37,8 @@ double scraped(const std::string& tissue, double press_mm, double reach_mm,
     hand += fmt::format("{},{},0,{},1,0,0,0,0\n", 0.5 + 0.2 * i, (i % 2 ? 1 : -1) * reach_mm, 2.0 - press_mm);
   }
   folder.write("hand.csv", hand);
-  const test::Ran ran = folder.run(
-      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string()));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(folder.run(
+      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string())));
   const Json removed = Json::parse(ran.out, "servo")["removed_mm3"];
   return removed.has(tissue) ? removed[tissue].number() : 0;
 }
@@ -124,12 +123,10 @@ TEST(ExpertHand, TheRecordingOfAnExpertIsReplayedBitForBit) {
       R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]},
       "tool": "cylinder_010", "spindle": "air_turbine", "parts": ["haptics"],
       "task": {"goal": "cut", "ideal": {"remove": [{"box": {"center_mm": [0, 0, 1.3], "size_mm": [2, 1.2, 0.6]}}]}}})");
-  const test::Ran ran =
-      folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5 --json", folder.path().string()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(
+      folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5 --json", folder.path().string())));
   EXPECT_GT(Json::parse(ran.out, "servo")["cuts"].number(), 500);
-  const test::Ran replay = folder.run(fmt::format("replay {}/out.h5 --check", folder.path().string()));
-  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  expect_ok(folder.run(fmt::format("replay {}/out.h5 --check", folder.path().string())));
 }
 
 /// A cup of 16 mm in a block of bone, with voxels of 0.8 mm, as a hip is reamed.

@@ -50,8 +50,7 @@ class FilesOfCommands : public testing::Test {
     return arguments;
   }
   void make_session() const {
-    const Ran ran = run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5 --save {}/tooth.vdb");
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5 --save {}/tooth.vdb"));
   }
   bool half_written() const {
     for (const auto& entry : fs::recursive_directory_iterator(folder.path()))
@@ -127,9 +126,7 @@ TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherTypeOrAcceptsAnUnknownExt
       {"calibrate register --pairs {}/pairs.csv --out {}/x.txt", "a JSON file (.json)"},
       {"calibrate board --out {}/x.txt", "a picture (.png) or a grey picture (.pgm)"}};
   for (const auto& [command, expected] : commands) {
-    const Ran ran = run(command);
-    EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr(expected)) << command;
+    expect_exit(run(command), 2, expected);
   }
   EXPECT_EQ(read_text(folder / "notes.csv"), "{\"precious\": true}");
   EXPECT_EQ(read_text(folder / "notes.html"), "precious");
@@ -150,9 +147,8 @@ TEST_F(FilesOfCommands, OutputIsWrittenIntoDeviceFilesWithoutReplacingThem) {
   const Ran piped = run("servo {}/scene.json --hand {}/hand.csv --out /dev/stdout --no-timing");
   ASSERT_EQ(run("servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --no-timing").status, 0);
   EXPECT_THAT(piped.out, HasSubstr(read_text(folder / "t.csv")));
-  const Ran live = run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record /dev/null");
-  EXPECT_EQ(live.status, 2);
-  EXPECT_THAT(live.err, HasSubstr("/dev/null: found a device"));
+  expect_exit(run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record /dev/null"), 2,
+              "/dev/null: found a device");
 }
 
 TEST_F(FilesOfCommands, SpecialFilesAsInputsAreRefusedImmediately) {
@@ -200,9 +196,7 @@ TEST_F(FilesOfCommands, AFailedWriteToStandardOutputIsAFailure) {
   for (const char* command :
        {"--help", "--version", "devices", "doctor --json", "servo --help", "calibrate register --pairs {}/pairs.csv",
         "servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --json"}) {
-    const Ran ran = run(command, "sh -c '\"$@\" >/dev/full' sh");
-    EXPECT_EQ(ran.status, 1) << command;
-    EXPECT_THAT(ran.err, HasSubstr("error: standard output: ")) << command;
+    expect_exit(run(command, "sh -c '\"$@\" >/dev/full' sh"), 1, "error: standard output: ");
   }
 }
 
@@ -222,9 +216,7 @@ TEST_F(FilesOfCommands, ASessionThatCannotSaveItsTissueSaysSoAtTheStart) {
   for (const char* command :
        {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save /nowhere/x.vdb --record {}/live.h5",
         "servo {}/scene.json --hand {}/hand.csv --out {}/live.h5 --save /nowhere/x.vdb"}) {
-    const Ran ran = run(command);
-    EXPECT_EQ(ran.status, 2) << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr("/nowhere/x.vdb"));
+    expect_exit(run(command), 2, "/nowhere/x.vdb");
     EXPECT_FALSE(fs::exists(folder / "live.h5"));
   }
 }

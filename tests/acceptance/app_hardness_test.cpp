@@ -60,8 +60,7 @@ std::string hand(double depth) {
 struct GradedCaries : testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
   nlohmann::json json_of(const std::string& arguments) const {
-    const test::Ran ran = folder.run(arguments);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const test::Ran ran = expect_ok(folder.run(arguments));
     return nlohmann::json::parse(ran.out, nullptr, false);
   }
 };

@@ -114,8 +114,7 @@ TEST_F(Options, ARigIsGivenByNameOrByFile) {
                                           "tool": "round_012", "rig": "nothing"})");
   refuse("render {}/scene_with_rig.json --out {}/x",
          HasSubstr("scene_with_rig.json: \"rig\": nothing: found no such file"));
-  const Ran ran = run("run {}/scene.json --hand script:{}/hand.csv --audio none: --rig closeup --json");
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run("run {}/scene.json --hand script:{}/hand.csv --audio none: --rig closeup --json"));
 }
 
 TEST_F(Options, BadInputIsNamedWithFilePlaceFoundAndExpectedAndLeavesNoFile) {
@@ -222,8 +221,7 @@ TEST_F(Options, ARunTakesTheMouseByItsNameAndTheExpertAsHand) {
 }
 
 TEST_F(Options, HelpSaysThatTheProgramWithoutArgumentsOpensTheWindow) {
-  const Ran help = run("--help");
-  EXPECT_EQ(help.status, 0);
+  const Ran help = expect_ok(run("--help"));
   EXPECT_THAT(help.out, HasSubstr("Without arguments, typodont opens the operator's window."));
   EXPECT_EQ(run("servo --help").status, 0);
 }
@@ -235,8 +233,7 @@ TEST_F(Options, AFolderWithoutScansIsRefused) {
 
 TEST_F(Options, PicturesHaveTheRequestedSizeAtEveryQuality) {
   for (const char* quality : {"high", "fast"}) {
-    const Ran ran = run(fmt::format("render {{}}/scene.json --out {{}}/x --size 320x200 --quality {}", quality));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(run(fmt::format("render {{}}/scene.json --out {{}}/x --size 320x200 --quality {}", quality)));
     for (const char* eye : {"left.png", "right.png"}) {
       const std::string png = read_text(folder.path() / "x" / eye);
       const auto number = [&](std::size_t at) {
@@ -249,8 +246,7 @@ TEST_F(Options, PicturesHaveTheRequestedSizeAtEveryQuality) {
 }
 
 TEST_F(Options, MagnificationWarnsThatPictureAndHandNoLongerCoincide) {
-  const Ran ran = run("render {}/scene.json --rig closeup --size 64x48 --out {}/p --magnify 4");
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run("render {}/scene.json --rig closeup --size 64x48 --out {}/p --magnify 4"));
   EXPECT_THAT(ran.err, AllOf(HasSubstr("4 times life-size"), HasSubstr("coincide"), HasSubstr("15 mm from the hand")));
   EXPECT_THAT(run("render {}/scene.json --rig closeup --size 64x48 --out {}/p").err, Not(HasSubstr("life-size")));
   refuse("run {}/scene.json --hand script:{}/hand.csv --rig closeup --magnify 4",
@@ -259,8 +255,7 @@ TEST_F(Options, MagnificationWarnsThatPictureAndHandNoLongerCoincide) {
 }
 
 TEST_F(Options, AShippedSceneIsOpenedByItsName) {
-  const Ran ran = run("render tooth-section --rig closeup --quality bare --size 64x48 --out {}/p");
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run("render tooth-section --rig closeup --quality bare --size 64x48 --out {}/p"));
   refuse("render no-such-scene --size 64x48 --out {}/p",
          AllOf(HasSubstr("no such file"), HasSubstr("a scene file, or one of acetabular-reaming, ")));
 }

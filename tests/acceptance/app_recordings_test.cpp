@@ -35,8 +35,7 @@ class Recordings : public testing::Test {
   Recordings() {
     folder.write("scene.json", kScene);
     folder.write("hand.csv", kHand);
-    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at()));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at())));
     std::filesystem::copy_file(file, folder / "good.h5");
   }
   std::string at() const { return folder.path().string(); }
@@ -89,20 +88,17 @@ class Recordings : public testing::Test {
 };
 
 TEST_F(Recordings, TheReplayIsIdenticalToTheRecordingInEveryColumn) {
-  const Ran ran = check();
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(check());
   EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
 }
 
 TEST_F(Recordings, AReplayWithChangedSettingsStatesWhatWasComparedWithWhat) {
   const std::string command = fmt::format("replay {} --with '{{\"friction\": false}}' --check", file.string());
-  const Ran ran = folder.run(command);
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(command));
   EXPECT_THAT(ran.out, HasSubstr("the same hand with the changed settings of --with, compared with the recording:\n"));
   EXPECT_THAT(ran.out, HasSubstr("replayed with its own settings, without those of --with: "));
   EXPECT_THAT(ran.out, HasSubstr("\nwithout --with: identical to the recording\n"));
-  const Ran json = folder.run(command + " --json");
-  ASSERT_EQ(json.status, 0) << json.err;
+  const Ran json = expect_ok(folder.run(command + " --json"));
   const Json both = Json::parse(json.out, "both");
   EXPECT_TRUE(both["replay_without_with"]["identical"].boolean());
   EXPECT_TRUE(both.find("force_N"));
@@ -123,12 +119,9 @@ TEST_F(Recordings, ThatStateAnotherForceLawOrNoneAreNotReplayedButTheirHandIsRun
   for (const auto& [name, law] : {std::pair{"force_law", kForceLaw + 1ull},
                                   std::pair{"force_law", (1ull << 32) + kForceLaw}, std::pair{"servo_laws", 1ull}}) {
     state_law(name, law);
-    const Ran checked = check();
-    EXPECT_EQ(checked.status, 1) << name;
-    EXPECT_THAT(checked.err, HasSubstr(sentence));
+    expect_exit(check(), 1, sentence);
   }
-  const Ran ran = folder.run(fmt::format("replay {}/s.h5 --json", at()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(fmt::format("replay {}/s.h5 --json", at())));
   const Json said = Json::parse(ran.out, "replay");
   EXPECT_FALSE(said["identical"].boolean());
   EXPECT_FALSE(said["same_force_law"].boolean());
@@ -146,9 +139,7 @@ TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   const hsize_t cut = 50, tick = 900;
   const auto expect = [&](const char* path, hsize_t row, double value, const std::string& words) {
     set(path, row, H5T_NATIVE_DOUBLE, &value);
-    const Ran ran = check();
-    EXPECT_EQ(ran.status, 1) << path << ran.out;
-    EXPECT_THAT(ran.err, HasSubstr(words)) << path;
+    expect_exit(check(), 1, words);
   };
   expect("cuts/b_x_m", cut, whole.cuts()[cut].X_WB.p.x + 1e-9, "b_x_m of cut 51");
   expect("cuts/removed_enamel_m3", cut, 0, "removed_enamel_m3 of cut 51");
@@ -173,9 +164,8 @@ TEST_F(Recordings, TimesThatAreCompressedInTheAirDoNotChangeTheScore) {
     H5Dclose(dataset);
   });
   const auto items = [&](const char* session) {
-    const Ran ran =
-        folder.run(fmt::format("report {0}/{1} --verify --json --out {0}/r.html --language en", at(), session));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(
+        folder.run(fmt::format("report {0}/{1} --verify --json --out {0}/r.html --language en", at(), session)));
     std::map<std::string, double> values;
     for (const Json& item : Json::parse(ran.out, "report")["items"].items())
       if (item["value"].is_number()) values[item["name"].string()] = item["value"].number();
@@ -197,9 +187,7 @@ TEST_F(Recordings, AForgedServoRateIsDetected) {
       EXPECT_GE(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &rate), 0);
       H5Aclose(attribute);
     });
-    const Ran ran = check();
-    EXPECT_EQ(ran.status, 1) << rate;
-    EXPECT_THAT(ran.err, HasSubstr("differs")) << rate;
+    expect_exit(check(), 1, "differs");
   }
 }
 
@@ -213,17 +201,14 @@ TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("yes, identical in every column"));
   const double removed = 0;
   set("cuts/removed_enamel_m3", 50, H5T_NATIVE_DOUBLE, &removed);
-  const Ran forged = report("--verify");
-  EXPECT_EQ(forged.status, 1);
-  EXPECT_THAT(forged.err, HasSubstr("the replay differs: removed_enamel_m3 of cut 51"));
+  expect_exit(report("--verify"), 1, "the replay differs: removed_enamel_m3 of cut 51");
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("differs from this recording: removed_enamel_m3 of cut 51"));
 }
 
 TEST_F(Recordings, ATextOfARecordingIsNoFormulaOfASpreadsheetAndNoFolderOfAUserStandsInAReport) {
   std::filesystem::create_directories(folder / "school");
   folder.write("school/=1+1.json", std::string(kScene).replace(9, 6, R"("=1+1")"));
-  const Ran ran = folder.run(fmt::format("servo {0}/school/=1+1.json --hand {0}/hand.csv --out {0}/school/s.h5", at()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run(fmt::format("servo {0}/school/=1+1.json --hand {0}/hand.csv --out {0}/school/s.h5", at())));
   ASSERT_EQ(folder.run(fmt::format("rescore {0}/school --out {0}/t.csv", at())).status, 0);
   EXPECT_THAT(read_text(folder / "t.csv"), AllOf(HasSubstr(",'=1+1,"), Not(HasSubstr(",=1+1"))));
   ASSERT_EQ(folder.run(fmt::format("report {0}/school/s.h5 --out {0}/r.html", at())).status, 0);
@@ -244,9 +229,7 @@ TEST_F(Recordings, CutsInsertedFromAnotherSessionAreDetected) {
     writer.append(own.ticks());
     ASSERT_TRUE(writer.finish(*own.result()));
   }
-  const Ran ran = check();
-  EXPECT_EQ(ran.status, 1);
-  EXPECT_THAT(ran.err, HasSubstr("of cut"));
+  expect_exit(check(), 1, "of cut");
 }
 
 TEST_F(Recordings, EveryCommandExitsWithTwoOnDamagedNumbers) {
@@ -262,25 +245,19 @@ TEST_F(Recordings, EveryCommandExitsWithTwoOnDamagedNumbers) {
          {"report {0}/s.h5 --out {0}/r.html", "replay {0}/s.h5 --check",
           "render {0}/s.h5 --rig closeup --at 1 --out {0}/pictures",
           "run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2"}) {
-      const Ran ran = folder.run(fmt::format(fmt::runtime(command), at()), "timeout 20 env -u DISPLAY");
-      EXPECT_EQ(ran.status, 2) << command << ran.err;
-      EXPECT_THAT(ran.err, HasSubstr("cuts, row 20")) << command;
+      expect_exit(folder.run(fmt::format(fmt::runtime(command), at()), "timeout 20 env -u DISPLAY"), 2, "cuts, row 20");
     }
   }
 }
 
 TEST_F(Recordings, AGapIsReportedAndTheDataBeforeAndAfterItAreShown) {
   leave_out(600, 400);
-  const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at()));
-  EXPECT_EQ(report.status, 0) << report.err;
+  expect_ok(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at())));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("The recording has gaps: 0.599 s to 1.000 s (400 ticks, "));
-  const Ran replay = check();
-  EXPECT_EQ(replay.status, 1);
-  EXPECT_THAT(replay.err, HasSubstr("what follows tick 599 is not checked"));
-  const Ran resumed =
+  expect_exit(check(), 1, "what follows tick 599 is not checked");
+  expect_ok(
       folder.run(fmt::format("run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2", at()),
-                 "env -u DISPLAY -u WAYLAND_DISPLAY");
-  EXPECT_EQ(resumed.status, 0) << resumed.err;
+                 "env -u DISPLAY -u WAYLAND_DISPLAY"));
 }
 
 TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
@@ -291,9 +268,7 @@ TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
   const std::string up = std::filesystem::relative(secret, folder.path()).string();
   for (const std::string& path : {secret, std::string("/etc/passwd"), up, std::string("linked.json")}) {
     set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"paint_file\": \"" + path + "\"}");
-    const Ran replay = check();
-    EXPECT_EQ(replay.status, 2) << path;
-    EXPECT_THAT(replay.err, HasSubstr("a recording that names a file outside its folder")) << path;
+    expect_exit(check(), 2, "a recording that names a file outside its folder");
     const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html", at()));
     EXPECT_THAT(report.err + read_text(folder / "r.html"), Not(HasSubstr("patient"))) << path;
   }
@@ -306,9 +281,8 @@ TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
 TEST_F(Recordings, ARecordingThatResumesFromItselfIsRefused) {
   const std::string scene = kScene;
   set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"resume\": \"s.h5\"}");
-  const Ran ran = folder.run(fmt::format("replay {}/s.h5 --check", at()), "timeout 60");
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("recordings that name each other"));
+  expect_exit(folder.run(fmt::format("replay {}/s.h5 --check", at()), "timeout 60"), 2,
+              "recordings that name each other");
 }
 
 TEST_F(Recordings, AFileSizeLimitEndsTheRecordingButNotTheSession) {

@@ -57,9 +57,8 @@ TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());
   folder.write("hand.csv", slide());
-  const Ran ran = folder.run(
-      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(
+      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string())));
   EXPECT_EQ(Json::parse(ran.out, "out")["faults"].integer(), 0);
   const auto ticks = session::read_ticks_csv(folder / "ticks.csv");
   ASSERT_EQ(ticks.size(), 2001u);
@@ -75,9 +74,8 @@ TEST(ServoCommand, TheSameInputAndTheHandOfItsRecordingGiveTheSameBytes) {
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
   const auto run = [&](const std::string& hand, const char* out) {
-    const Ran ran = folder.run(
-        fmt::format("servo {0}/scene.json --hand {1} --out {0}/{2} --no-timing", folder.path().string(), hand, out));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run(
+        fmt::format("servo {0}/scene.json --hand {1} --out {0}/{2} --no-timing", folder.path().string(), hand, out)));
   };
   run(folder / "hand.json", "a.csv");
   run(folder / "hand.json", "s.h5");
@@ -113,9 +111,8 @@ TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsItsWork)
       folder.write(
           "hand.json",
           R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0]})");
-      const Ran ran =
-          folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string()));
-      ASSERT_EQ(ran.status, 0) << ran.err;
+      expect_ok(
+          folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string())));
       double work = 0, at_first = 0, removed = 0;  // J, mm³
       for (const ServoTick& tick : session::read_ticks_csv(folder / "t.csv")) {
         const double t = to_seconds(tick.t), krpm = tick.spindle / kKrpm;
@@ -148,9 +145,8 @@ TEST(ServoCommand, SavedTissueCanBeUsedAsAScene) {
             0);
   folder.write("again.json", R"({"tissue": {"volume": "after.vdb"}, "tool": {"shape": "sphere", "diameter_mm": 1.2}})");
   folder.write("still.csv", std::string(kHeader) + "0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
-  const Ran ran =
-      folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string()));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(
+      folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string())));
 }
 
 std::string tray_scene() {
@@ -178,8 +174,7 @@ std::string tray_path() {
 /// includes the tools, in the same scene.
 std::vector<ServoTick> ticks_of_replayed_hand(ProgramFolder& folder) {
   const std::string at = folder.path().string();
-  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  Ran ran = expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at)));
   ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
   EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
   EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
@@ -193,8 +188,7 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   folder.write("scene.json", tray_scene());
   folder.write("hand.csv", tray_path());
   const std::string at = folder.path().string();
-  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at)));
   const auto ticks = session::read_ticks_csv(folder / "t.csv");
   ASSERT_EQ(ticks.size(), 1101u);
   EXPECT_EQ(ticks[200].tool, 0u);
@@ -226,8 +220,7 @@ TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
   folder.write("scene.json", grinding_scene("0.2"));
   folder.write("hard.json", grinding_scene("0"));
   for (const char* name : {"scene", "hard"}) {
-    const Ran ran = folder.run(fmt::format("servo {0}/{1}.json --hand {0}/hand.csv --out {0}/{1}.csv", at, name));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run(fmt::format("servo {0}/{1}.json --hand {0}/hand.csv --out {0}/{1}.csv", at, name)));
   }
   const auto worn = session::read_ticks_csv(folder / "scene.csv"), sharp = session::read_ticks_csv(folder / "hard.csv");
   ASSERT_EQ(worn[5000].tool, 1u);
@@ -249,10 +242,9 @@ TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   folder.write("scene.json", tray_scene());
   for (const char* tool : {"flame_012", "3", "-1", "1.5", ""}) {
     folder.write("hand.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n0,0,0,9,1,0,0,0,0,{}\n", tool));
-    const Ran ran =
-        folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string()));
-    EXPECT_EQ(ran.status, 2) << tool;
-    EXPECT_THAT(ran.err, HasSubstr("round_012, cylinder_010, explorer")) << tool;
+    const Ran ran = expect_exit(
+        folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string())), 2,
+        "round_012, cylinder_010, explorer");
     EXPECT_THAT(ran.err, HasSubstr("line 2, column tool")) << tool;
   }
 }
@@ -267,13 +259,11 @@ TEST_P(LiveSessionWith, AScriptedHandIsRecordedAndReplaysBitForBit) {
     // On a busy machine, the carver thread gets little processor time and makes few cuts in a second. The test then
     // repeats the session with four times its duration.
     press(folder, 1.0, seconds);
-    const Ran live = folder.run(
+    const Ran live = expect_ok(folder.run(
         fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
-        "env -u DISPLAY -u WAYLAND_DISPLAY timeout 240");
-    ASSERT_EQ(live.status, 0) << live.err;
+        "env -u DISPLAY -u WAYLAND_DISPLAY timeout 240"));
     cuts = Json::parse(live.out, "out")["cuts"].integer();
-    const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
-    EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+    expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
   }
   EXPECT_GT(cuts, 50);
 }
@@ -289,8 +279,7 @@ TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
       fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()), SIGTERM,
       [&] { return recording.has_grown(); });
   EXPECT_EQ(live.status, 0) << live.err;
-  const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
   const Json json = Json::parse(ran.out, "out");
   EXPECT_GT(json["ticks"].integer(), 0);
   EXPECT_FALSE(json["truncated"].boolean());
@@ -303,10 +292,9 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion)
       "scene.json",
       R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [7,6,15], "radius_mm": 5}}}]},
     "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
-  const Ran live =
+  const Ran live = expect_ok(
       folder.run(fmt::format("run {0}/scene.json --seconds 4 --record {0}/s.h5 --json", folder.path().string()),
-                 "xvfb-run -a timeout 120");
-  ASSERT_EQ(live.status, 0) << live.err;
+                 "xvfb-run -a timeout 120"));
   const Json json = Json::parse(live.out, "out");
   EXPECT_GT(json["ticks"].integer(), 2000);
   EXPECT_GE(json["frames"].integer(), 1);
@@ -324,8 +312,7 @@ TEST(RunCommand, AScenesOwnWindowIsUsedUnlessTheUserNamesARig) {
     "tool": "round_012", "rig": "hip", "parts": ["haptics", "render"]})");
   const std::string run = fmt::format("run {}/scene.json --seconds 1 --explain", folder.path().string());
   const auto said = [&](const std::string& options) {
-    const Ran live = folder.run(run + options, "xvfb-run -a timeout 120");
-    EXPECT_EQ(live.status, 0) << live.err;
+    const Ran live = expect_ok(folder.run(run + options, "xvfb-run -a timeout 120"));
     return live.out + live.err;
   };
   EXPECT_THAT(said(""), testing::HasSubstr("rigs/hip_window.json"));
@@ -361,10 +348,9 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
   std::int64_t samples = 0, dropped = 0, frames = 0;
   for (int seconds = 4; seconds <= 64 && (samples <= 100 || dropped <= 5 || frames <= 20); seconds *= 4) {
     // On a busy machine, a frame can take a second. The test then repeats the session with four times its duration.
-    const Ran live = folder.run(
+    const Ran live = expect_ok(folder.run(
         fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds {1} --json", folder.path().string(), seconds),
-        "xvfb-run -a timeout 240");
-    ASSERT_EQ(live.status, 0) << live.err;
+        "xvfb-run -a timeout 240"));
     const Json json = Json::parse(live.out, "out");
     samples = json["head_tracker"]["samples"].integer();
     dropped = json["head_tracker"]["dropped"].integer();
@@ -379,10 +365,9 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
 TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
-  const Ran ran = folder.run(fmt::format("run {0}/scene.json", folder.path().string()),
-                             "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20");
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("--hand"));
+  expect_exit(folder.run(fmt::format("run {0}/scene.json", folder.path().string()),
+                         "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20"),
+              2, "--hand");
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ namespace typodont {
 namespace {
 
 using namespace test;
-using testing::HasSubstr;
 
 /// A ball as a tooth with gum around its lower half.
 class SoftGum : public testing::Test {
@@ -55,9 +54,8 @@ class SoftGum : public testing::Test {
                                         row(5, 1.5, 0));
   }
   std::vector<ServoTick> ticks(const std::string& scene, double depth, double pedal) const {
-    const Ran ran = folder.run(
-        fmt::format("servo {} --hand {} --out {} --no-timing", scene, path(depth, pedal), folder / "ticks.csv"));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run(
+        fmt::format("servo {} --hand {} --out {} --no-timing", scene, path(depth, pedal), folder / "ticks.csv")));
     return session::read_ticks_csv(folder / "ticks.csv");
   }
   ProgramFolder folder{TYPODONT_PROGRAM};
@@ -120,8 +118,8 @@ TEST_F(SoftGum, IsFeltByAProbeAndLeavesTheServoOfARigidGumAlone) {
 
 TEST_F(SoftGum, ReplaysARecordedSessionBitForBit) {
   for (const double pedal : {0.0, 1.0}) {
-    Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.6, pedal), folder / "session.h5"));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    Ran ran = expect_ok(
+        folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.6, pedal), folder / "session.h5")));
     ran = folder.run(fmt::format("replay {} --check", folder / "session.h5"));
     EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
   }
@@ -178,8 +176,7 @@ TEST_F(SoftGum, OfALiveSessionReachesEveryPictureOnTheServosTape) {
 }
 
 TEST_F(SoftGum, ARecordingShowsTheDentAndTheWoundAtAnyTimeForwardAndBackward) {
-  Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5"));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run(fmt::format("servo {} --hand {} --out {}", soft, path(0.8, 1), folder / "session.h5")));
   SessionPlayer player(std::filesystem::path(folder / "session.h5"));
   const SurroundingsShape shape(*player.scene().surroundings);
   const Surroundings& around = player.world().surroundings();
@@ -201,9 +198,8 @@ TEST_F(SoftGum, NamesMistakesInTheScene) {
   for (const auto& [key, expected] : {std::pair(R"({"modulus": 1})", "modulus"),
                                       std::pair(R"({"return_s": 0})", "return_s"), std::pair(R"(3)", "soft")}) {
     const std::string file = scene("wrong", fmt::format(R"(, "soft": {})", key));
-    const Ran ran = folder.run(fmt::format("servo {} --hand {} --out {}", file, path(0.1, 0), folder / "t.csv"));
-    EXPECT_EQ(ran.status, 2) << key;
-    EXPECT_THAT(ran.err, HasSubstr(expected));
+    expect_exit(folder.run(fmt::format("servo {} --hand {} --out {}", file, path(0.1, 0), folder / "t.csv")), 2,
+                expected);
   }
 }
 

@@ -19,6 +19,7 @@
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/task.h"
 #include "engine/surface/mesh_export.h"
 #include "tests/support/program.h"
@@ -164,28 +165,20 @@ void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, b
   std::uniform_real_distribution<double> fraction(0, 1);
   const double radius = (0.25e-3 + 0.45e-3 * fraction(dice)) / after.frame.voxel;
   std::vector<glm::ivec3> places;  // positions slightly below the perfect surface, or above it where there was tissue
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = after.field.at(x, y, z);
-        const float wanted = ideal.field.distance[i];
-        if (lose ? wanted < -1 && wanted > -4 : wanted > 1 && wanted < 4 && before.field.distance[i] < -1)
-          places.push_back({x, y, z});
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t i = after.field.at(x, y, z);
+    const float wanted = ideal.field.distance[i];
+    if (lose ? wanted < -1 && wanted > -4 : wanted > 1 && wanted < 4 && before.field.distance[i] < -1)
+      places.push_back({x, y, z});
+  });
   ASSERT_FALSE(places.empty());
   const glm::ivec3 c = places[static_cast<std::size_t>(fraction(dice) * static_cast<double>(places.size() - 1))];
-  for (int x = 0; x < n.x; ++x) {
-    for (int y = 0; y < n.y; ++y) {
-      for (int z = 0; z < n.z; ++z) {
-        const std::size_t i = after.field.at(x, y, z);
-        const auto ball = static_cast<float>(glm::length(dvec3(x, y, z) - dvec3(c)) - radius);
-        float& d = after.field.distance[i];
-        d = lose ? std::max(d, -ball) : std::min(d, std::max(ball, before.field.distance[i]));
-      }
-    }
-  }
+  for_each_voxel(n, [&](int x, int y, int z) {
+    const std::size_t i = after.field.at(x, y, z);
+    const auto ball = static_cast<float>(glm::length(dvec3(x, y, z) - dvec3(c)) - radius);
+    float& d = after.field.distance[i];
+    d = lose ? std::max(d, -ball) : std::min(d, std::max(ball, before.field.distance[i]));
+  });
 }
 
 /// Returns the height (m) of the highest tissue in every column of voxels along z; a value below all tissue if the
@@ -299,9 +292,8 @@ TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) 
   ASSERT_NE(tool, std::string::npos);
   const auto picture = [&](const std::string& name, const std::string& scene, const std::string& quality) {
     folder.write(name + ".json", scene);
-    const test::Ran ran = folder.run("render " + (folder / (name + ".json")) +
-                                     " --rig window --size 240x135 --quality " + quality + " --out " + (folder / name));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run("render " + (folder / (name + ".json")) + " --rig window --size 240x135 --quality " + quality +
+                         " --out " + (folder / name)));
     return test::read_text(folder / (name + "/left.png"));
   };
   // The mouth is omitted, because its light takes many seconds to compute.
@@ -327,9 +319,8 @@ TEST(ShippedScenes, TheRubberDamAndItsClampAreDrawn) {
   };
   const auto picture = [&](const std::string& scene) {
     folder.write("scene.json", scene);
-    const test::Ran ran = folder.run("render " + (folder / "scene.json") +
-                                     " --rig closeup --eye left --quality bare --size 160x128 --out " + (folder / "p"));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run("render " + (folder / "scene.json") +
+                         " --rig closeup --eye left --quality bare --size 160x128 --out " + (folder / "p")));
     return test::read_text(folder / "p/left.png");
   };
   // The dam is drawn without cheek and tongue, because their light takes seconds to compute.
@@ -463,11 +454,10 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
             0);
   folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
   const auto percent_of = [&](const std::string& hand) {
-    const test::Ran servo =
-        folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5"));
-    EXPECT_EQ(servo.status, 0) << servo.err;
-    const test::Ran report = folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"));
-    EXPECT_EQ(report.status, 0) << report.err;
+    expect_ok(
+        folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5")));
+    const test::Ran report =
+        expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html")));
     EXPECT_EQ(report.err.find("volumes in the file alone"), std::string::npos) << report.err;
     const Json json = Json::parse(report.out, "report");
     return 100 * json["points"].number() / json["full"].number();
@@ -481,9 +471,8 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
       R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4, -3, 2], "lower_right": [4, -3, 2],
       "upper_left": [-4, 3, 2]}, "pixels": [160, 120], "layout": "mono"}, "head": {"eye_center_mm": [0, 0, 300]}})");
   const auto picture = [&](const std::string& name, const std::string& arguments) {
-    const test::Ran ran = folder.run("render " + (folder / "s.h5") + " --rig " + (folder / "above.json") +
-                                     " --eye left --quality fast --out " + (folder / name) + " " + arguments);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run("render " + (folder / "s.h5") + " --rig " + (folder / "above.json") +
+                         " --eye left --quality fast --out " + (folder / name) + " " + arguments));
     return test::read_text(folder / (name + "/left.png"));
   };
   const std::string begin = picture("begin", "--at 0"), end = picture("end", "--at 4");

@@ -149,21 +149,19 @@ TEST(PlayClock, SeeksLoopsAndRunsBackwards) {
 
 TEST_F(UndoSession, ItsHandIsReplayedWithAnotherContactModelAndFilmedBesideTheOriginal) {
   run(scene, "session.h5", {});
-  const test::Ran same = folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string()));
-  ASSERT_EQ(same.status, 0) << same.err;
-  const test::Ran other = folder.run(fmt::format(
+  const test::Ran same =
+      expect_ok(folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string())));
+  const test::Ran other = expect_ok(folder.run(fmt::format(
       "replay {0}/session.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 0.5}}}}' --out {0}/soft.h5 --json",
-      folder.path().string()));
-  ASSERT_EQ(other.status, 0) << other.err;
+      folder.path().string())));
   const Json a = Json::parse(same.out, "same"), b = Json::parse(other.out, "other");
   EXPECT_LT(a["force_N"]["off_rms"].number(), 0.1 * b["force_N"]["off_rms"].number());
   EXPECT_LT(b["force_N"]["max"].number(), 0.8 * b["force_N"]["max_before"].number());
   EXPECT_TRUE(replay_session(session::SessionReader(folder.path() / "soft.h5")).identical);
   if (!session::find_ffmpeg()) return;
-  const test::Ran film = folder.run(fmt::format(
+  const test::Ran film = expect_ok(folder.run(fmt::format(
       "replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
-      folder.path().string()));
-  ASSERT_EQ(film.status, 0) << film.err;
+      folder.path().string())));
   EXPECT_EQ(Json::parse(film.out, "film")["frames"].number(), 4);
   EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
 }

@@ -38,9 +38,8 @@ class BenchCommands : public testing::Test {
 
 TEST_F(BenchCommands, ThePlanStatesThePositionOfEveryPartAndTheSizeOfTheWorkspace) {
   const Ran ran =
-      run("rig plan --screen-mm 531 299 --mirror-deg 0 --picture-deg 20 --gaze-deg 52 --eye-mm 520 "
-          "--glass-mm 150 --arm touch --json");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+      expect_ok(run("rig plan --screen-mm 531 299 --mirror-deg 0 --picture-deg 20 --gaze-deg 52 --eye-mm 520 "
+                    "--glass-mm 150 --arm touch --json"));
   const Json plan = Json::parse(ran.out, "plan");
   EXPECT_TRUE(plan["fits"].boolean());
   const dvec3 eye = plan["eye_center_mm"].vec3();
@@ -144,8 +143,8 @@ void expect_pose(const Json& json, const Pose& truth, double mm, double rad) {
 
 TEST_F(BenchCommands, RobotWorldFindsTrackerAndMarker) {
   folder.write("poses.csv", kPoseColumns + poses(marker_seen));
-  const Ran ran = run("calibrate robot-world --poses " + folder / "poses.csv" + " --out " + folder / "rw.json");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran =
+      expect_ok(run("calibrate robot-world --poses " + folder / "poses.csv" + " --out " + folder / "rw.json"));
   EXPECT_THAT(ran.out, AllOf(HasSubstr("X_SM"), HasSubstr("X_HK"), HasSubstr("24 rows used")));
   const Json json = Json::load(folder / "rw.json");
   expect_pose(json["X_SM"], kX, 1, 2e-3);
@@ -159,14 +158,12 @@ TEST_F(BenchCommands, RobotWorldFindsTrackerAndMarker) {
 
 TEST_F(BenchCommands, HandEyeFindsTheCameraOnTheStylusFromPosesAndFromMotions) {
   folder.write("poses.csv", kPoseColumns + poses(target_seen));
-  const Ran ran = run("calibrate hand-eye --json --poses " + folder / "poses.csv");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run("calibrate hand-eye --json --poses " + folder / "poses.csv"));
   const Json json = Json::parse(ran.out, "out");
   expect_pose(json["X_SK"], kX, 3, 2e-3);
   expect_pose(json["X_HM"], kZ, 3, 2e-3);
   folder.write("motions.csv", kPoseColumns + poses([](const Pose& motion) { return inverse(kX) * motion * kX; }));
-  const Ran motions = run("calibrate hand-eye --motions --json --poses " + folder / "motions.csv");
-  ASSERT_EQ(motions.status, 0) << motions.err;
+  const Ran motions = expect_ok(run("calibrate hand-eye --motions --json --poses " + folder / "motions.csv"));
   expect_pose(Json::parse(motions.out, "out")["X_SK"], kX, 1, 2e-3);
   EXPECT_FALSE(Json::parse(motions.out, "out").has("X_HM"));
 }
@@ -215,8 +212,7 @@ TEST_F(BenchCommands, MetresUnderMillimetreNamesAreRefusedAndMetreNamesAreRead) 
   folder.write("mm.csv", mm_names + mm), folder.write("m.csv", m_names + m);
   folder.write("wrong.csv", mm_names + m), folder.write("other.csv", m_names + mm);
   const auto X = [&](const char* file) {
-    const Ran ran = run(std::string("calibrate register --json --pairs ") + (folder / file));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(run(std::string("calibrate register --json --pairs ") + (folder / file)));
     return Json::parse(ran.out, file)["X_DH"]["translation_mm"].vec3();
   };
   EXPECT_LT(glm::length(X("mm.csv") - kZ.p * 1e3), 1e-6);

@@ -20,8 +20,7 @@ class BenchProgram : public testing::TestWithParam<std::string> {};
 
 TEST_P(BenchProgram, EndsWellWithFiniteResultsForATinyWorkload) {
   const ProgramFolder folder(fmt::format("{}/{}", TYPODONT_BENCH_FOLDER, GetParam()));
-  const Ran ran = folder.run("--smoke");
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run("--smoke"));
   EXPECT_NE(ran.out.find("iterations:1"), std::string::npos) << "no case ran";
 }
 

@@ -87,8 +87,7 @@ class GuidedBench : public testing::Test {
 TEST_F(GuidedBench, TouchesByHandAndPedalGiveTheSameResultAsTheSameTouchesFromAFile) {
   std::vector<dvec3> touches;
   const BenchState expected = by_file(touches);
-  const Ran ran = guide(fmt::format("--hand script:{} --fast </dev/null", script(touches)));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(guide(fmt::format("--hand script:{} --fast </dev/null", script(touches))));
   EXPECT_EQ(kept(), touches.size());
   const BenchState live = RigFile::load(folder.path() / "rig.json").bench();
   EXPECT_GT(glm::length(live.rig.X_WH.p - bench.rig.X_WH.p), 1e-5) << "the step changed nothing";
@@ -103,14 +102,11 @@ TEST_F(GuidedBench, TouchesByHandAndPedalGiveTheSameResultAsTheSameTouchesFromAF
 TEST_F(GuidedBench, AnInterruptedCaptureKeepsItsTouchesAndCanBeContinued) {
   std::vector<dvec3> touches;
   const BenchState expected = by_file(touches);
-  const Ran first =
-      guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin(), touches.begin() + 70})));
-  EXPECT_EQ(first.status, 1);
-  EXPECT_THAT(first.err, HasSubstr("70 of 120 touches are kept"));
+  expect_exit(guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin(), touches.begin() + 70}))),
+              1, "70 of 120 touches are kept");
   EXPECT_EQ(kept(), 70u);
-  const Ran second =
-      guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
-  EXPECT_EQ(second.status, 0) << second.err;
+  const Ran second = expect_ok(
+      guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()}))));
   EXPECT_THAT(second.err, HasSubstr("continuing after 70 touches"));
   EXPECT_LT(glm::length(RigFile::load(folder.path() / "rig.json").bench().rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
 }
@@ -130,8 +126,7 @@ TEST_F(GuidedBench, EnterTakesATouchAndUUndoesIt) {
   folder.write("keys.sh",
                "cd $(dirname $0)\nuntil grep -q 'touch 2:' .stdout; do echo; sleep 0.2; done\necho u; echo q\n");
   const std::string keys = fmt::format("sh {} |", folder / "keys.sh");
-  const Ran ran = guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys);
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys));
   EXPECT_THAT(ran.out, HasSubstr("the last touch is undone"));
   const std::size_t taken = ran.out.find("touch 3:") == std::string::npos ? 2 : 3;
   ASSERT_EQ(kept(), taken - 1);
@@ -140,10 +135,9 @@ TEST_F(GuidedBench, EnterTakesATouchAndUUndoesIt) {
 }
 
 TEST_F(GuidedBench, TheArmStepRefusesAHandWithoutJointAngles) {
-  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null",
-                                         folder / "rig.json", script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03)))));
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("joint angles"));
+  expect_exit(folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null",
+                                     folder / "rig.json", script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03))))),
+              2, "joint angles");
 }
 
 TEST_F(GuidedBench, AVerificationThatFailsEndsWithStatusOne) {
@@ -156,21 +150,17 @@ TEST_F(GuidedBench, AVerificationThatFailsEndsWithStatusOne) {
     touches.push_back(simulator.touch(seen + dvec3(0, 0, 5e-3), bench.arm).p_H);
     guide.add({touches.back(), std::nullopt});
   }
-  const Ran ran =
-      folder.run(fmt::format("calibrate guide verify --rig {} --fast --no-window --hand script:{} </dev/null",
-                             folder / "rig.json", script(touches)));
-  EXPECT_EQ(ran.status, 1) << ran.out;
-  EXPECT_THAT(ran.err, HasSubstr("verify: "));
+  expect_exit(folder.run(fmt::format("calibrate guide verify --rig {} --fast --no-window --hand script:{} </dev/null",
+                                     folder / "rig.json", script(touches))),
+              1, "verify: ");
 }
 
 TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
   const std::string marks = "\"10 20 30\\n60 20 30\\n10 70 35\\n\"", moved = "\"10 20 31\\n60 20 31\\n10 70 36\\n\"";
-  const Ran first =
-      folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
-  EXPECT_EQ(first.status, 0) << first.err;
-  const Ran same =
-      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
-  EXPECT_EQ(same.status, 0) << same.err;
+  expect_ok(folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"),
+                       fmt::format("printf {} |", marks)));
+  const Ran same = expect_ok(
+      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks)));
   EXPECT_THAT(same.out, HasSubstr("no drift"));
   const Ran later =
       folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", moved));
@@ -180,9 +170,8 @@ TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
 
 TEST_F(GuidedBench, CompletedStepsAreSkippedAndAnyStepCanBeSkipped) {
   // Arm, screen, mirror and eyes are already solved. The user skips `register` and stops at `verify`.
-  const Ran ran =
-      folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(
+      folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |"));
   EXPECT_THAT(ran.out, HasSubstr("== arm: done, skipped"));
   EXPECT_THAT(ran.out, HasSubstr("== eyes: done, skipped"));
   EXPECT_THAT(ran.out, HasSubstr("== register\n"));
@@ -220,8 +209,7 @@ TEST_F(GuidedBench, AnOutlierTouchIsMarkedOnScreenUntilTheNextTouch) {
 TEST_F(GuidedBench, TheEyesStepReportsTheUsersOffsetOnRequest) {
   std::vector<dvec3> touches;
   (void)by_file(touches);
-  const Ran ran = folder.run(fmt::format("calibrate eyes --rig {} --user-offset", folder / "file.json"));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(fmt::format("calibrate eyes --rig {} --user-offset", folder / "file.json")));
   EXPECT_THAT(ran.out, HasSubstr("this user feels"));
   EXPECT_THAT(test::read_text(folder / "file.json"), HasSubstr("user_offset_mm"));
 }
@@ -253,9 +241,8 @@ TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   Captures captures;
   const auto stored = [&] { return test::read_text(folder / "rig.json").find("delay_ms") != std::string::npos; };
   for (int attempt = 0; attempt < 5 && !stored(); ++attempt) {
-    const Ran ran = folder.run(fmt::format("calibrate delay --rig {} --hand script:{} --with script:{} --seconds 8",
-                                           folder / "rig.json", a, b));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(folder.run(fmt::format(
+        "calibrate delay --rig {} --hand script:{} --with script:{} --seconds 8", folder / "rig.json", a, b)));
     EXPECT_THAT(ran.out, HasSubstr("to and fro"));
     captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
     EXPECT_GT(captures.delay_a.t.size(), 1000u);
@@ -264,8 +251,7 @@ TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   ASSERT_TRUE(stored());
   // The program must state the delay of the samples that it stored. (property/calibration_delay_test.cpp compares the
   // estimate with the true delay.)
-  const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
-  ASSERT_EQ(again.status, 0) << again.err;
+  const Ran again = expect_ok(folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json")));
   EXPECT_NEAR(Json::parse(again.out, "delay")["delay_ms"].number(),
               1e3 * estimate_delay(captures.delay_a, captures.delay_b).delay, 1e-9);
   const Ran still = folder.run(fmt::format(

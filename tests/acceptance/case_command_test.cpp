@@ -143,8 +143,7 @@ TEST_F(CaseCommand, AWrongFamilyToothSeedOrDifficultyIsNamedAndLeavesNoFile) {
 }
 
 TEST_F(CaseCommand, TheListNamesEachFamilyWithItsTeethAndParameters) {
-  const Ran listed = run("--list");
-  EXPECT_EQ(listed.status, 0);
+  const Ran listed = expect_ok(run("--list"));
   EXPECT_THAT(listed.out, HasSubstr("class-1: Class I cavity; teeth U4"));
   EXPECT_THAT(listed.out, HasSubstr("access-molar"));
   EXPECT_THAT(listed.out, HasSubstr("pulp_left_mm"));
@@ -161,8 +160,7 @@ struct NextCommand : CaseCommand {
 TEST_F(NextCommand, ANewTraineeBeginsWithAnEasyCaseWithinTheTeachersLimits) {
   const std::string limits =
       folder.write("limits.json", R"({"families": ["access-front"], "min_difficulty": 0.2, "max_difficulty": 0.6})");
-  const Ran chosen = next("--json --limits " + limits + " --out " + (folder / "case.json"));
-  ASSERT_EQ(chosen.status, 0) << chosen.err;
+  const Ran chosen = expect_ok(next("--json --limits " + limits + " --out " + (folder / "case.json")));
   const Json json = Json::parse(chosen.out, "stdout");
   EXPECT_EQ(json["family"].string(), "access-front");
   EXPECT_EQ(json["difficulty"].number(), 0.2);
@@ -185,8 +183,7 @@ TEST_F(NextCommand, ItEstimatesMasteryFromRecordingsAndLeavesOutDamagedOnes) {
       0);
   folder.write("sessions/Anna/2026-01-02_10-00-00_broken.h5", read_text(recording).substr(0, 3000));
   folder.write("sessions/Anna/2026-01-03_10-00-00_noise.h5", "no session");
-  const Ran chosen = next("--json");
-  ASSERT_EQ(chosen.status, 0) << chosen.err;
+  const Ran chosen = expect_ok(next("--json"));
   EXPECT_THAT(chosen.err, HasSubstr("left out: " + (folder / "sessions/Anna/2026-01-03_10-00-00_noise.h5")));
   const Json json = Json::parse(chosen.out, "stdout");
   EXPECT_EQ(json["sessions"].integer(), 1);
@@ -202,9 +199,7 @@ TEST_F(NextCommand, ItEstimatesMasteryFromRecordingsAndLeavesOutDamagedOnes) {
 
 TEST_F(NextCommand, WrongLimitsAreNamed) {
   const auto fails = [&](const std::string& limits, const std::string& word) {
-    const Ran failed = next("--limits " + folder.write("limits.json", limits));
-    EXPECT_EQ(failed.status, 2) << limits;
-    EXPECT_THAT(failed.err, HasSubstr(word)) << limits;
+    expect_exit(next("--limits " + folder.write("limits.json", limits)), 2, word);
   };
   fails(R"({"families": ["class-9"]})", "class-9");
   fails(R"({"families": []})", "at least one family");

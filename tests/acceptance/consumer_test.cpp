@@ -19,9 +19,7 @@ class Installed : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new test::ProgramFolder(TYPODONT_CMAKE);
-    const test::Ran ran =
-        folder_->run(fmt::format("--install {} --prefix {} --component development", TYPODONT_BUILD, prefix()));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder_->run(fmt::format("--install {} --prefix {} --component development", TYPODONT_BUILD, prefix())));
   }
   static void TearDownTestSuite() { delete folder_; }
 
@@ -54,12 +52,9 @@ const char* const kNoOthers =
 const std::string kNothingElse = fmt::format("{} -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON", kNoOthers);
 
 TEST_F(Installed, AProgramThatLinksOnlyHapticsComputesForceAndRemovalOnABallCorrectly) {
-  const test::Ran configured = configure("consumer", "haptics", kNothingElse);
-  ASSERT_EQ(configured.status, 0) << configured.err;
-  const test::Ran made = make("consumer", "consumer");
-  ASSERT_EQ(made.status, 0) << made.out;
-  const test::Ran ran = test::ProgramFolder(build("consumer/consumer")).run("");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(configure("consumer", "haptics", kNothingElse));
+  expect_ok(make("consumer", "consumer"));
+  const test::Ran ran = expect_ok(test::ProgramFolder(build("consumer/consumer")).run(""));
   struct Value {
     double found = NAN, expected = NAN;
   };
@@ -79,10 +74,8 @@ TEST_F(Installed, AProgramThatLinksOnlyHapticsComputesForceAndRemovalOnABallCorr
 
 TEST_F(Installed, EveryHeaderCompilesWithoutWarningsAndTheLibrariesLinkIntoASharedLibrary) {
   const std::string strict = "-DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror' -DCMAKE_SHARED_LINKER_FLAGS=-Wl,-z,text";
-  const test::Ran configured = configure("everything", "haptics;devices;import;audio;calibration", strict);
-  ASSERT_EQ(configured.status, 0) << configured.err;
-  const test::Ran made = make("everything", "everything");
-  EXPECT_EQ(made.status, 0) << made.out;
+  expect_ok(configure("everything", "haptics;devices;import;audio;calibration", strict));
+  expect_ok(make("everything", "everything"));
 }
 
 TEST_F(Installed, NoCompilerFlagOfThisTreeIsExported) {
@@ -101,9 +94,8 @@ TEST_F(Installed, AMissingComponentIsReportedByName) {
 
 TEST(HapticsAlone, ConfiguresWithoutThePackagesOfTheOtherModules) {
   const test::ProgramFolder folder(TYPODONT_CMAKE);
-  const test::Ran ran =
-      folder.run(fmt::format("-G Ninja -S . -B {} -DTYPODONT_LIBRARIES=haptics {}", folder / "build", kNoOthers));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(
+      folder.run(fmt::format("-G Ninja -S . -B {} -DTYPODONT_LIBRARIES=haptics {}", folder / "build", kNoOthers)));
 }
 
 }  // namespace

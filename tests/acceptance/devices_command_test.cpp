@@ -24,9 +24,8 @@ TEST(Devices, DevicesOfVendorLibrariesAreListedWithModelSerialForceLimitAndPermi
   folder.write("vendor/config/Default Device.config", "");
   const std::string libraries = std::filesystem::path(TYPODONT_STANDIN_HD).parent_path().string() + ":" +
                                 std::filesystem::path(TYPODONT_STANDIN_DHD).parent_path().string();
-  const Ran ran =
-      folder.run("devices --json", fmt::format("env GTDD_HOME={} LD_LIBRARY_PATH={}", folder / "vendor", libraries));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(
+      folder.run("devices --json", fmt::format("env GTDD_HOME={} LD_LIBRARY_PATH={}", folder / "vendor", libraries)));
   std::map<std::string, std::pair<std::string, double>> found;
   const Json all = Json::parse(ran.out, "devices");
   for (const Json& device : all["devices"].items()) {

@@ -32,9 +32,8 @@ class Doors : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new test::ProgramFolder(TYPODONT_PROGRAM);
-    const test::Ran ran =
-        sh(fmt::format("{} --install {} --prefix {} --component library", TYPODONT_CMAKE, TYPODONT_BUILD, prefix()));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(
+        sh(fmt::format("{} --install {} --prefix {} --component library", TYPODONT_CMAKE, TYPODONT_BUILD, prefix())));
   }
   static void TearDownTestSuite() { delete folder_; }
 
@@ -48,9 +47,8 @@ class Doors : public testing::Test {
     const std::string name = fs::path(source).stem();
     const std::string flags = fmt::format("$(PKG_CONFIG_PATH={}/{}/pkgconfig pkg-config --cflags --libs typodont)",
                                           prefix(), TYPODONT_LIBDIR);
-    const test::Ran ran = sh(fmt::format("{} -std=gnu11 -Wall -Wextra -Wpedantic -Werror -O1 -o {} {} {} -pthread",
-                                         TYPODONT_CC, *folder_ / name, source, flags));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(sh(fmt::format("{} -std=gnu11 -Wall -Wextra -Wpedantic -Werror -O1 -o {} {} {} -pthread", TYPODONT_CC,
+                             *folder_ / name, source, flags)));
     return fmt::format("env LD_LIBRARY_PATH={}/{} {}", prefix(), TYPODONT_LIBDIR, *folder_ / name);
   }
 
@@ -82,8 +80,7 @@ void expect_drilled(const std::string& said) {
 }
 
 TEST_F(Doors, TheProgramOnThePageAboutCDrillsABall) {
-  const test::Ran ran = sh(compile(folder_->write("drill.c", program_of("c.md", "c"))));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(sh(compile(folder_->write("drill.c", program_of("c.md", "c")))));
   expect_drilled(ran.out);
 }
 
@@ -96,35 +93,31 @@ TEST_F(Doors, TicksThroughTheCInterfaceEqualThoseOfTheProgramBitForBit) {
                       "stiffness_N_per_m": [2000, 2000, 400], "push_N": [0, 0, -0.5]})");
   for (const auto& [scene, moves] : {std::pair(ball, path), std::pair(ball, hand), std::pair(spheres, hand)}) {
     const std::string session = *folder_ / "program.h5", recorded = *folder_ / "c.h5";
-    const test::Ran ran = program(fmt::format("servo {} --hand {} --rate 2000 --out {} --json", scene, moves, session));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    const test::Ran ran =
+        expect_ok(program(fmt::format("servo {} --hand {} --rate 2000 --out {} --json", scene, moves, session)));
     const auto summary = nlohmann::json::parse(ran.out);
-    const test::Ran same = sh(fmt::format("{} {} {} 2000 {} {}", compile("tests/acceptance/doors/same_bits.c"), scene,
-                                          moves, session, recorded));
-    ASSERT_EQ(same.status, 0) << same.err;
+    const test::Ran same = expect_ok(sh(fmt::format(
+        "{} {} {} 2000 {} {}", compile("tests/acceptance/doors/same_bits.c"), scene, moves, session, recorded)));
     EXPECT_NE(same.out.find("field " + summary["field_hash"].get<std::string>()), std::string::npos) << same.out;
     EXPECT_GT(summary["cuts"].get<int>(), 100);
-    const test::Ran replayed = program(fmt::format("replay {} --check --json", recorded));
-    EXPECT_EQ(replayed.status, 0) << replayed.err;
+    const test::Ran replayed = expect_ok(program(fmt::format("replay {} --check --json", recorded)));
     EXPECT_TRUE(nlohmann::json::parse(replayed.out)["identical"].get<bool>());
   }
 }
 
 TEST_F(Doors, WhateverAHostDoesWrongIsAnErrorAndNoCrash) {
-  const test::Ran ran = sh(compile("tests/acceptance/doors/hostile.c"));
-  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+  expect_ok(sh(compile("tests/acceptance/doors/hostile.c")));
 }
 
 TEST_F(Doors, RandomCallsOnThreeThreadsGiveDocumentedResultsAndNoCrash) {
   const std::string host = compile("tests/acceptance/doors/random_host.c");
-  const test::Ran ran = sh(fmt::format("cd {} && {} 1 2000", folder_->path().string(), host));
-  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+  expect_ok(sh(fmt::format("cd {} && {} 1 2000", folder_->path().string(), host)));
 }
 
 TEST_F(Doors, AServoOnAThreadOfItsOwnIsReplayedBitForBitWithItsUndoneStrokes) {
   const std::string scene = folder_->write("ball.json", kBall), session = *folder_ / "two_threads.h5";
-  const test::Ran ran = sh(fmt::format("{} {} {}", compile("tests/acceptance/doors/two_threads.c"), scene, session));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran =
+      expect_ok(sh(fmt::format("{} {} {}", compile("tests/acceptance/doors/two_threads.c"), scene, session)));
   double by_ticks = 0, by_volumes = 0;
   int ticks = 0, edits = 0, parts = 0;
   ASSERT_EQ(std::sscanf(ran.out.c_str(), "%d ticks, %d edits, %d parts, removed %lf mm3 by ticks, %lf", &ticks, &edits,
@@ -136,8 +129,7 @@ TEST_F(Doors, AServoOnAThreadOfItsOwnIsReplayedBitForBitWithItsUndoneStrokes) {
   EXPECT_GT(parts, 10);
   EXPECT_GT(by_ticks, 0.05);
   EXPECT_NEAR(by_ticks, by_volumes, 1e-6 + 1e-4 * by_volumes);
-  const test::Ran replayed = program(fmt::format("replay {} --check --json", session));
-  EXPECT_EQ(replayed.status, 0) << replayed.err << replayed.out;
+  expect_ok(program(fmt::format("replay {} --check --json", session)));
 }
 
 TEST_F(Doors, AReaderOfTheStreamReceivesALiveSessionUntilItsEnd) {
@@ -182,17 +174,14 @@ TEST_F(Doors, RescoredSessionsHaveTheScoresOfTheirReportsAndOfOtherRulesWhereThe
                     other = folder_->write("strict.json", strict), hand = folder_->write("hand.csv", kPath);
   fs::create_directories(folder_->path() / "school/ada");
   for (const char* name : {"school/first.h5", "school/ada/second.h5"}) {
-    const test::Ran ran = program(fmt::format("servo {} --hand {} --out {}", scene, hand, *folder_ / name));
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(program(fmt::format("servo {} --hand {} --out {}", scene, hand, *folder_ / name)));
   }
   folder_->write("school/broken.h5", "no session");
   const test::Ran report =
-      program(fmt::format("report {} --out {} --json", *folder_ / "school/first.h5", *folder_ / "r.html"));
-  ASSERT_EQ(report.status, 0) << report.err;
+      expect_ok(program(fmt::format("report {} --out {} --json", *folder_ / "school/first.h5", *folder_ / "r.html")));
   const double points = nlohmann::json::parse(report.out)["points"];
-  const test::Ran ran =
-      program(fmt::format("rescore {} --jobs 2 --out {} --json", *folder_ / "school", *folder_ / "scores.csv"));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(
+      program(fmt::format("rescore {} --jobs 2 --out {} --json", *folder_ / "school", *folder_ / "scores.csv")));
   const auto rows = nlohmann::json::parse(ran.out);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0]["points"], points);
@@ -200,8 +189,8 @@ TEST_F(Doors, RescoredSessionsHaveTheScoresOfTheirReportsAndOfOtherRulesWhereThe
   EXPECT_EQ(rows[2]["points"], points);
   EXPECT_GT(points, 0);
   EXPECT_EQ(test::read_text(*folder_ / "scores.csv").find("session,date,"), 0u);
-  const test::Ran anew = program(fmt::format("rescore {} --rules {} --json", *folder_ / "school/first.h5", other));
-  ASSERT_EQ(anew.status, 0) << anew.err;
+  const test::Ran anew =
+      expect_ok(program(fmt::format("rescore {} --rules {} --json", *folder_ / "school/first.h5", other)));
   EXPECT_LT(nlohmann::json::parse(anew.out)["points"].get<double>(), points);
 }
 
@@ -210,9 +199,8 @@ TEST_F(Doors, TheHeadersPassACppCompilersWarnings) {
       folder_->write("all.cpp",
                      "#include <typodont.h>\n#include <typodont_calibration.h>\n#include "
                      "<typodont_sound.h>\nint main() { return typodont_version() == nullptr; }\n");
-  const test::Ran ran = sh(fmt::format("{} -std=c++11 -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I{}/include {}",
-                                       TYPODONT_COMPILER, prefix(), source));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  expect_ok(sh(fmt::format("{} -std=c++11 -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I{}/include {}",
+                           TYPODONT_COMPILER, prefix(), source)));
 }
 
 /// Lines of a list.
@@ -224,8 +212,7 @@ std::set<std::string> lines_of(const std::string& text) {
 }
 
 TEST_F(Doors, NothingOfTheLastReleasesBinaryInterfaceChanged) {
-  const test::Ran ran = sh(fmt::format("{} tests/acceptance/doors/abi.py {}", TYPODONT_PYTHON, prefix()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(sh(fmt::format("{} tests/acceptance/doors/abi.py {}", TYPODONT_PYTHON, prefix())));
   const std::set<std::string> now = lines_of(ran.out);
   std::size_t lists = 0;
   for (const auto& entry : fs::directory_iterator("engine/bindings/c/abi")) {
@@ -241,24 +228,20 @@ TEST_F(Doors, NothingOfTheLastReleasesBinaryInterfaceChanged) {
 TEST_F(Doors, CSharpDrillsTheSameBallAndIsToldOfABadPose) {
   if (!*TYPODONT_MCS) GTEST_SKIP() << "no C# compiler: apt install mono-mcs mono-runtime";
   const std::string exe = *folder_ / "drill.exe";
-  const test::Ran made =
+  expect_ok(
       sh(fmt::format("{} -warnaserror -out:{} engine/bindings/csharp/Typodont.cs "
                      "tests/acceptance/doors/Drill.cs",
-                     TYPODONT_MCS, exe));
-  ASSERT_EQ(made.status, 0) << made.out << made.err;
-  const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, exe));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+                     TYPODONT_MCS, exe)));
+  const test::Ran ran = expect_ok(sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, exe)));
   expect_drilled(ran.out);
   EXPECT_NE(ran.out.find("undone True"), std::string::npos) << ran.out;
   EXPECT_NE(ran.out.find("refused: a pose"), std::string::npos) << ran.out;
 
   const std::string page = folder_->write("Page.cs", program_of("engines.md", "csharp"));
-  const test::Ran page_made =
-      sh(fmt::format("{} -out:{} engine/bindings/csharp/Typodont.cs {}", TYPODONT_MCS, *folder_ / "page.exe", page));
-  ASSERT_EQ(page_made.status, 0) << page_made.out << page_made.err;
+  expect_ok(
+      sh(fmt::format("{} -out:{} engine/bindings/csharp/Typodont.cs {}", TYPODONT_MCS, *folder_ / "page.exe", page)));
   const test::Ran page_ran =
-      sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, *folder_ / "page.exe"));
-  EXPECT_EQ(page_ran.status, 0) << page_ran.err;
+      expect_ok(sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, *folder_ / "page.exe")));
   EXPECT_NE(page_ran.out.find("bricks of surface"), std::string::npos) << page_ran.out;
 }
 
@@ -268,14 +251,12 @@ TEST_F(Doors, TheUnitySampleDrillsABallAndChangesItsBricksOverDeclarationsOfUnit
   const std::string exe = *folder_ / "unity.exe",
                     scene = folder_->write("motor_ball.json", R"({"tissue": {"voxel_mm": 0.1,
       "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300})");
-  const test::Ran made =
+  expect_ok(
       sh(fmt::format("{} -warnaserror -define:UNITY_5_3_OR_NEWER -out:{} engine/bindings/csharp/Typodont.cs "
                      "engine/bindings/csharp/TypodontTooth.cs tests/acceptance/doors/UnityDeclarations.cs "
                      "tests/acceptance/doors/UnityHost.cs",
-                     TYPODONT_MCS, exe));
-  ASSERT_EQ(made.status, 0) << made.out << made.err;
-  const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {} {}", prefix(), TYPODONT_LIBDIR, exe, scene));
-  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+                     TYPODONT_MCS, exe)));
+  expect_ok(sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {} {}", prefix(), TYPODONT_LIBDIR, exe, scene)));
 }
 
 TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
@@ -287,14 +268,12 @@ TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
   };
   const std::string library = fmt::format("{}/{}", prefix(), TYPODONT_LIBDIR);
   fs::copy("engine/bindings/godot/project", project, fs::copy_options::recursive);
-  const test::Ran made = sh(fmt::format(
+  expect_ok(sh(fmt::format(
       "{0} -std=gnu11 -Wall -Wextra -Werror -Wno-missing-field-initializers -O1 -shared -fPIC -fvisibility=hidden "
       "-o {1}/libtypodont_godot.so engine/bindings/godot/typodont_godot.c "
       "$(PKG_CONFIG_PATH={2}/{3}/pkgconfig pkg-config --cflags --libs typodont) -pthread",
-      TYPODONT_CC, project, prefix(), TYPODONT_LIBDIR));
-  ASSERT_EQ(made.status, 0) << made.err;
-  const test::Ran ran = shown(library, "");
-  ASSERT_EQ(ran.status, 0) << ran.out << ran.err;
+      TYPODONT_CC, project, prefix(), TYPODONT_LIBDIR)));
+  const test::Ran ran = expect_ok(shown(library, ""));
   const std::size_t first = ran.out.find("0.496 s: ");
   ASSERT_NE(first, std::string::npos) << ran.out << ran.err;
   expect_drilled(ran.out.substr(first));
@@ -307,21 +286,17 @@ TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
   folder_->write("godot/page.tscn",
                  "[gd_scene load_steps=2 format=2]\n[ext_resource path=\"res://page.gd\" type=\"Script\" id=1]\n"
                  "[node name=\"Page\" type=\"Spatial\"]\nscript = ExtResource( 1 )\n");
-  const test::Ran page = shown(library, "page.tscn");
-  ASSERT_EQ(page.status, 0) << page.out << page.err;
+  const test::Ran page = expect_ok(shown(library, "page.tscn"));
   EXPECT_TRUE(std::regex_search(page.out, std::regex("[1-9]\\d* bricks changed"))) << page.out << page.err;
 
-  const test::Ran none = shown("/nowhere", "");
-  EXPECT_EQ(none.status, 1) << "a library that is missing must end the program";
-  EXPECT_NE(none.err.find("libtypodont.so that it needs, was not loaded"), std::string::npos) << none.err;
+  expect_exit(shown("/nowhere", ""), 1, "libtypodont.so that it needs, was not loaded");
 }
 
 /// Thread-local variables that a real-time thread uses must exist before the thread begins. So they lie in the static
 /// block of each thread, in which the C library reserves 512 bytes for libraries that are loaded late (setting
 /// rtld.optional_static_tls of glibc). Godot and Python load this library in this way.
 TEST_F(Doors, TheThreadLocalVariablesOfTheLibraryFitInTheReserveForLibrariesLoadedLate) {
-  const test::Ran ran = sh(fmt::format("readelf -lW {}/{}/libtypodont.so", prefix(), TYPODONT_LIBDIR));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(sh(fmt::format("readelf -lW {}/{}/libtypodont.so", prefix(), TYPODONT_LIBDIR)));
   std::smatch found;  // the columns of a segment: type, offset, two addresses, size in the file, size in memory
   ASSERT_TRUE(std::regex_search(ran.out, found, std::regex("TLS +0x\\w+ 0x\\w+ 0x\\w+ 0x\\w+ 0x(\\w+)"))) << ran.out;
   EXPECT_LT(std::stoul(found[1], nullptr, 16), 512u) << ran.out;
@@ -336,16 +311,13 @@ TEST_F(Doors, ThePythonPackageFromItsWheelKeepsItsPromises) {
                  << "apt install python3-setuptools python3-wheel python3-pip python3-cffi python3-numpy "
                     "python3-pandas python3-distributed python3-h5py python3-matplotlib";
   const std::string wheels = *folder_ / "wheels", env = *folder_ / "env", source = *folder_ / "source";
-  const test::Ran made = sh(fmt::format(
+  expect_ok(sh(fmt::format(
       "cp -r engine/bindings/python {2} && env TYPODONT_PREFIX={0} {1} -m pip wheel --no-build-isolation --no-deps "
       "--no-index -q -w {3} {2} && {1} -m pip install --no-deps "
       "--no-index -q --target {4} {3}/*.whl",
-      prefix(), TYPODONT_PYTHON, source, wheels, env));
-  ASSERT_EQ(made.status, 0) << made.out << made.err;
-  const test::Ran ran =
-      sh(fmt::format("env -u TYPODONT_PREFIX PYTHONPATH={} {} tests/acceptance/doors/python_test.py {}", env,
-                     TYPODONT_PYTHON, TYPODONT_PROGRAM));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+      prefix(), TYPODONT_PYTHON, source, wheels, env)));
+  expect_ok(sh(fmt::format("env -u TYPODONT_PREFIX PYTHONPATH={} {} tests/acceptance/doors/python_test.py {}", env,
+                           TYPODONT_PYTHON, TYPODONT_PROGRAM)));
 
   for (const char* page : {"python.md", "sweep.md"}) {
     const std::string program = folder_->write("page.py", program_of(page, "python"));

@@ -67,8 +67,7 @@ TEST_F(FuseCommand, FusesFromFourClicksAndWritesNothingForInputThatGivesNoPose) 
   }
   expect_refused(fuse(scan, folder_.write("wrong.csv", text)), "crowns.stl: fine registration: ");
 
-  const Ran good = fuse(scan, pairs, "--voxel-mm 0.2 --json");
-  ASSERT_EQ(good.status, 0) << good.err;
+  const Ran good = expect_ok(fuse(scan, pairs, "--voxel-mm 0.2 --json"));
   const auto report = nlohmann::json::parse(good.out);
   EXPECT_LT(report.at("registration").at("predicted_error_mm"), 0.03);
   EXPECT_LT(report.at("registration").at("residual_median_mm"), 0.03);

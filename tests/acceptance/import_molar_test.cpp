@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
 #include <string>
@@ -12,32 +11,31 @@
 #include "haptics/import/import.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/dicom_files.h"
-#include "tests/support/folder.h"
 #include "tests/support/import_phantom.h"
+#include "tests/support/program.h"
 
 namespace typodont::haptics {
 namespace {
 
+using test::Ran;
 using test::scratch;
 using testing::HasSubstr;
 
-struct Ran {
-  int status;
-  std::string out, err;
-};
+Ran program(const std::string& arguments) {
+  const int status = std::system(
+      fmt::format(TYPODONT_PROGRAM " {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
+          .c_str());
+  return {WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err")), arguments};
+}
 
 Ran run(const std::string& arguments) {
-  const int status = std::system(
-      fmt::format(TYPODONT_PROGRAM " import {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
-          .c_str());
-  return {WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err"))};
+  return program("import " + arguments);
 }
 
 TEST(ImportCommand, TheImportedMolarHasTheRightAnatomy) {
   const auto out = scratch("molar.vdb");
-  const Ran ran = run(fmt::format("assets/teeth/molar.nhdr --preset tooth --out {} --preview {} --json", out.string(),
-                                  scratch("slices").string()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run(fmt::format("assets/teeth/molar.nhdr --preset tooth --out {} --preview {} --json",
+                                            out.string(), scratch("slices").string())));
   const Json report = Json::parse(ran.out, "report");
   EXPECT_NEAR(report["height_mm"].number(), 21, 1);
   EXPECT_LT(report["crown_false_dentin_share"].number(), 0.02);
@@ -89,9 +87,8 @@ TEST(ImportCommand, TheImportedMolarHasTheRightAnatomy) {
 
 TEST(ImportCommand, StoresTheHardnessFromGreyValuesInTheVolume) {
   const auto out = scratch("graded.vdb");
-  const Ran ran =
-      run(fmt::format("assets/teeth/molar.nhdr --hardness-greys 400,830 --voxel-mm 0.3 --out {} --json", out.string()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run(
+      fmt::format("assets/teeth/molar.nhdr --hardness-greys 400,830 --voxel-mm 0.3 --out {} --json", out.string())));
   const Json mean = Json::parse(ran.out, "report")["mean_hardness"];
   const TissueVolume volume = TissueVolume::load(out);
   EXPECT_TRUE(volume.graded());
@@ -105,8 +102,7 @@ TEST(ImportCommand, StoresTheHardnessFromGreyValuesInTheVolume) {
 
 TEST(ImportCommand, ColoursEveryVoxelByItsGreyValue) {
   const auto out = scratch("coloured.vdb");
-  const Ran ran = run("assets/teeth/molar.nhdr --color-greys 500,1300 --voxel-mm 0.3 --out " + out.string());
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run("assets/teeth/molar.nhdr --color-greys 500,1300 --voxel-mm 0.3 --out " + out.string()));
   const TissueVolume volume = TissueVolume::load(out);
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -148,9 +144,8 @@ TEST(ImportCommand, OneOfSeveralSeriesIsImportedWithItsLabelsAndWithoutThePatien
   const Ran asked = run(fmt::format("{} --out {}", folder.string(), out.string()));
   EXPECT_EQ(asked.status, 2);
   EXPECT_THAT(asked.err, testing::AllOf(HasSubstr("2 series"), HasSubstr("--series N")));
-  const Ran ran = run(fmt::format("{} --series 2 --turn x180 --out {} --labels {} --json", folder.string(),
-                                  out.string(), labels.string()));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run(fmt::format("{} --series 2 --turn x180 --out {} --labels {} --json", folder.string(),
+                                            out.string(), labels.string())));
   const Json report = Json::parse(ran.out, "report");
   EXPECT_EQ(report["input"].string(), "DICOM");
   EXPECT_EQ(report["labels"].string(), labels.string());
@@ -168,24 +163,15 @@ TEST(ImportCommand, AMeshIsImportedAndScanOptionsAreRefusedForIt) {
   for (int i = 0; i < 8; ++i) cube += fmt::format("{} {} {}\n", i & 1 ? 6 : 0, i & 2 ? 6 : 0, i & 4 ? 8 : 0);
   test::write(scratch("cube.ply"), cube + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n");
   const std::string mesh = scratch("cube.ply").string(), out = scratch("cube.vdb").string();
-  const Ran ran = run(fmt::format("{} --preset bone --voxel-mm 0.2 --out {} --json", mesh, out));
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run(fmt::format("{} --preset bone --voxel-mm 0.2 --out {} --json", mesh, out)));
   EXPECT_NEAR(Json::parse(ran.out, "report")["volume_mm3"]["total"].number(), 6 * 6 * 8, 3);
   for (const char* option : {"--series 1", "--spacing-mm 1", "--hounsfield 0", "--nan-as 0", "--thresholds 1"}) {
-    const Ran refused = run(fmt::format("{} {} --out {}", mesh, option, out));
-    EXPECT_EQ(refused.status, 2) << option;
-    EXPECT_THAT(refused.err, HasSubstr("a scan")) << option;
+    expect_exit(run(fmt::format("{} {} --out {}", mesh, option, out)), 2, "a scan");
   }
 }
 
 TEST(ImportCommand, ResultsAreWrittenAsVolumesAndMeshesAtTheirPlaceInTheScan) {
   const std::string scan = "assets/teeth/molar.nhdr", scene = scratch("molar_scene.json").string();
-  const auto program = [](const std::string& arguments) {
-    const int status = std::system(
-        fmt::format(TYPODONT_PROGRAM " {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
-            .c_str());
-    return Ran{WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err"))};
-  };
   const auto report_of = [&](const std::string& arguments) {
     const Ran ran = program(arguments + " --json");
     EXPECT_EQ(ran.status, 0) << arguments << ran.err;
@@ -217,9 +203,7 @@ TEST(ImportCommand, ResultsAreWrittenAsVolumesAndMeshesAtTheirPlaceInTheScan) {
     expect_at_place(report_of(fmt::format("import {} --voxel-mm 0.3 {} --out {}", mesh, metres ? "--unit-mm 1000" : "",
                                           scratch("again.vdb").string())));
   }
-  const Ran nothing = program("volume " + scene);
-  EXPECT_EQ(nothing.status, 2);
-  EXPECT_THAT(nothing.err, HasSubstr("--labels FILE, --distances FILE or both"));
+  expect_exit(program("volume " + scene), 2, "--labels FILE, --distances FILE or both");
   const Ran wrong = program(fmt::format("volume {} --distances {}", scene, scratch("wrong.dcm").string()));
   EXPECT_EQ(wrong.status, 2);
   EXPECT_FALSE(std::filesystem::exists(scratch("wrong.dcm")));
@@ -228,9 +212,7 @@ TEST(ImportCommand, ResultsAreWrittenAsVolumesAndMeshesAtTheirPlaceInTheScan) {
 TEST(ImportCommand, BadInputExitsWithTwoAndWritesNothing) {
   const std::string out = scratch("never.vdb").string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
-    const Ran ran = run(arguments);
-    EXPECT_EQ(ran.status, 2) << arguments;
-    EXPECT_THAT(ran.err, HasSubstr(message));
+    const Ran ran = expect_exit(run(arguments), 2, message);
     EXPECT_EQ(ran.out, "");
     EXPECT_FALSE(std::filesystem::exists(out));
   };

@@ -44,8 +44,7 @@ TEST_F(ImportMouth, TheBiteScanPlacesTheUpperJawAndTheSceneContainsBoth) {
   const std::string upper = stl("upper.stl", moved(upper_jaw(), X_KW_));
   const Pose X_BW{dvec3(-0.3, 0.4, -0.2) * kMillimetre, glm::angleAxis(0.01, dvec3(0, 0, 1))};
   const std::string bite = stl("bite.stl", moved(bite_scan(), X_BW));
-  const Ran ran = import(lower_ + " " + upper, "--bite " + bite);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(import(lower_ + " " + upper, "--bite " + bite));
   const auto report = nlohmann::json::parse(ran.out);
   const auto& X = report.at("scans").at(1).at("X_WK");
   const auto p = X.at("translation_mm").get<std::vector<double>>();
@@ -79,8 +78,7 @@ TEST_F(ImportMouth, TheBiteScanPlacesTheUpperJawAndTheSceneContainsBoth) {
 TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMovedAway) {
   const std::string upper = stl("upper.stl", upper_jaw());
   const auto height = [&](const std::string& more) {
-    const Ran ran = import(lower_ + " " + upper, more);
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const Ran ran = expect_ok(import(lower_ + " " + upper, more));
     const auto bounds = nlohmann::json::parse(ran.out).at("bounds_mm");
     return bounds.at(1).at(2).get<double>() - bounds.at(0).at(2).get<double>();
   };
@@ -95,8 +93,7 @@ TEST_F(ImportMouth, TooSmallVoxelsAreRefusedBeforeTheFirstMeshIsFilled) {
 }
 
 TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
-  const Ran ran = import(lower_ + " " + stl("upper.stl", upper_jaw()), "--open-mm 8");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(import(lower_ + " " + stl("upper.stl", upper_jaw()), "--open-mm 8"));
   // The shank lies between the jaws and points towards -y. The head begins 3 mm above the highest point of the lower
   // jaw and rises into the opposing crown, first without and then with the pedal.
   const dvec3 top = dvec3(6.8, 6, 20.2);
@@ -105,9 +102,7 @@ TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
   };
   folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n" + row(0, 3, 0) + row(0.2, 3, 0) + row(1.2, 8, 0) +
                                 row(1.5, 8, 0) + row(1.6, 8, 1) + row(4, 9.5, 1));
-  const Ran felt =
-      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "t.csv"));
-  ASSERT_EQ(felt.status, 0) << felt.err;
+  expect_ok(folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "t.csv")));
   std::istringstream ticks(test::read_text(folder_ / "t.csv"));
   std::string line, cell;
   std::vector<std::string> names;
@@ -135,12 +130,10 @@ TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
   EXPECT_LT(deepest, -0.3) << "the opposing jaw pushes the hand downwards";
   EXPECT_GT(removed, 0.01);
   // The report counts the cut as damage.
-  const Ran recorded =
-      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "session.h5"));
-  ASSERT_EQ(recorded.status, 0) << recorded.err;
+  expect_ok(
+      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "session.h5")));
   const Ran scored =
-      folder_.run(fmt::format("report {} --json --out {}", folder_ / "session.h5", folder_ / "report.html"));
-  ASSERT_EQ(scored.status, 0) << scored.err;
+      expect_ok(folder_.run(fmt::format("report {} --json --out {}", folder_ / "session.h5", folder_ / "report.html")));
   double damage = 0;
   const auto score = nlohmann::json::parse(scored.out);
   for (const auto& item : score.at("items")) {
@@ -158,9 +151,7 @@ TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {
 }
 
 TEST_F(ImportMouth, AnExerciseWhoseNameIsNotUtf8IsRefusedBecauseItCannotNameItsVolume) {
-  const Ran ran = folder_.run("import " + lower_ + " --preset arch --out " + (folder_ / "z\xe4hne.json"));
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr("not UTF-8"));
+  expect_exit(folder_.run("import " + lower_ + " --preset arch --out " + (folder_ / "z\xe4hne.json")), 2, "not UTF-8");
 }
 
 TEST_F(ImportMouth, WhatTheBiteScanDoesNotConfirmIsRefused) {

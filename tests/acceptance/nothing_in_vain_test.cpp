@@ -69,9 +69,9 @@ class Work : public testing::Test {
   /// All that it says of a session.
   Json all_of(const std::string& what, double seconds, const std::string& more = "") {
     const char* audio = more.find("--audio") == std::string::npos ? "--audio none:" : "";
-    const test::Ran ran = folder.run(fmt::format("run {} --hand script:{} --pedal none {} --seconds {} --json {}", what,
-                                                 folder / "hand.csv", audio, seconds, more));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    const test::Ran ran =
+        expect_ok(folder.run(fmt::format("run {} --hand script:{} --pedal none {} --seconds {} --json {}", what,
+                                         folder / "hand.csv", audio, seconds, more)));
     said = ran.err;
     return Json::parse(ran.out, "run");
   }

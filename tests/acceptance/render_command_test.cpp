@@ -42,9 +42,8 @@ struct RenderCommand : testing::Test {
 
   Json render(const std::string& rig, const std::string& more = "") {
     folder.write("rig.json", rig);
-    const Ran ran =
-        folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(
+        folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more)));
     return Json::load(folder / "out/frame.json");
   }
   static std::string desk(std::string layout) {
@@ -143,8 +142,7 @@ TEST_F(RenderCommand, TissueOutsideThePictureIsReported) {
   std::string scene = kScene;
   const std::string center = "\"center_mm\": [1, 2, 3]";
   folder.write("far.json", scene.replace(scene.find(center), center.size(), "\"center_mm\": [90, 2, 3]"));
-  const Ran ran = folder.run(fmt::format("render {0}/far.json --rig {0}/rig.json --out {0}/out", f));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(folder.run(fmt::format("render {0}/far.json --rig {0}/rig.json --out {0}/out", f)));
   EXPECT_THAT(ran.err, HasSubstr("the tissue, around (90.0, 2.0, 3.0) mm, lies outside the picture"));
   EXPECT_FALSE(Json::load(folder / "out/frame.json")["shows_tissue"].boolean());
 }
@@ -287,9 +285,8 @@ TEST_F(RenderCommand, AHandpieceIsDrawnAsTheSceneSaysAndAMistakeIsRefused) {
   std::string scene = kScene;
   scene.insert(1, R"("handpieces": {"shown": "yes"}, )");
   folder.write("scene.json", scene);
-  const Ran ran = folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out", f));
-  EXPECT_EQ(ran.status, 2);
-  EXPECT_THAT(ran.err, HasSubstr(R"("handpieces.shown": found "yes", expected "open", "solid" or "none")"));
+  expect_exit(folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out", f)), 2,
+              R"("handpieces.shown": found "yes", expected "open", "solid" or "none")");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <array>
 #include <sstream>
 
+#include "engine/base/voxels.h"
 #include "engine/session/page/model_colors.h"
 #include "engine/session/recorder.h"
 #include "engine/session/report.h"
@@ -67,8 +68,7 @@ class ReportInABrowser : public testing::Test {
 };
 
 TEST_F(ReportInABrowser, TheScriptDrawsTheResultWithoutConsoleErrors) {
-  const typodont::test::Ran ran = browse("--dump-dom");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const typodont::test::Ran ran = expect_ok(browse("--dump-dom"));
   EXPECT_THAT(ran.out, HasSubstr("data-drawn=\"difference\""));
   EXPECT_THAT(ran.out, Not(HasSubstr("id=\"viewer\" hidden")));
   EXPECT_THAT(ran.out, HasSubstr("data-mode=\"difference\" aria-pressed=\"true\""));
@@ -98,10 +98,9 @@ ResultModel box(const glm::vec3& half, TissueAt tissue_at) {
     }
   model.labels.frame = {dvec3(-half), 0.2e-3};
   model.labels.size = glm::ivec3(2.0f * half / 0.2e-3f + 1.5f);
-  for (int x = 0; x < model.labels.size.x; ++x)
-    for (int y = 0; y < model.labels.size.y; ++y)
-      for (int z = 0; z < model.labels.size.z; ++z)
-        model.labels.tissue.push_back(tissue_at(model.labels.frame.to_world(dvec3(x, y, z))));
+  for_each_voxel(model.labels.size, [&](int x, int y, int z) {
+    model.labels.tissue.push_back(tissue_at(model.labels.frame.to_world(dvec3(x, y, z))));
+  });
   return model;
 }
 
@@ -169,10 +168,9 @@ TEST_F(ReportInABrowser, IsUsableWithScreenReaderKeyboardLargeTextPhoneAndPaper)
     options_.expert = summarize(session);
     const std::string page = browser_.write("read.html", report_html(session, options_));
     const typodont::test::ProgramFolder python("/usr/bin/python3");
-    const typodont::test::Ran ran = python.run(
+    const typodont::test::Ran ran = expect_ok(python.run(
         fmt::format("{} {} {} {}", TYPODONT_PAGE_CHECK, TYPODONT_BROWSER, page, tag_of(language).substr(0, 2)),
-        "timeout 280");
-    EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+        "timeout 280"));
     EXPECT_THAT(ran.out, HasSubstr("looked at"));
   }
 }

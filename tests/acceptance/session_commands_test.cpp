@@ -1,7 +1,6 @@
 // Tests `typodont report` and `typodont doctor` through the command line, and a film that the real encoder writes.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/session/film.h"
 #include "engine/session/recorder.h"
+#include "tests/support/program.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -18,16 +18,12 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
-
-struct Ran {
-  int status;
-  std::string out, err;
-};
+using typodont::test::Ran;
 
 Ran run(const TemporaryFolder& folder, const std::string& command) {
   const int status =
       std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path().string(), folder.path().string()).c_str());
-  return {WEXITSTATUS(status), read_text(folder / "out"), read_text(folder / "err")};
+  return {WEXITSTATUS(status), read_text(folder / "out"), read_text(folder / "err"), command};
 }
 
 void record(const std::filesystem::path& file) {
@@ -41,9 +37,9 @@ void record(const std::filesystem::path& file) {
 TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   TemporaryFolder folder;
   record(folder / "s.h5");
-  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json",
-                                          folder.path().string()));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran =
+      expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json",
+                                        folder.path().string())));
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(json["ticks"].integer(), 2500);
   EXPECT_FALSE(json["truncated"].boolean());
@@ -62,9 +58,7 @@ TEST(ReportCommand, BadInputExitsWithTwoAndFoundAndExpectedAndWritesNoPage) {
   record(folder / "s.h5");
   const std::string f = folder.path().string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
-    const Ran ran = run(folder, TYPODONT_PROGRAM " report " + arguments);
-    EXPECT_EQ(ran.status, 2) << arguments;
-    EXPECT_THAT(ran.err, HasSubstr(message));
+    const Ran ran = expect_exit(run(folder, TYPODONT_PROGRAM " report " + arguments), 2, message);
     EXPECT_EQ(ran.out, "");
   };
   expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f),
@@ -87,15 +81,14 @@ TEST(ReportCommand, AFolderGivesTheLearningCurveOfItsSessions) {
   record(folder / "sessions/b.h5");
   std::ofstream(folder / "sessions/c.h5") << "not a session";
   const std::string f = folder.path().string();
-  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/sessions --out {0}/r.html --json", f));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran =
+      expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/sessions --out {0}/r.html --json", f)));
   EXPECT_EQ(Json::parse(ran.out, "out")["sessions"].items().size(), 2u);
   EXPECT_THAT(ran.err, HasSubstr("left out: "));
   EXPECT_THAT(ran.err, HasSubstr("c.h5: found no intact HDF5 file"));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("b.h5"));
-  const Ran none = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/empty --out {0}/none.html", f));
-  EXPECT_EQ(none.status, 2);
-  EXPECT_THAT(none.err, HasSubstr("found a folder without sessions, expected sessions (.h5)"));
+  expect_exit(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/empty --out {0}/none.html", f)), 2,
+              "found a folder without sessions, expected sessions (.h5)");
 }
 
 TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {

@@ -26,8 +26,7 @@ class SignCommand : public testing::Test {
     folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [
       {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": {"shape": "sphere", "diameter_mm": 1.0}})");
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,0\n0.2,0,0,3,1,0,0,0,1\n");
-    const Ran ran = run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5");
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5"));
     EXPECT_EQ(run("sign --new-key {}/school.key").status, 0);
   }
   Ran run(std::string arguments) const {
@@ -47,14 +46,11 @@ TEST_F(SignCommand, ASignedSessionIsVerifiedByReplayAndReport) {
   refused("replay {}/s.h5 --check --key {}/school.key", 1, "no signature");
   refused("report {}/s.h5 --out {}/r.html --key {}/school.key", 1, "no signature");
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
-  const Ran signed_ = run("sign --key {}/school.key {}/s.h5");
-  ASSERT_EQ(signed_.status, 0) << signed_.err;
+  const Ran signed_ = expect_ok(run("sign --key {}/school.key {}/s.h5"));
   EXPECT_THAT(signed_.out, HasSubstr("s.h5.sig: signed with key "));
-  const Ran replay = run("replay {}/s.h5 --check --json --key {}/school.key");
-  ASSERT_EQ(replay.status, 0) << replay.err;
+  const Ran replay = expect_ok(run("replay {}/s.h5 --check --json --key {}/school.key"));
   EXPECT_EQ(Json::parse(replay.out, "replay")["signature"].string(), "valid");
-  const Ran report = run("report {}/s.h5 --out {}/r.html --json --key {}/school.key");
-  ASSERT_EQ(report.status, 0) << report.err;
+  const Ran report = expect_ok(run("report {}/s.h5 --out {}/r.html --json --key {}/school.key"));
   EXPECT_EQ(Json::parse(report.out, "report")["signature"].string(), "valid");
   // Reading it changed nothing.
   EXPECT_EQ(run("replay {}/s.h5 --check --key {}/school.key").status, 0);

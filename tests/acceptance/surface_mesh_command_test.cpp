@@ -55,8 +55,7 @@ TEST_F(MeshCommand, DrilledPlateHasGenusOne) {
   const std::string file =
       scene(R"({"difference": [{"box": {"center_mm": [0,0,0], "size_mm": [6,5,1.5]}},)"
             R"({"cylinder": {"center_mm": [0,0,0], "axis": [0,0,1], "radius_mm": 1, "height_mm": 4}}]})");
-  const Ran result = run(file + " --out " + (folder / "p.ply") + " --json");
-  ASSERT_EQ(result.status, 0) << result.err;
+  const Ran result = expect_ok(run(file + " --out " + (folder / "p.ply") + " --json"));
   const WholeMesh mesh = read_ply(folder / "p.ply");
   const test::Topology t = test::topology_of(mesh);
   EXPECT_TRUE(t.closed && t.oriented && t.manifold) << t.complaint;
@@ -85,14 +84,10 @@ TEST_F(MeshCommand, BadInputIsRefusedByNameAndLeavesNoFile) {
   Ran result = run(file + " --out " + (folder / "s.xyz"));
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err, AllOf(HasSubstr("s.xyz"), HasSubstr(".stl")));
-  result = run((folder / "nowhere.vdb") + " --out " + (folder / "s.ply"));
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.err, HasSubstr("nowhere.vdb"));
+  expect_exit(run((folder / "nowhere.vdb") + " --out " + (folder / "s.ply")), 2, "nowhere.vdb");
   result = run(file + " --out " + (folder / "s.ply") + " --tolerance-mm -1");
   EXPECT_EQ(result.status, 2);
-  result = run(file + " --out " + (folder / "no/such/folder/s.ply"));
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.err, HasSubstr("no/such/folder"));
+  expect_exit(run(file + " --out " + (folder / "no/such/folder/s.ply")), 2, "no/such/folder");
   EXPECT_FALSE(std::filesystem::exists(folder / "s.ply"));
   EXPECT_FALSE(std::filesystem::exists(folder / "s.xyz"));
 }

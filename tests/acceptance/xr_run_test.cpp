@@ -60,8 +60,7 @@ TEST_F(HeadsetRun, AControllerDrillsWithHapticFeedbackAndIsRecordedUntilTheUserL
   // of them lie before the hand goes down to the work.
   xr.script(kHeadset + R"(, "events": [{"frame": 360, "vibrations": 150, "event": "exit"}])");
   const std::string file = program / "session.h5";
-  const Ran ran = run("--record " + file);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run("--record " + file));
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_GT(json["frames"].number(), 30);
   // Its work is counted like a screen's.
@@ -90,8 +89,7 @@ TEST_F(HeadsetRun, AControllerDrillsWithHapticFeedbackAndIsRecordedUntilTheUserL
   }
   EXPECT_GT(judged, 20);
 
-  const Ran replayed = program.run("replay " + file + " --check");
-  EXPECT_EQ(replayed.status, 0) << replayed.err;
+  expect_ok(program.run("replay " + file + " --check"));
   ASSERT_EQ(program.run("report " + file + " --out " + (program / "report.html")).status, 0);
   EXPECT_THAT(read_text(program / "report.html"), HasSubstr("Frames in the headset"));
 }
@@ -111,8 +109,7 @@ TEST_F(HeadsetRun, ALostControllerStopsDrillingAndReturnsWithoutAJump) {
                        {"frame": 420, "p": [0.04, 1.36, -0.35], "q": [0.70711, -0.70711, 0, 0], "trigger": 1}]},
     "events": [{"frame": 500, "event": "exit"}])");
   const std::string file = program / "session.h5";
-  const Ran ran = run("--hand openxr:left --record " + file);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run("--hand openxr:left --record " + file));
   EXPECT_EQ(xr.violations(), "");
   const auto ticks = session::SessionReader(file).ticks();
   ASSERT_GT(ticks.size(), 1000u);
@@ -151,11 +148,10 @@ TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
   program.write("rig.json",
                 R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
   const std::string found = program / "found.txt";
-  const Ran ran = run("",
-                      "timeout 120 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
-                      "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" +
-                          found);
-  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run("",
+                                "timeout 120 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
+                                "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" +
+                                    found));
   EXPECT_THAT(ran.out + ran.err, HasSubstr("Core Validation output type: text"));  // it was there
   EXPECT_EQ(read_text(found), "");
   EXPECT_EQ(xr.violations(), "");
@@ -164,8 +160,7 @@ TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
 TEST_F(HeadsetRun, ASceneWithSoftGumRuns) {
   xr.script(kHeadset + R"(, "events": [{"frame": 40, "event": "exit"}])");
   scene = "class-2-cavity";
-  const Ran ran = run();
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run());
   EXPECT_GT(Json::parse(ran.out, "summary")["frames"].number(), 1);
   EXPECT_EQ(xr.violations(), "");
 }
@@ -190,8 +185,7 @@ TEST_F(HeadsetRun, AButtonSelectsTheNextTool) {
                         {"frame": 400, "p": [0, 1.36, -0.35]}]},
     "events": [{"frame": 420, "event": "exit"}])");
   const std::string file = program / "session.h5";
-  const Ran ran = run("--record " + file);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(run("--record " + file));
   const auto ticks = session::SessionReader(file).ticks();
   ASSERT_FALSE(ticks.empty());
   EXPECT_EQ(ticks.front().tool, 0u);
@@ -221,8 +215,7 @@ TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
     "hands": {"right": [)" +
             keys + R"(]}, "events": [{"frame": 480, "event": "exit"}])");
   const std::string pairs = program / "pairs.csv", reg = program / "reg.json";
-  const Ran ran = run("--hand script:" + program.write("arm.csv", hand) + " --touches " + pairs);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Ran ran = expect_ok(run("--hand script:" + program.write("arm.csv", hand) + " --touches " + pairs));
   EXPECT_EQ(xr.violations(), "");
   ASSERT_EQ(program.run("calibrate register --pairs " + pairs + " --out " + reg).status, 0)
       << read_text(pairs) << ran.err;
@@ -235,8 +228,7 @@ TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
   // And the rig takes it over.
   program.write("rig.json", R"({"display": "hmd", "hmd": {"registration": "reg.json", "wait_s": 5, "stall_s": 5}})");
   xr.script(R"("view_size": [48, 32], "paced": true, "events": [{"frame": 20, "event": "exit"}])");
-  const Ran again = run("--explain --hand script:" + (program / "arm.csv"));
-  EXPECT_EQ(again.status, 0);
+  const Ran again = expect_ok(run("--explain --hand script:" + (program / "arm.csv")));
   EXPECT_THAT(again.err, HasSubstr("STAGE, measured"));
   EXPECT_EQ(run("--touches " + pairs).status, 2) << "a controller is the hand";
 }
@@ -246,10 +238,9 @@ TEST_F(HeadsetRun, AnUnwritableFileForTouchesIsRefusedBeforeTheSession) {
   const std::string arm =
       program.write("arm.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n60,0,0,9,1,0,0,0,0\n");
   const std::string session = program / "session.h5", tissue = program / "tissue.vdb";
-  const Ran ran = run(fmt::format("--hand script:{} --touches {} --record {} --save {}", arm,
-                                  program / "nowhere/pairs.csv", session, tissue));
-  EXPECT_EQ(ran.status, 2) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("nowhere/pairs.csv"));
+  expect_exit(run(fmt::format("--hand script:{} --touches {} --record {} --save {}", arm, program / "nowhere/pairs.csv",
+                              session, tissue)),
+              2, "nowhere/pairs.csv");
   EXPECT_FALSE(std::filesystem::exists(session));
   EXPECT_FALSE(std::filesystem::exists(tissue));
 }
@@ -259,9 +250,7 @@ TEST_F(HeadsetRun, AHangingRuntimeFailsTheRunAndTheRecordingIsSaved) {
     xr.script(kHeadset +
               fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
     const std::string file = program / (std::string(call) + ".h5");
-    const Ran ran = run("--record " + file);
-    EXPECT_EQ(ran.status, 1) << call;
-    EXPECT_THAT(ran.err, HasSubstr("error: headset: the runtime has not answered for"));
+    const Ran ran = expect_exit(run("--record " + file), 1, "error: headset: the runtime has not answered for");
     EXPECT_THAT(ran.err, HasSubstr(call));
     const session::SessionReader session(file);
     EXPECT_FALSE(session.truncated());
@@ -273,9 +262,7 @@ TEST_F(HeadsetRun, ALostRuntimeFailsTheRunAndTheRecordingIsSaved) {
   for (const char* event : {"session_lost", "loss_pending", "instance_lost", "instance_loss_pending"}) {
     xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "{}"}}])", event));
     const std::string file = program / (std::string(event) + ".h5");
-    const Ran ran = run("--record " + file);
-    EXPECT_EQ(ran.status, 1) << event;
-    EXPECT_THAT(ran.err, HasSubstr("headset: ")) << event;
+    expect_exit(run("--record " + file), 1, "headset: ");
     EXPECT_FALSE(session::SessionReader(file).truncated()) << event;
     EXPECT_EQ(xr.violations(), "") << event;
   }
@@ -322,9 +309,8 @@ TEST(OpenXrLoader, IsNeitherLinkedNorLoadedUnlessAHeadsetIsAskedFor) {
   const std::string hand =
       program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.2,0,0,9,1,0,0,0,0\n");
   const std::string scene = program.write("scene.json", kScene);
-  const Ran ran =
-      program.run(fmt::format("run {} --hand script:{} --audio none:", scene, hand), "env -u DISPLAY LD_DEBUG=files");
-  EXPECT_EQ(ran.status, 0);
+  const Ran ran = expect_ok(
+      program.run(fmt::format("run {} --hand script:{} --audio none:", scene, hand), "env -u DISPLAY LD_DEBUG=files"));
   EXPECT_THAT(ran.err, HasSubstr("libvulkan"));
   EXPECT_THAT(ran.err, Not(HasSubstr("openxr")));
 }

@@ -50,13 +50,10 @@ TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
   std::fputs("mouseup 1\n", xdotool);
   pclose(xdotool);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  const Ran ended = folder.finish(child);
-  EXPECT_EQ(ended.status, 0) << ended.err;
+  expect_ok(folder.finish(child));
 
-  const Ran check = folder.run("replay " + session + " --check --json");
-  EXPECT_EQ(check.status, 0) << check.out << check.err;
-  const Ran report = folder.run("report " + session + " --json --out " + (folder / "r.html"));
-  ASSERT_EQ(report.status, 0) << report.err;
+  const Ran check = expect_ok(folder.run("replay " + session + " --check --json"));
+  const Ran report = expect_ok(folder.run("report " + session + " --json --out " + (folder / "r.html")));
   fmt::print("class I by the mouse, live: {:.0f} s\n{}\n{}\n", took, check.out, report.out);
   EXPECT_LT(took, 180);
 }

@@ -28,10 +28,9 @@ std::string compiler_and_processor() {
 
 /// Instructions per unit of work, by path.
 std::map<std::string, double> count(const ProgramFolder& folder) {
-  const Ran ran = folder.run(
+  expect_ok(folder.run(
       "", fmt::format("valgrind --tool=callgrind --instr-atstart=no --collect-atstart=no --callgrind-out-file={}/out",
-                      folder.path().string()));
-  EXPECT_EQ(ran.status, 0) << ran.err;
+                      folder.path().string())));
   std::map<std::string, double> counts;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     std::istringstream in(read_text(entry.path()));

@@ -317,8 +317,7 @@ TEST_F(WholeProgram, ListsEveryDeviceWithModelSerialAndPermission) {
   MockHid arm(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor);
   MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
   MockHid rheostat(3, 0x1111, 0x2222, "Rheostat", "RH-9", kRheostatDescriptor);
-  const test::Ran ran = folder.run("devices --json");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const test::Ran ran = expect_ok(folder.run("devices --json"));
   const Json found = Json::parse(ran.out, "devices");
   std::map<std::string, std::string> kinds;
   for (const Json& device : found["devices"].items()) {
@@ -339,8 +338,7 @@ TEST_F(WholeProgram, ADeviceWithoutPermissionIsListedWithTheCommandThatGrantsIt)
   for (MockHid* device : {&mouse, &arm, &foot}) device->forbid();
   std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
   const std::string user = ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups" : "";
-  const test::Ran listed = folder.run("devices --json", user);
-  ASSERT_EQ(listed.status, 0) << listed.err;
+  const test::Ran listed = expect_ok(folder.run("devices --json", user));
   const Json found = Json::parse(listed.out, "devices");
   ASSERT_EQ(found["devices"].items().size(), 3u) << listed.out;
   for (const Json& device : found["devices"].items()) {

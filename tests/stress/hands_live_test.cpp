@@ -263,8 +263,7 @@ TEST_F(LiveHands, AReconnectedArmRampsInItsForceOnceItIsFreeAndTheRecordingRepla
   const Json ran = end();
   EXPECT_EQ(ran["faults"].integer() & bits(Fault::kDeviceLost), bits(Fault::kDeviceLost));
   EXPECT_NE(ran["safety"].string().find("device lost"), std::string::npos);
-  const test::Ran replayed = folder.run("replay " + (folder / "s.h5") + " --check --json");
-  EXPECT_EQ(replayed.status, 0) << replayed.err;
+  const test::Ran replayed = expect_ok(folder.run("replay " + (folder / "s.h5") + " --check --json"));
   EXPECT_TRUE(Json::parse(replayed.out, "replay")["identical"].boolean());
 }
 

@@ -97,8 +97,7 @@ TEST(EverythingAtOnce, OnTwoCoresLossesAreCountedForcesLimitedAndTheRecordingRep
     EXPECT_GT(work["frames"].integer(), 0);
     EXPECT_GT(work["voxels_cut"].integer(), 0);
     EXPECT_GT(work["samples"].integer(), 0);
-    const Ran replay = folder.run(fmt::format("replay {} --check --json", folder / "s.h5"));
-    ASSERT_EQ(replay.status, 0) << replay.out << replay.err;
+    const Ran replay = expect_ok(folder.run(fmt::format("replay {} --check --json", folder / "s.h5")));
     EXPECT_TRUE(Json::parse(replay.out, "replay")["identical"].boolean());
     const session::SessionReader file(folder / "s.h5");
     EXPECT_FALSE(file.truncated());

@@ -86,8 +86,7 @@ TEST_F(Stalled, StallingAnyThreadCountsItsLossesAndTheRecordingReplaysExactly) {
   child_ = -1;
   ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << folder_.said();
 
-  const Ran replay = folder_.run(fmt::format("replay {} --check --json", folder_ / "session.h5"));
-  ASSERT_EQ(replay.status, 0) << replay.out << replay.err;
+  const Ran replay = expect_ok(folder_.run(fmt::format("replay {} --check --json", folder_ / "session.h5")));
   const Json said = Json::parse(replay.out, "replay");
   EXPECT_TRUE(said["identical"].boolean());
   EXPECT_FALSE(said["truncated"].boolean());

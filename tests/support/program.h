@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <source_location>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -46,7 +47,22 @@ class GrowingFile {
 struct Ran {
   int status = -1;
   std::string out, err;
+  std::string command;  // without the program's name
 };
+/// Passes the result on. The test fails unless the program exited with `status` and its messages contain `words`.
+inline Ran expect_exit(Ran ran, int status, const std::string& words,
+                       const std::source_location& at = std::source_location::current()) {
+  if (ran.status != status || ran.err.find(words) == std::string::npos) {
+    ADD_FAILURE_AT(at.file_name(), static_cast<int>(at.line()))
+        << ran.command << "\nstatus " << ran.status << ", expected " << status << " and \"" << words << "\"\n"
+        << ran.out << ran.err;
+  }
+  return ran;
+}
+/// The test fails unless the program exited with 0.
+inline Ran expect_ok(Ran ran, const std::source_location& at = std::source_location::current()) {
+  return expect_exit(std::move(ran), 0, "", at);
+}
 
 /// A temporary folder for one test, which is removed at the end. Runs `typodont` in it and captures its output.
 class ProgramFolder : public TemporaryFolder {
@@ -73,7 +89,7 @@ class ProgramFolder : public TemporaryFolder {
   Ran run(const std::string& arguments, const std::string& before = "") const {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
     const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
-    return {WEXITSTATUS(status), read_text(out), read_text(err)};
+    return {WEXITSTATUS(status), read_text(out), read_text(err), arguments};
   }
   /// Starts the program in the background without a desktop. `environment`: "NAME=VALUE …". The program is killed when
   /// the test ends.
@@ -96,7 +112,7 @@ class ProgramFolder : public TemporaryFolder {
     ::kill(child, signal);
     int status = 0;
     ::waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(*this / ".started_out"), said()};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(*this / ".started_out"), said(), ""};
   }
   /// Starts the program, sends it `signal` as soon as `begun` returns true, and waits until it ends.
   /// If `begun` does not return true within ten minutes, the test fails.
