@@ -86,24 +86,13 @@ class Program {
   pid_t process_ = -1;
 };
 
-struct OperatorWindow : testing::Test {
-  static constexpr glm::ivec2 kScreen{2600, 800};  // the operator's window, and room beside it
-  Desktop desktop{kScreen};
+/// The user's folder and the keyboard, on any desktop.
+struct ProgramWindow : testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 
-  void SetUp() override {
-    ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
-    ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
+  ProgramWindow() {
     std::filesystem::create_directories(folder / "home/scenes");
     folder.write("home/scenes/zz_block.json", kScene);
-    // The hand moves down onto the block and into it for two seconds, and up again.
-    write_hand({{0.0, 18.5, 0},
-                {0.5, 17.6, 0},
-                {1.5, 17.5, 0},
-                {2.0, 17.5, 1},
-                {4.0, 16.8, 1},
-                {4.5, 19.0, 0},
-                {6.0, 19.0, 0}});
   }
   struct HandAt {
     double t, z;
@@ -115,6 +104,74 @@ struct OperatorWindow : testing::Test {
     for (const HandAt& row : rows) hand += fmt::format("{},6.8,5.8,{},1,0,0,0,{}\n", row.t, row.z, row.pedal);
     folder.write("hand.csv", hand);
   }
+  void write_resting_hand() const { write_hand({{0, 19, 0}, {600, 19, 0}}); }
+  /// Waits for the condition and returns true when it holds. The time limit is long enough for a slow machine.
+  static bool eventually(const std::function<bool()>& condition) {
+    for (int i = 0; i < 600; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(50ms);
+    }
+    return false;
+  }
+  /// Presses a key, and waits so long that the window notices the press and the release.
+  static void press(const std::string& key) {
+    Desktop::xdotool("key --delay 60 " + key);
+    std::this_thread::sleep_for(150ms);
+  }
+  /// Ends the program from its first page.
+  static void quit(Program& program) {
+    press("ctrl+q");
+    EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  }
+  /// Waits for the page with the result of the last session. Later keys are for this page.
+  static void wait_for_result() {
+    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ', Result$'").empty(); })) << "no result";
+  }
+  /// Waits for the page on which a session is chosen.
+  static void wait_for_choice() {
+    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name '^Typodont$'").empty(); })) << "no choice";
+  }
+  static void type(const std::string& text) {
+    Desktop::xdotool(fmt::format("type --delay 20 '{}'", text));
+    std::this_thread::sleep_for(300ms);
+  }
+  void choose_block_and_script() const {
+    press("ctrl+Up");  // the user's own scenes come last
+    press("ctrl+h");
+    std::this_thread::sleep_for(500ms);
+    type("script:" + (folder / "hand.csv"));
+  }
+  /// The windows of the program.
+  static std::vector<std::string> windows() {
+    std::vector<std::string> ids;
+    std::istringstream lines(Desktop::xdotool("search --name Typodont"));
+    for (std::string id; std::getline(lines, id);) ids.push_back(id);
+    return ids;
+  }
+  /// A window of the program that is not among `own`; empty if there is none.
+  static std::string window_beside(const std::vector<std::string>& own) {
+    for (const std::string& id : windows())
+      if (std::ranges::find(own, id) == own.end()) return id;
+    return "";
+  }
+};
+
+struct OperatorWindow : ProgramWindow {
+  static constexpr glm::ivec2 kScreen{2600, 800};  // the operator's window, and room beside it
+  Desktop desktop{kScreen};
+
+  void SetUp() override {
+    ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
+    ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
+    // The hand moves down onto the block and into it for two seconds, and up again.
+    write_hand({{0.0, 18.5, 0},
+                {0.5, 17.6, 0},
+                {1.5, 17.5, 0},
+                {2.0, 17.5, 1},
+                {4.0, 16.8, 1},
+                {4.5, 19.0, 0},
+                {6.0, 19.0, 0}});
+  }
   /// A shorter session, for tests that press no key during it.
   void shorten_the_session() const {
     write_hand({{0.0, 18.5, 0}, {0.3, 17.6, 0}, {0.5, 17.5, 1}, {1.5, 17.0, 1}, {1.7, 19.0, 0}, {2.0, 19.0, 0}});
@@ -124,14 +181,6 @@ struct OperatorWindow : testing::Test {
     folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
   }
 
-  /// Waits for the condition and returns true when it holds. The time limit is long enough for a slow machine.
-  static bool eventually(const std::function<bool()>& condition) {
-    for (int i = 0; i < 600; ++i) {
-      if (condition()) return true;
-      std::this_thread::sleep_for(50ms);
-    }
-    return false;
-  }
   /// Returns the number of different colours in a part of the screen. An empty panel has a few, a shaded picture has
   /// many.
   int colours(glm::ivec2 lo, glm::ivec2 hi) const {
@@ -148,8 +197,11 @@ struct OperatorWindow : testing::Test {
   /// Checks that the replay of the recording beside a report is exact.
   void expect_exact_replay(const std::string& report) const {
     const std::filesystem::path session = std::filesystem::path(report).replace_extension(".h5");
-    const Ran replay = folder.run("replay " + session.string() + " --check");
-    EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+    expect_ok(folder.run("replay " + session.string() + " --check"));
+  }
+  void expect_drawable(const std::string& scene) const {
+    expect_ok(
+        folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "seen")));
   }
   void open(const Program&) {
     EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name Typodont").empty(); })) << "no window";
@@ -162,19 +214,6 @@ struct OperatorWindow : testing::Test {
     const std::string window = Desktop::xdotool("search --name '^Typodont$'");
     const std::string shell = Desktop::xdotool("getwindowgeometry --shell " + window.substr(0, window.find('\n')));
     return std::stoi(shell.substr(shell.find("HEIGHT=") + 7));
-  }
-  /// Presses a key, and waits so long that the window notices the press and the release.
-  static void press(const std::string& key) {
-    Desktop::xdotool("key --delay 60 " + key);
-    std::this_thread::sleep_for(150ms);
-  }
-  /// Waits for the page with the result of the last session. Later keys are for this page.
-  static void wait_for_result() {
-    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ', Result$'").empty(); })) << "no result";
-  }
-  /// Waits for the page on which a session is chosen.
-  static void wait_for_choice() {
-    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name '^Typodont$'").empty(); })) << "no choice";
   }
   /// Returns the number of pixels in a part of the screen that differ clearly between two moments.
   static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi) {
@@ -206,17 +245,6 @@ struct OperatorWindow : testing::Test {
         count += std::max({mean.x, mean.y, mean.z}) > kClear;
       }
     return count;
-  }
-  void type(const std::string& text) const {
-    Desktop::xdotool(fmt::format("type --delay 20 '{}'", text));
-    std::this_thread::sleep_for(300ms);
-  }
-  void choose_block_and_script() {
-    press("ctrl+Up");  // the user's own scenes come last
-    press("ctrl+h");
-    std::this_thread::sleep_for(500ms);
-    Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
-    std::this_thread::sleep_for(300ms);
   }
   /// Starts the session of the block, and waits until the tissue is visible.
   void start_the_block(const Program& program) {
@@ -281,8 +309,7 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
   EXPECT_TRUE(eventually([&] { return std::filesystem::exists(report); })) << report;
   EXPECT_NE(read_text(report).find("<html"), std::string::npos);
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
   EXPECT_TRUE(std::filesystem::exists(folder / "home/settings.json"));
 
   // The operator's actions are in the recording, so a replay is exact.
@@ -366,33 +393,25 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
   press("F10");
   const std::string report = program.wait_for("report written: ");
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
   expect_exact_replay(report);
 }
 
 TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
-  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n300,6.8,5.8,19,1,0,0,0,0\n");
+  write_resting_hand();
   Program program(folder);
   open(program);
-  const std::string own = Desktop::xdotool("search --name Typodont");
+  const std::vector<std::string> own = windows();
   choose_block_and_script();
   press("Return");  // the address is typed
   // Shows the trainee's picture in a window of its own, beside this one.
   press("ctrl+p");
   press("F5");
   ASSERT_EQ(program.wait_for("session started: "), "block");
-  EXPECT_TRUE(eventually([&] { return Desktop::xdotool("search --name Typodont") != own; }));
-  const std::string windows = Desktop::xdotool("search --name Typodont");
-  ASSERT_NE(windows, own) << program.said();
-  std::string trainee;
-  for (std::size_t at = 0; at < windows.size();) {
-    const std::string id = windows.substr(at, windows.find('\n', at) - at);
-    at += id.size() + 1;
-    if (own.find(id) == std::string::npos) trainee = id;
-  }
+  ASSERT_TRUE(eventually([&] { return !window_beside(own).empty(); })) << program.said();
+  const std::string trainee = window_beside(own);
   Desktop::xdotool("windowmove " + trainee + " 1300 0");
-  Desktop::xdotool("windowfocus " + own.substr(0, own.find('\n')));
+  Desktop::xdotool("windowfocus " + own.front());
   const glm::ivec2 lo{1300, 0}, hi{2580, 720}, mine{400, 100}, mine_hi{900, 560};
   ASSERT_TRUE(eventually([&] { return colours(lo, hi) > 200 && colours(mine, mine_hi) > 200; }));
   // On a busy machine the quality level of the trainee's picture can change at any time, which changes its pixels. So
@@ -424,10 +443,10 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
 }
 
 TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsResultIsShown) {
-  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n600,6.8,5.8,19,1,0,0,0,0\n");
+  write_resting_hand();
   Program program(folder);
   open(program);
-  const std::string own = Desktop::xdotool("search --name Typodont");
+  const std::vector<std::string> own = windows();
   choose_block_and_script();
   press("Return");  // the address is typed
   press("ctrl+n");
@@ -443,16 +462,10 @@ TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsRes
   program.wait_for("experiment started: force");
 
   // The trials have another window, for the person who is tested.
-  const auto other = [&] {
-    const std::string windows = Desktop::xdotool("search --name Typodont");
-    for (std::size_t at = 0, end; (end = windows.find('\n', at)) != std::string::npos; at = end + 1)
-      if (const std::string id = windows.substr(at, end - at); own.find(id) == std::string::npos) return id;
-    return std::string();
-  };
-  ASSERT_TRUE(eventually([&] { return !other().empty(); })) << program.said();
+  ASSERT_TRUE(eventually([&] { return !window_beside(own).empty(); })) << program.said();
   const auto ended = [&] { return program.said().find("experiment ended: ") != std::string::npos; };
   for (int i = 0; i < 300 && !ended(); ++i) {
-    const std::string window = other();
+    const std::string window = window_beside(own);
     if (!window.empty()) Desktop::xdotool("windowfocus " + window);
     press("Right");
   }
@@ -463,11 +476,10 @@ TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsRes
   EXPECT_EQ(std::count(trials.begin(), trials.end(), '\n'), 4) << "plan, names of columns, two trials:\n" << trials;
   EXPECT_NE(read_text(std::filesystem::path(log).replace_extension(".html")).find("P 07"), std::string::npos);
 
-  Desktop::xdotool("windowfocus " + own.substr(0, own.find('\n')));
+  Desktop::xdotool("windowfocus " + own.front());
   press("F10");
   wait_for_choice();
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
@@ -480,8 +492,7 @@ TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   program.wait_for("session ended");
   wait_for_result();
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0);
+  quit(program);
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "home/sessions"))
     EXPECT_FALSE(entry.is_regular_file()) << entry.path();
 }
@@ -502,9 +513,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   const std::string exercise = program.wait_for("exercise saved: ");
   EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
   EXPECT_TRUE(std::filesystem::exists(folder / "home/scenes/painted_block-ideal.vdb"));
-  const Ran seen =
-      folder.run("render " + exercise + " --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
-  EXPECT_EQ(seen.status, 0) << seen.err;
+  expect_drawable(exercise);
   press("F10");
   press("ctrl+e");  // practising again
   // Records a session of the exercise. Then exports the surface of its tissue.
@@ -525,9 +534,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   type("my tooth");
   press("ctrl+b");
   const std::string scene = program.wait_for("imported: ");
-  const Ran drawn =
-      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "drawn"));
-  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  expect_drawable(scene);
   // A mesh in metres works, too. It is chosen from the list of the files in a folder, while its path is being typed.
   std::filesystem::create_directories(folder / "teeth");
   std::string cube =
@@ -557,8 +564,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   EXPECT_NE(measured.out.find("\"size_mm\""), std::string::npos) << measured.err;
   EXPECT_NEAR(Json::parse(measured.out, "mesh")["size_mm"].items().at(2).number(), 8, 0.2);
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
@@ -591,8 +597,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
   EXPECT_NEAR(glm::dot(entry - before, axis), -1, 1e-3);
   EXPECT_NEAR(glm::length(glm::cross(entry - before, axis)), 0, 1e-3);
   wait_for_choice();
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThePatientsName) {
@@ -656,9 +661,7 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   EXPECT_EQ(program.wait_for("session started: ").substr(0, 6), "Scan 2");
   press("Escape");
   program.wait_for("session ended");
-  EXPECT_EQ(
-      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "seen")).status,
-      0);
+  expect_drawable(scene);
   std::string all = program.said();
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "home")) {
     all += entry.path().string() + "\n";
@@ -843,9 +846,7 @@ TEST_F(OperatorWindow, LowerJawUpperJawAndBiteDroppedTogetherBecomeOneMouthThatI
   const std::vector<Json> protect = written["task"]["protect"].items();
   ASSERT_EQ(protect.size(), 1u);
   EXPECT_NEAR(protect[0]["box"]["center_mm"].vec3().z - protect[0]["box"]["size_mm"].vec3().z / 2, 50.3, 0.4);
-  const Ran seen =
-      folder.run("render '" + scene + "' --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
-  EXPECT_EQ(seen.status, 0) << seen.err;
+  expect_drawable(scene);
   press("F10");
   wait_for_choice();
   press("F5");
@@ -875,9 +876,7 @@ TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
     end(program);
     const std::string exercise = program.wait_for("kept as an exercise: ");
     EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
-    const Ran seen =
-        folder.run("render " + exercise + " --rig closeup --quality fast --size 64x48 --out " + (folder / "seen"));
-    EXPECT_EQ(seen.status, 0) << seen.err;
+    expect_drawable(exercise);
     for (const std::string& file : {exercise, folder / "home/settings.json"}) std::filesystem::remove(file);
   }
 }
@@ -910,8 +909,7 @@ TEST_F(OperatorWindow, LeavingUnsavedWorkAsksWhetherToKeepOrDiscardIt) {
   press("F10");
   press("Right");
   press("Return");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
   EXPECT_EQ(program.said().find("kept as an exercise: ", program.said().find("kept as an exercise: ") + 1),
             std::string::npos)
       << program.said();
@@ -936,27 +934,22 @@ TEST_F(OperatorWindow, AMessageTellsThatAReportCannotBeOpened) {
   press("F10");
   press("F7");
   // Its score, which was computed with the report, is in the list.
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 TEST_F(OperatorWindow, TheListOfSessionsComputesMissingScores) {
   std::filesystem::create_directories(folder / "home/sessions/guest");
-  const Ran made =
-      folder.run(fmt::format("servo {} --hand {} --out {}", folder / "home/scenes/zz_block.json", folder / "hand.csv",
-                             folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5"));
-  ASSERT_EQ(made.status, 0) << made.err;
-  const Ran scored = folder.run(fmt::format(
-      "report {} --json --out {}", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5", folder / "r.html"));
-  ASSERT_EQ(scored.status, 0) << scored.err;
+  expect_ok(folder.run(fmt::format("servo {} --hand {} --out {}", folder / "home/scenes/zz_block.json",
+                                   folder / "hand.csv", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5")));
+  const Ran scored = expect_ok(folder.run(fmt::format(
+      "report {} --json --out {}", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5", folder / "r.html")));
   Program program(folder);
   open(program);
   press("F7");
   const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ", 15);
   EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number(), 0.051);
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
@@ -1006,8 +999,7 @@ TEST_F(OperatorWindow, KeysMakeAFilmAndALearningCurveAndCancelledWorkLeavesNoFil
   press("F3");
   EXPECT_NE(read_text(program.wait_for("learning curve written: ")).find("<html"), std::string::npos);
   press("F10");
-  press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 
 #ifdef TYPODONT_XORG
@@ -1075,61 +1067,47 @@ TEST(OperatorWindowOnAFineScreen, OpensLargerByTheScreensScaleIfThereIsRoom) {
     ASSERT_EQ(std::system("echo Xft.dpi: 192 | xrdb -merge"), 0) << "xrdb is needed (apt install x11-xserver-utils)";
     const ProgramFolder folder(TYPODONT_PROGRAM);
     Program program(folder);
-    std::string id;
-    ASSERT_TRUE(OperatorWindow::eventually([&] { return !(id = Desktop::xdotool("search --name Typodont")).empty(); }))
-        << program.said();
-    const glm::ivec4 place = place_of(id.substr(0, id.find('\n')));
+    ASSERT_TRUE(ProgramWindow::eventually([] { return !ProgramWindow::windows().empty(); })) << program.said();
+    const glm::ivec4 place = place_of(ProgramWindow::windows().front());
     EXPECT_EQ(glm::ivec2(place.z, place.w), window) << program.said();
   }
 }
 
-TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheChosenScreenAndTheWindowFitsOnTheOther) {
-  const TwoScreens screens;
-  ProgramFolder folder(TYPODONT_PROGRAM);
-  std::filesystem::create_directories(folder / "home/scenes");
-  folder.write("home/scenes/zz_block.json", kScene);
-  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n300,6.8,5.8,19,1,0,0,0,0\n");
+struct OperatorWindowOnTwoScreens : ProgramWindow {
+  TwoScreens screens;
+};
+
+TEST_F(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheChosenScreenAndTheWindowFitsOnTheOther) {
+  write_resting_hand();
   Program program(folder);
-  const auto windows = [] {
-    std::vector<std::string> ids;
-    std::istringstream lines(Desktop::xdotool("search --name Typodont"));
-    for (std::string id; std::getline(lines, id);) ids.push_back(id);
-    return ids;
-  };
-  ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 1; })) << program.said();
-  const std::string own = windows().front();
+  ASSERT_TRUE(eventually([&] { return windows().size() == 1; })) << program.said();
+  const std::vector<std::string> own = windows();
   std::this_thread::sleep_for(1s);
-  Desktop::xdotool("windowfocus " + own);
-  OperatorWindow::press("ctrl+Up");
-  OperatorWindow::press("ctrl+h");
-  std::this_thread::sleep_for(500ms);
-  Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
-  std::this_thread::sleep_for(300ms);
-  OperatorWindow::press("Return");
-  OperatorWindow::press("ctrl+p");  // a window of its own …
+  Desktop::xdotool("windowfocus " + own.front());
+  choose_block_and_script();
+  press("Return");
+  press("ctrl+p");  // a window of its own …
   const glm::ivec4 first(0, 0, 1280, 960), second(1280, 0, 1024, 768);
   for (const glm::ivec4& chosen : {first, second}) {  // … on the first screen, then on the second
-    OperatorWindow::press("ctrl+m");
-    OperatorWindow::press("F5");
+    press("ctrl+m");
+    press("F5");
     program.wait_for("session started: ");
-    ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 2; })) << program.said();
-    const auto both = windows();
-    const std::string trainee = both[both[0] == own ? 1 : 0];
-    EXPECT_TRUE(OperatorWindow::eventually([&] { return place_of(trainee) == chosen; })) << program.said();
+    ASSERT_TRUE(eventually([&] { return windows().size() == 2; })) << program.said();
+    const std::string trainee = window_beside(own);
+    EXPECT_TRUE(eventually([&] { return place_of(trainee) == chosen; })) << program.said();
     const glm::ivec4 other = chosen == first ? second : first;
     const auto stands_there = [&] {
-      const glm::ivec4 at = place_of(own);
+      const glm::ivec4 at = place_of(own.front());
       return at.x >= other.x && at.y >= other.y && at.x + at.z <= other.x + other.z && at.y + at.w <= other.y + other.w;
     };
-    EXPECT_TRUE(OperatorWindow::eventually(stands_there)) << place_of(own).x << ", " << place_of(own).y;
-    OperatorWindow::press("F10");
-    ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 1; }));
-    OperatorWindow::wait_for_result();
-    OperatorWindow::press("F10");
-    OperatorWindow::wait_for_choice();
+    EXPECT_TRUE(eventually(stands_there)) << place_of(own.front()).x << ", " << place_of(own.front()).y;
+    press("F10");
+    ASSERT_TRUE(eventually([&] { return windows().size() == 1; }));
+    wait_for_result();
+    press("F10");
+    wait_for_choice();
   }
-  OperatorWindow::press("ctrl+q");
-  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  quit(program);
 }
 #endif
 
