@@ -68,6 +68,8 @@ if(LIBLO_FOUND)
   target_compile_definitions(unit_state_stream PRIVATE TYPODONT_LIBLO)
 endif()
 find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # the one that has Debian's jsonschema
+add_test(NAME unit.Trust COMMAND ${TYPODONT_PYTHON} -B ${CMAKE_CURRENT_SOURCE_DIR}/unit/trust_test.py)
+set_tests_properties(unit.Trust PROPERTIES LABELS unit)
 foreach(claim every_shipped_file_is_valid_and_no_misspelt_key_is the_page_of_scenes_has_the_tables)
   add_test(NAME acceptance.Schema.${claim} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
            COMMAND ${TYPODONT_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/acceptance/schema.py $<TARGET_FILE:typodont> ${claim})

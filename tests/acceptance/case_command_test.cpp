@@ -90,6 +90,32 @@ TEST_F(CaseCommand, AScannedToothTakesThePlaceOfTheParametricOne) {
   }
 }
 
+TEST_F(CaseCommand, AHandWithoutErrorsGetsTheExactPlansPointsAndEachErrorLowersThem) {
+  const std::string hands = folder.write(
+      "hands.csv",
+      "x_mm,y_mm,z_mm,tilt_x_deg,spread_mm,force_N,force_max_N\n0,0,0,0,0,0,0\n0,0.3,0,0,0,0,0\n0,0,-0.3,0,0,"
+      "0,0\n0,0,0,10,0,0,0\n0,0,0,0,0.1,0,0\n0,0,0,0,0,4,9\n0.55,0.55,-0.5,0,0,0,0\n");
+  const Ran made = run("class-1 --seed 1 --difficulty 0 --json --hands " + hands + " --out " + (folder / "hands.json"));
+  ASSERT_EQ(made.status, 0) << made.err;
+  const Json summary = Json::parse(made.out, "stdout");
+  const std::vector<Json> scores = summary["hands"].items();
+  ASSERT_EQ(scores.size(), 7u);
+  const auto points = [&](std::size_t k) { return scores[k]["points"].number(); };
+  EXPECT_EQ(points(0), summary["expert_points"].number());
+  for (std::size_t k = 1; k < 6; ++k) EXPECT_LT(points(k), points(0) - 2) << k;
+  EXPECT_EQ(points(6), summary["careless_points"].number());
+  // The floor follows the displacement.
+  const auto depth = [&](std::size_t k) { return scores[k]["items"]["floor_depth_mm"].number(); };
+  EXPECT_NEAR(depth(2) - depth(0), 0.3, 0.05);
+  const auto fails = [&](const std::string& arguments, const std::string& word) {
+    const Ran failed = run(arguments + " --out " + (folder / "bad.json"));
+    EXPECT_NE(failed.status, 0) << arguments;
+    EXPECT_THAT(failed.err, HasSubstr(word)) << arguments;
+  };
+  fails("explore-caries --hands " + hands, "--hands");
+  fails("class-1 --hands " + folder.write("bad.csv", "x_mm,y_mm,z_mm,spread_mm\n0,0,0,-1\n"), "spread_mm");
+}
+
 TEST_F(CaseCommand, EachFamilyHasTextsInThreeLanguagesAndASourceForEachParameter) {
   const Json table = Json::load(assets_folder() / "cases" / "families.json")["families"];
   const std::vector<CaseFamily> families = case_families();

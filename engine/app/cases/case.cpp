@@ -200,7 +200,7 @@ std::vector<CaseFamily> case_families() {
   return families;
 }
 
-Case make_case(const CaseRequest& request, const fs::path& out) {
+Case make_case(const CaseRequest& request, const fs::path& out, const std::vector<HandErrors>& hands) {
   const Json table = families_table();
   const auto family = table.find(request.family);
   if (!family)
@@ -251,7 +251,7 @@ Case make_case(const CaseRequest& request, const fs::path& out) {
   scene["tissue"]["volume"] = fs::absolute(volume_file.path()).string();
   const Json text = Json::parse(scene.dump(), out.string());
   const Scene parsed = parse_scene(text, out);
-  grade(result, text, parsed, draft.turn * draft.R, load_untouched(parsed));
+  grade(result, text, parsed, draft.turn * draft.R, load_untouched(parsed), hands);
   write_file_atomically(scene_file.path(), result.scene, FileKind::kJson);
   volume_file.keep();
   scene_file.keep();

@@ -28,46 +28,47 @@ constexpr dvec3 kSlip{0.55e-3, 0.55e-3, -0.5e-3};
 constexpr ProbingHabit kCarelessProbing{.slip = dvec3(kSlip.x, kSlip.y, 0), .force = 0.6, .lean = 0};
 constexpr int kMaxRounds = 200;  // limit of the layers of a filling
 
-/// Cuts the strokes of a plan directly, without a servo. Each stroke is displaced by `slip` (m).
-void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<ExpertLeg>& legs, const dvec3& slip) {
+/// Cuts the strokes of a plan directly, without a servo, with the hand's errors. `R`: the cavity's axes in frame W.
+void carve(haptics::TissueVolume& volume, const Scene& scene, const std::vector<ExpertLeg>& legs, const glm::dmat3& R,
+           const HandErrors& hand) {
   const auto tools = haptics::tool_set(scene.servo);
+  const dquat tilt = glm::angleAxis(hand.tilt.x, R[0]) * glm::angleAxis(hand.tilt.y, R[1]);
+  SplitMix64 random{hand.seed};
   std::size_t tool = 0;
   std::optional<Pose> last;
   for (const ExpertLeg& leg : legs) {
     if (leg.kind == ExpertLeg::Kind::kTake) tool = leg.tool;
     if (leg.kind == ExpertLeg::Kind::kWait || leg.kind == ExpertLeg::Kind::kTake) continue;
+    const dvec3 spread(normal(random), normal(random), normal(random));
+    const Pose to{leg.to.p + R * (hand.shift + hand.spread * spread), tilt * leg.to.R};
     if ((leg.kind == ExpertLeg::Kind::kCut || leg.kind == ExpertLeg::Kind::kScrape) && last)
-      carve_strokes(volume, tools[tool], {{{last->p + slip, last->R}, {leg.to.p + slip, leg.to.R}}});
-    last = leg.to;
+      carve_strokes(volume, tools[tool], {{*last, to}});
+    last = to;
   }
 }
 
-struct Results {
-  haptics::TissueVolume exact, careless;
+struct FollowedPlan {
+  haptics::TissueVolume exact;     // result of a filling; in other tasks, the start
+  haptics::TissueVolume filled;    // before the first carving
+  std::vector<ExpertLeg> carving;  // all cuts and carvings
 };
 
-/// What the planned strokes give, and the same strokes displaced. A filling is placed as planned; only its carving is
-/// displaced.
-Results follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& R, const haptics::TissueVolume& start,
-                     bool fills) {
-  Results results{start.clone(), start.clone()};
-  const dvec3 slip = R * kSlip * expert.grip().size;
-  bool carved = false;
+/// Follows the expert's plans. Only a filling needs results of earlier plans for the next ones.
+FollowedPlan follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& R, const haptics::TissueVolume& start,
+                          bool fills) {
+  FollowedPlan followed{start.clone(), start.clone(), {}};
   for (int round = 0; round < (fills ? kMaxRounds : 1); ++round) {
-    const std::vector<ExpertLeg> legs = expert.plan(results.exact);
+    const std::vector<ExpertLeg> legs = expert.plan(followed.exact);
     if (legs.empty()) break;
-    const bool adds = std::ranges::any_of(legs, [](const ExpertLeg& leg) { return leg.volume > 0; });
-    if (adds) {
-      results.exact = expert.planned().clone();
-      if (!carved) results.careless = results.exact.clone();
+    if (std::ranges::any_of(legs, [](const ExpertLeg& leg) { return leg.volume > 0; })) {
+      followed.exact = expert.planned().clone();
+      if (followed.carving.empty()) followed.filled = followed.exact.clone();
       continue;
     }
-    in_parallel(
-        2, [&](std::size_t k) { carve(k ? results.careless : results.exact, scene, legs, k ? slip : dvec3(0)); }, {},
-        /*block=*/1);
-    carved = true;
+    if (fills) carve(followed.exact, scene, legs, R, {});
+    followed.carving.insert(followed.carving.end(), legs.begin(), legs.end());
   }
-  return results;
+  return followed;
 }
 
 constexpr double kRate = 1000;  // Hz, of the servo
@@ -126,14 +127,16 @@ session::ExploreMeasures feel(const TaskEvaluator& judge, const Scene& scene, co
 
 }  // namespace
 
-void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3& R,
-           const haptics::TissueVolume& start) {
+void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3& R, const haptics::TissueVolume& start,
+           const std::vector<HandErrors>& hands) {
+  if (!hands.empty() && (scene.task->explore || !scene.task->sites.empty() || scene.implant))
+    throw Error("--hands", "", "a task without an ideal shape", "a family whose exact plan consists of strokes");
   session::Score reached;
   const auto perform_both = [&](auto& expert, auto& careless) {
-    std::array<haptics::HapticDevice*, 2> hands{&expert, &careless};
+    std::array<haptics::HapticDevice*, 2> both{&expert, &careless};
     std::array<session::Score, 2> scores;
     in_parallel(
-        2, [&](std::size_t k) { scores[k] = perform(scene, *hands[k], start); }, {}, /*block=*/1);
+        2, [&](std::size_t k) { scores[k] = perform(scene, *both[k], start); }, {}, /*block=*/1);
     reached = scores[0];
     result.careless = scores[1].points;
   };
@@ -152,8 +155,10 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     perform_both(expert, careless);
   } else {
     Expert expert(scene, start);
-    const auto score = [&](const haptics::TissueVolume& after) {
+    const auto score = [&](const haptics::TissueVolume& after, const HandErrors& hand) {
       session::ScoreInput input;
+      input.hand.force_mean = hand.force_mean;
+      input.hand.force_max = hand.force_max;
       input.before = start.volumes();
       input.after = after.volumes();
       (void)expert.judge().judge(after, input);
@@ -161,9 +166,28 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     };
     const auto tools = haptics::tool_set(scene.servo);
     const bool fills = std::ranges::any_of(tools, [](const auto& tool) { return tool.fill != Tissue::kAir; });
-    const Results results = follow_plans(expert, scene, R, start, fills);
-    reached = score(results.exact);
-    result.careless = score(results.careless).points;
+    const FollowedPlan followed = follow_plans(expert, scene, R, start, fills);
+    // The exact hand, the careless one, then `hands`. A filling is placed as planned; only its carving has errors.
+    std::vector<HandErrors> all{{}, {.shift = kSlip * expert.grip().size}};
+    all.insert(all.end(), hands.begin(), hands.end());
+    std::vector<session::Score> scores;
+    constexpr std::size_t kAtOnce = 4;  // tissues in memory
+    while (scores.size() < all.size()) {
+      const std::size_t first = scores.size();
+      std::vector<haptics::TissueVolume> results;
+      for (std::size_t k = first; k < std::min(first + kAtOnce, all.size()); ++k)
+        results.push_back((k == 0 ? followed.exact : followed.filled).clone());
+      in_parallel(
+          results.size(),
+          [&](std::size_t k) {
+            if (first + k > 0 || !fills) carve(results[k], scene, followed.carving, R, all[first + k]);
+          },
+          {}, /*block=*/1);
+      for (std::size_t k = 0; k < results.size(); ++k) scores.push_back(score(results[k], all[first + k]));
+    }
+    reached = scores[0];
+    result.careless = scores[1].points;
+    result.hands.assign(scores.begin() + 2, scores.end());
   }
   result.expert = reached.points;
   const auto refuse = [&](const std::string& who, double total, const char* expected, double limit) {
