@@ -34,7 +34,7 @@ STUDENT = {"person_mm": 0.10, "trial_mm": 0.14, "spread_mm": 0.06, "tilt_deg": 5
 FACTOR = {"novice": 1.5, "student": 1.0, "expert": 0.5}  # on all errors; an estimate
 SCALE_SD = 0.25  # of the logarithm of a person's factor within a group; an estimate
 PRACTICE = math.log(55.48 / 52.90) / math.log(4)  # exponent: scores of 44.52 to 47.10 in four trials (Attahadi 2025)
-OVER_CUT = 0.35  # mm; a stricter rule is tried with this largest depth of an over-cut, which was chosen on the same trials
+OVER_CUT = 0.35  # mm, largest over-cut of a stricter rule; chosen on the same trials
 RATER_ICC = 0.66  # of one teacher (Attahadi 2025)
 
 
@@ -202,8 +202,8 @@ def raters_text(rated):
     points = [row["points"] for row in rated]
     pair = shrout_fleiss(np.column_stack([points, mean]))
     rho = np.corrcoef(ranks(points), ranks(mean))[0, 1]
-    return (f"Raters: ICC(2,1) {icc['2,1']:.2f}, their mean {icc['2,k']:.2f}; score and panel: ICC(3,k) {pair['3,k']:.2f}, "
-            f"Spearman's rho {rho:.2f}")
+    return (f"Raters: ICC(2,1) {icc['2,1']:.2f}, their mean {icc['2,k']:.2f}; score and panel: ICC(3,k) "
+            f"{pair['3,k']:.2f}, Spearman's rho {rho:.2f}")
 
 
 def analyse(file):
@@ -238,8 +238,8 @@ def cohort(persons):
                     x, y, z = habit + now * STUDENT["trial_mm"] * random.normal(size=3)
                     tilt = now * STUDENT["tilt_deg"] * random.normal(size=2)
                     pressed = force * math.exp(random.normal(0, 0.2))
-                    rows.append({"person": f"{group}-{number + 1}", "group": group, "exercise": exercise, "trial": trial,
-                                 "x_mm": x, "y_mm": y, "z_mm": z, "tilt_x_deg": tilt[0], "tilt_y_deg": tilt[1],
+                    rows.append({"person": f"{group}-{number + 1}", "group": group, "exercise": exercise,
+                                 "trial": trial, "x_mm": x, "y_mm": y, "z_mm": z, "tilt_x_deg": tilt[0], "tilt_y_deg": tilt[1],
                                  "spread_mm": now * STUDENT["spread_mm"], "force_N": pressed,
                                  "force_max_N": 2.5 * pressed})
     return rows
@@ -264,11 +264,12 @@ def perform(program, rows):
             for trial in range(1, TRIALS + 1):
                 some = [row for row in rows if row["exercise"] == exercise and row["trial"] == trial]
                 with open(hands, "w") as out:
-                    print(",".join(HAND), *(",".join(f"{row[h]:.4f}" for h in HAND) for row in some), sep="\n", file=out)
+                    for cells in [HAND, *([f"{row[h]:.4f}" for h in HAND] for row in some)]:
+                        print(",".join(cells), file=out)
                 while True:
                     seed += 1
-                    made = subprocess.run([program, "case", exercise, "--seed", str(seed), "--difficulty", "0", "--json",
-                                           "--hands", str(hands), "--out", folder + "/case.json"],
+                    made = subprocess.run([program, "case", exercise, "--seed", str(seed), "--difficulty", "0",
+                                           "--json", "--hands", str(hands), "--out", folder + "/case.json"],
                                           capture_output=True, text=True)
                     if made.returncode == 0:
                         break
@@ -328,8 +329,9 @@ every person the same cases. A hand follows the planned strokes, cut without a s
 
 Cases have difficulty 0. From publications: the student's position is at the limit of a published criterion (72 % of the
 depths within 0.2 mm; SadidZadeh 2019), the tilt is half of the deviation of total convergence (11.7°; Strain), and
-practice lowers errors as in four trials of students (44.5 to 47.1 points; Attahadi 2025). The division into habit, trial and stroke, the factors 1.5 and 0.5 of novices and experts, the deviation of a person's factor (25 %) and the forces are
-estimates. Absolute errors of novices and experts are not published.
+practice lowers errors as in four trials of students (44.5 to 47.1 points; Attahadi 2025). The division into habit,
+trial and stroke, the factors 1.5 and 0.5 of novices and experts, the deviation of a person's factor (25 %) and the
+forces are estimates. Absolute errors of novices and experts are not published.
 
 ![Left: points against the largest planned error. Right: reliability against the number of trials](trust/trust.svg)
 
@@ -347,28 +349,30 @@ least: {published}.
 ## Sensitivity and specificity
 
 A trial is acceptable if no planned error of floor (0.25 mm) or walls (0.3 mm) exceeds the limit of a public rubric
-(class I, here for all exercises: floor 1.5 to 2 mm deep, at least 1.5 of 1.8 mm of marginal ridge left). The strokes' ends count
-twice, the tilt over half of the depth. These errors are the input of the simulation, and know neither tissue nor score. Limits and pass mark (75) were not fitted to each other.
+(class I, here for all exercises: floor 1.5 to 2 mm deep, at least 1.5 of 1.8 mm of marginal ridge left). The strokes'
+ends count twice, the tilt over half of the depth. These errors are the input of the simulation, and know neither tissue
+nor score. Limits and pass mark (75) were not fitted to each other.
 
 {acceptable}
 
 {verdict}
 
-A stricter rule, which the program does not have yet: a pass also needs that no over-cut is deeper than {limit} mm (`over_cut_depth_mm`;
-this limit was chosen on the same trials). Then:
+A stricter rule, which the program does not have yet: a pass also needs that no over-cut is deeper than {limit} mm
+(`over_cut_depth_mm`; this limit was chosen on the same trials). Then:
 
 {also}
 
 A published program reached 0.98 and 0.55 against a panel (ICC(3,k) 0.86, rho 0.73; PMC11330331). Three simulated
-teachers give 100 points less 25 per limit of the worst error, with noise for the published ICC of one teacher (0.66). Against
-their mean, the score reaches {ours}; the planned errors themselves
-reach only {ceiling}, so a panel's own errors limit what can be measured. {raters}.
+teachers give 100 points less 25 per limit of the worst error, with noise for the published ICC of one teacher (0.66).
+Against their mean, the score reaches {ours}; the planned errors themselves reach only {ceiling}, so a panel's own
+errors limit what can be measured. {raters}.
 
 ## Errors that a report names
 
 In 60 recorded sessions with 214 injected errors (over-cuts of floor and walls of 0.4 to 0.6 mm, force, tissue left, an
-opened pulp, a touched neighbour), the report named 211 (recall 0.99), and 210 of its 217 named strokes were right (precision 0.97),
-within 0.2 s. `TYPODONT_STRESS=10 build/release/tests/property_defects` repeats them; `TYPODONT_STRESS=84` makes 504 sessions.
+opened pulp, a touched neighbour), the report named 211 (recall 0.99), and 210 of its 217 named strokes were right
+(precision 0.97), within 0.2 s. `TYPODONT_STRESS=10 build/release/tests/property_defects` repeats them;
+`TYPODONT_STRESS=84` makes 504 sessions.
 
 ## Protocol for a school
 
@@ -378,9 +382,9 @@ within 0.2 s. `TYPODONT_STRESS=10 build/release/tests/property_defects` repeats 
 {sizes}
 
 2. **Exercises.** `typodont case class-1 --seed 1 --difficulty 0 --out class-1-1.json`, the same for `class-5` and
-   `caries` and for seeds 2 and 3. Every person does every case once, in random order, after one other case for practice.
-3. **Recording.** `typodont run CASE --trainee CODE --record FILE.h5`; each file is then [signed](integrity.md#signed-sessions). Nobody
-   sees a score before the end of the study.
+   `caries` and for seeds 2 and 3. Every person does every case once, in random order, after another case for practice.
+3. **Recording.** `typodont run CASE --trainee CODE --record FILE.h5`; each file is then
+   [signed](integrity.md#signed-sessions). Nobody sees a score before the end of the study.
 4. **Teachers.** At least three, each alone, grade every result (`typodont mesh`) from 0 to 100 by a rubric; 75 means
    acceptable. They know neither person, group nor score. They grade a tenth of the results twice.
 5. **Analysis.** `typodont rescore FOLDER --out scores.csv`; add the columns `rater_1`, `rater_2` … and `group`. Then
@@ -418,11 +422,11 @@ def verdict(rows, within):
         return f"**The aim is reached,** {text}."
     wrong = [row for row in rows if row["passed"] and not within(row)]
     other = best_mark([row["points"] for row in rows], [within(row) for row in rows])[1]
-    return (f"**The aim is not reached,** {text}. {'No ' if other < 0.9 else 'An'}other pass mark reaches it (last column). "
-            f"{len(wrong)} unacceptable trials pass; their worst error exceeds its limit by "
+    return (f"**The aim is not reached,** {text}. {'No ' if other < 0.9 else 'An'}other pass mark reaches it (last "
+            f"column). {len(wrong)} unacceptable trials pass; their worst error exceeds its limit by "
             f"{100 * (np.median([worst(row) for row in wrong]) - 1):.0f} % (median), and "
-            f"{sum(float(row['z_mm']) < 0 for row in wrong)} of them cut too deep. The points of all items are added, so "
-            "one error that a teacher would not accept costs too few points. Rubrics let the worst error decide.")
+            f"{sum(float(row['z_mm']) < 0 for row in wrong)} of them cut too deep. The points of all items are added, "
+            "so one error that a teacher would not accept costs too few points. Rubrics let the worst error decide.")
 
 
 def page(docs):
@@ -453,11 +457,11 @@ def page(docs):
     values = {
         "persons": str(len(mean["student"])), "trials": str(TRIALS),
         "parameters": table(["error", "novice", "student", "expert"], [
-            [what, *(number(f(STUDENT[key] * factor) if f else STUDENT[key] * factor**0.5) for factor in FACTOR.values())]
-            for what, key, f in [("habit of a person, each axis, mm", "person_mm", float),
-                                 ("displacement of a trial, each axis, mm", "trial_mm", float),
-                                 ("end of a stroke, each axis, mm", "spread_mm", float),
-                                 ("tilt, each axis, degrees", "tilt_deg", float), ("mean force, N", "force_N", None)]]),
+            [what, *(number(STUDENT[key] * factor**power) for factor in FACTOR.values())]
+            for what, key, power in [("habit of a person, each axis, mm", "person_mm", 1),
+                                 ("displacement of a trial, each axis, mm", "trial_mm", 1),
+                                 ("end of a stroke, each axis, mm", "spread_mm", 1),
+                                 ("tilt, each axis, degrees", "tilt_deg", 1), ("mean force, N", "force_N", 0.5)]]),
         "reliability": table(HEAD_R, [["all: " + line[0], *line[1:]] for line in lines] +
                              [["students: " + line[0], *line[1:]] for line in students]),
         "own": f"{shrout_fleiss(own)['2,1']:.2f}", "score": f"{icc['students']:.2f}",
