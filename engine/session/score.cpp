@@ -374,6 +374,8 @@ std::string_view unit_of(std::string_view name) {
 
 std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   const double caries_mm3 = input.before[static_cast<std::size_t>(Tissue::kCaries)] * kMm3;
+  // Critical errors, mm³: a damaged neighbour and an opened pulp (limits of the volumes: estimates).
+  constexpr double kNicked = 0.5, kPulpOpened = 0.02;
   const char* ours = "Typodont's default; set it in the scene";
   std::vector<ScoreRule> rules;
   if (probes(input)) {
@@ -393,9 +395,9 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
              {"over_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
              {"under_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
              {"gingiva_removed_mm3", 0, 1, 5, Best::kAtMost, ours},
-             {"neighbour_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours},
+             {"neighbour_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours, kNicked},
              {"protected_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours},
-             {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
+             {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours, kPulpOpened},
              {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
               "Half a millimetre of dentin left over the pulp; Typodont's default"}};
   }
@@ -466,7 +468,7 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
-    entry.allow_only({"name", "target", "tolerance", "weight", "best", "source"});
+    entry.allow_only({"name", "target", "tolerance", "weight", "best", "critical", "source"});
     ScoreRule rule;
     rule.name = entry["name"].string();
     const Measure* measure = find_measure(rule.name);
@@ -490,6 +492,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
     rule.tolerance = entry["tolerance"].number(1e-9);
     rule.weight = entry["weight"].number(0);
     rule.best = read_best(entry, measure->best);
+    if (const auto critical = entry.find("critical")) rule.critical = critical->number(0);
     rule.source = entry.string_or("source", "");
     rule.asked = true;
     rules.push_back(std::move(rule));
@@ -577,6 +580,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name == "pulp_distance_mm") item.place_W = input.cavity->nearest_pulp_W;
     // Points decrease as a hyperbola of the excess: a worse value always costs more.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
+    item.critical = value && excess(rule, *value) > rule.critical;
     weights += rule.weight;
     total.items.push_back(std::move(item));
   }

@@ -1,6 +1,8 @@
 // Converts measures to points, and explains each item. A perfect result gets full points, a worse one fewer.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -125,6 +127,9 @@ struct ScoreRule {
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // publication from which target and tolerance were taken
+  // A value that misses the target by more is a critical error: the session does not pass, whatever its points (the
+  // worst fault decides: Duggan, Int Dent SA 2009).
+  double critical = std::numeric_limits<double>::infinity();
   // True: the scene lists the rule. Then a measure without value (for example a floor's depth) gives no points.
   bool asked = false;
 };
@@ -148,6 +153,7 @@ struct ScoreItem {
   std::string source;
   double points = 0;  // 0 to `full`
   double full = 0;    // largest possible points: 100 · weight / sum of all weights
+  bool critical = false;  // true: a critical error (ScoreRule::critical)
 };
 
 /// Points, of 100, that a session needs to pass.
@@ -166,9 +172,14 @@ struct Score {
   PassMark pass;
 
   bool counts() const { return full > 0; }
-  bool passed() const { return points >= pass.points; }
-  /// True if the item got a smaller fraction of its points than the pass mark.
-  bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
+  bool failed_critically() const {
+    return std::ranges::any_of(items, [](const ScoreItem& item) { return item.critical; });
+  }
+  bool passed() const { return points >= pass.points && !failed_critically(); }
+  /// True if the item is a critical error, or got a smaller fraction of its points than the pass mark.
+  bool missed(const ScoreItem& item) const {
+    return item.critical || (item.full > 0 && item.points < pass.points / 100 * item.full);
+  }
 };
 
 std::vector<std::string> known_score_names();
@@ -179,7 +190,7 @@ std::optional<double> default_target(std::string_view score_name);
 
 /// Default rules, for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}. A rule replaces
+/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "critical", "source"}…], "defaults": true}. A rule replaces
 /// the default rule of this name. "defaults": false removes all defaults. A missing target is the value of the target
 /// shape, else the default. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);

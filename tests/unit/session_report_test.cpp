@@ -377,6 +377,8 @@ TEST(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
   EXPECT_THAT(missed, HasSubstr("Pass mark: 75 (75 of 100, as in the ADEX licensure examination"));
   EXPECT_THAT(met, HasSubstr("<p class=\"big\">75.0<small> / 100</small></p>"));
   EXPECT_THAT(met, Not(HasSubstr("Not passed")));
+  s.items.front().critical = true;
+  EXPECT_THAT(page(90), testing::AllOf(HasSubstr("Not passed"), HasSubstr("Critical error: ")));
 }
 
 TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {

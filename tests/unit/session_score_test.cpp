@@ -229,6 +229,40 @@ TEST(PassMark, AScoreEqualToThePassMarkPassesAndALowerOneFails) {
   EXPECT_THROW(scored(R"("pass": {"points": 50}, )"), Error);
 }
 
+TEST(Score, ACriticalErrorFailsASessionWithEnoughPointsAndOnlyBeyondItsLimit) {
+  ScoreInput in = carious();
+  in.after[3] = 0;
+  const auto scored = [&](double force, const std::string& kind) {
+    in.hand.force_max = force;
+    const std::string rules = R"([{"name": "residual_caries_percent", "target": 0, "tolerance": 1, "weight": 9},
+                                  {"name": "force_max_N", "target": 3, "tolerance": 2, "weight": 1, "critical": 1.5)";
+    return score_of_scene(
+        Json::parse(R"({"task": {"goal": "g", "defaults": false, "rules": )" + rules + kind + "}]}}", "s"), in);
+  };
+  for (const auto& [force, kind, critical] :
+       std::initializer_list<std::tuple<double, const char*, bool>>{{4.5, "", false},
+                                                                    {4.6, "", true},
+                                                                    {1.4, "", false},
+                                                                    {1.4, R"(, "best": "near")", true},
+                                                                    {1.4, R"(, "best": "at_least")", true},
+                                                                    {9, R"(, "best": "at_least")", false}}) {
+    const Score s = scored(force, kind);
+    EXPECT_GE(s.points, 90);
+    EXPECT_EQ(s.items[1].critical, critical) << force << kind;
+    EXPECT_EQ(s.passed(), !critical) << force << kind;
+    EXPECT_EQ(s.missed(s.items[1]), s.items[1].critical || s.items[1].points < 7.5) << force << kind;
+  }
+}
+
+TEST(Score, AnOpenedPulpIsACriticalErrorUnlessTheIdealOpensIt) {
+  ScoreInput in = carious();
+  in.after[3] = 0;
+  in.after[4] = in.before[4] - 0.1e-9;  // pulp
+  EXPECT_TRUE(score(in, default_rules(in)).failed_critically());
+  in.ideal = in.after;
+  EXPECT_FALSE(score(in, task_rules(Json::parse("{}", "s"), in)).failed_critically());
+}
+
 TEST(Score, UnknownMeasuresAreOmittedWithTheirWeight) {
   ScoreInput in = carious();
   in.before[3] = in.after[3] = 0;  // no caries
@@ -336,6 +370,8 @@ TEST(ScoreRules, InvalidRulesAreReported) {
               HasSubstr("\"rules[0].tolerance\": found 0"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": -1}]})"),
               HasSubstr("\"rules[0].weight\": found -1"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "critical": -1}]})"),
+              HasSubstr("\"rules[0].critical\": found -1"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "best": "big"}]})"),
               HasSubstr("at_most, at_least or near"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1},

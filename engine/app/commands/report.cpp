@@ -183,6 +183,7 @@ void run(const ReportArguments& options) {
                        {"weight", item.weight},
                        {"points", item.points},
                        {"full", item.full},
+                       {"critical_error", item.critical},
                        {"source", item.source}});
       if (item.place_W) {
         items.back()["worst_at_mm"] = mm_of(*item.place_W);

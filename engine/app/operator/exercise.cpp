@@ -65,6 +65,7 @@ std::vector<RuleChoice> rule_choices(const Scene& base) {
     found->target = static_cast<float>(rule.number_or("target", 0));
     found->tolerance = static_cast<float>(rule.number_or("tolerance", 1));
     found->weight = static_cast<float>(rule.number_or("weight", 0));
+    if (const auto critical = rule.find("critical")) found->critical = static_cast<float>(critical->number());
   }
   return choices;
 }
@@ -79,6 +80,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
+    if (c.critical) rule["critical"] = plain(*c.critical);
     rule["source"] = "the instructor";
     rules.push_back(rule);
   }

@@ -179,6 +179,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PopFont();
   if (scored) {
     colored(s.text(score.passed() ? "passed" : "not_passed"), score.passed() ? kGood : kBad);
+    for (const session::ScoreItem& item : score.items)
+      if (item.critical) colored_wrapped(s.words("critical_error", s.text("score." + item.name)), kBad);
     note(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)), w);
     row(s.text("completion"), fmt::format("{:.0f} %", 100 * score.completion));
   }

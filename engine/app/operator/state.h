@@ -122,6 +122,7 @@ struct RuleChoice {
   bool counts = false;
   bool from_ideal = true;  // true: the target is the value of the ideal shape, if there is an ideal shape
   float target = 0, tolerance = 1, weight = 10;
+  std::optional<float> critical;  // of the base exercise
 };
 /// Source of the ideal shape (target shape) for a new exercise.
 enum class IdealFrom { kBase, kDrilled, kMesh };

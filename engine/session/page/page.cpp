@@ -174,6 +174,8 @@ void Page::summary() {
     gauge(score_.points / score_.full, missed, score_.pass.points / score_.full);
     put("<p class=\"verdict\">{}</p><p class=\"soft\">{}</p>", marked(say(missed ? "not_passed" : "passed"), missed),
         say("pass_mark", number(score_.pass.points, 0), escaped(text(score_.pass.source, language))));
+    for (const ScoreItem& item : score_.items)
+      if (item.critical) put("<p>{}</p>", marked(say("critical_error", name_of_item(item.name)), true));
   }
   put("</div>\n<dl class=\"key\">");
   const auto fact = [&](const std::string& name, const std::string& value) {

@@ -274,11 +274,11 @@ void Page::items() {
     sum += item->points;
     put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name),
         std::isnan(item->value) ? say("not_there") : quantity(item->value, item->unit));
-    if (item->full > 0) {
+    if (item->full > 0 || item->critical) {
       const bool missed = score_.missed(*item);
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
-      gauge(item->points / item->full, missed);
+      if (item->full > 0) gauge(item->points / item->full, missed);
       // The source of a default rule is English text, which is also its key in the text catalogue.
       put("</td><td class=\"text source\">{}<br>", escaped(text(item->source, language)));
     } else {
