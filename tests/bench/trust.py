@@ -34,7 +34,6 @@ STUDENT = {"person_mm": 0.10, "trial_mm": 0.14, "spread_mm": 0.06, "tilt_deg": 5
 FACTOR = {"novice": 1.5, "student": 1.0, "expert": 0.5}  # on all errors; an estimate
 SCALE_SD = 0.25  # of the logarithm of a person's factor within a group; an estimate
 PRACTICE = math.log(55.48 / 52.90) / math.log(4)  # exponent: scores of 44.52 to 47.10 in four trials (Attahadi 2025)
-OVER_CUT = 0.35  # mm, largest over-cut of a stricter rule; chosen on the same trials
 RATER_ICC = 0.66  # of one teacher (Attahadi 2025)
 
 
@@ -276,8 +275,7 @@ def perform(program, rows):
                     if made.returncode != 1 or seed > 100:
                         sys.exit(made.stderr)
                 for row, hand in zip(some, json.loads(made.stdout)["hands"]):
-                    row.update(seed=seed, points=hand["points"], passed=int(hand["passed"]),
-                               over_cut_depth_mm=hand["items"]["over_cut_depth_mm"])
+                    row.update(seed=seed, points=hand["points"], passed=int(hand["passed"]))
                 print(exercise, trial, f"{np.mean([row['points'] for row in some]):.1f} points", flush=True)
 
 
@@ -357,8 +355,8 @@ nor score. Limits and pass mark (75) were not fitted to each other.
 
 {verdict}
 
-A stricter rule, which the program does not have yet: a pass also needs that no over-cut is deeper than {limit} mm
-(`over_cut_depth_mm`; this limit was chosen on the same trials). Then:
+A session with a [critical error](tasks.md#what-can-be-scored) does not pass: here an over-cut of more than 0.35 mm (more
+than 2 mm of a planned depth of 1.65 mm), or an opened pulp. By its points alone (75), the score would reach:
 
 {also}
 
@@ -417,16 +415,13 @@ def figure(file, rows, icc):
 
 def verdict(rows, within):
     sensitivity, specificity = agreement([row["passed"] for row in rows], [within(row) for row in rows])
-    text = f"a specificity of 0.9 at a sensitivity of 0.95: the score has {specificity:.2f} at {sensitivity:.2f}"
+    text = f"a specificity of 0.9 at a sensitivity of 0.95: a pass has {specificity:.2f} at {sensitivity:.2f}"
     if sensitivity >= 0.95 and specificity >= 0.9:
         return f"**The aim is reached,** {text}."
     wrong = [row for row in rows if row["passed"] and not within(row)]
-    other = best_mark([row["points"] for row in rows], [within(row) for row in rows])[1]
-    return (f"**The aim is not reached,** {text}. {'No ' if other < 0.9 else 'An'}other pass mark reaches it (last "
-            f"column). {len(wrong)} unacceptable trials pass; their worst error exceeds its limit by "
-            f"{100 * (np.median([worst(row) for row in wrong]) - 1):.0f} % (median), and "
-            f"{sum(float(row['z_mm']) < 0 for row in wrong)} of them cut too deep. The points of all items are added, "
-            "so one error that a teacher would not accept costs too few points. Rubrics let the worst error decide.")
+    return (f"**The aim is not reached,** {text}. {len(wrong)} unacceptable trials pass; their worst error exceeds its "
+            f"limit by {100 * (np.median([worst(row) for row in wrong]) - 1):.0f} % (median), and "
+            f"{sum(float(row['z_mm']) < 0 for row in wrong)} of them cut too deep.")
 
 
 def page(docs):
@@ -443,14 +438,13 @@ def page(docs):
     def within(row):
         return worst(row) <= 1
 
-    def strict(row):
-        return row["passed"] and float(row["over_cut_depth_mm"]) <= OVER_CUT
+    def by_points(row):
+        return row["points"] >= PASS
     exercises = split(rows, "exercise")
     clear = [row for row in rows if not 0.8 < worst(row) < 1.25]
-    acceptable = [validity(name, some, within) for name, some in [*exercises.items(), ("all", rows)]]
-    acceptable += [validity("all, without errors of 0.8 to 1.25 limits", clear, within)]
-    also = [validity(name, some, within, strict)[:4] for name, some in
-            [*exercises.items(), ("all", rows), ("all, without errors of 0.8 to 1.25 limits", clear)]]
+    sets = [*exercises.items(), ("all", rows), ("all, without errors of 0.8 to 1.25 limits", clear)]
+    acceptable = [validity(name, some, within)[:4] for name, some in sets]
+    also = [validity(name, some, within, by_points) for name, some in sets]
     passed, true, graded = ([test(row) for row in rows] for test in
                             (lambda row: row["passed"], within, panel))
     ours, ceiling = agreement(passed, graded), agreement(true, graded)
@@ -468,8 +462,8 @@ def page(docs):
         "means": ", ".join(f"{name}s {np.mean(v):.1f} (SD {np.std(v, ddof=1):.1f})" for name, v in mean.items()),
         "g": f"{hedges_g(mean['expert'], mean['novice']):.1f}",
         "published": "; ".join(f"{what}: {least}" for what, least in PUBLISHED),
-        "acceptable": table(HEAD_V, acceptable), "also": table(HEAD_V[:4], also),
-        "verdict": verdict(rows, within), "limit": f"{OVER_CUT}", "raters": raters_text(rated),
+        "acceptable": table(HEAD_V[:4], acceptable), "also": table(HEAD_V, also),
+        "verdict": verdict(rows, within), "raters": raters_text(rated),
         "ours": f"{ours[0]:.2f} and {ours[1]:.2f}", "ceiling": f"{ceiling[0]:.2f} and {ceiling[1]:.2f}",
         "sizes": table(["expected ICC(2,1)", "2 trials", "3 trials", "4 trials"],
                        [[f"{r}", *(str(persons_for(r, k)) for k in (2, 3, 4))] for r in (0.5, 0.6, 0.7, 0.8)])}
