@@ -60,7 +60,7 @@ typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test
 typodont_test(unit_experiment KIND unit SOURCES unit/experiment_test.cpp LIBS typodont_app)
 typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS typodont_app)
 typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp support/constant_push.cpp LIBS typodont_app)
-typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp unit/app_mastery_test.cpp LIBS typodont_app)
+typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp unit/app_mastery_test.cpp unit/app_warnings_test.cpp LIBS typodont_app)
 typodont_test(unit_app_crown_ideal KIND unit SOURCES unit/app_crown_ideal_test.cpp LIBS typodont_app)
 typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp support/carver_stalls.cpp stress/faults_test.cpp LIBS typodont_app)
 typodont_test(unit_state_stream KIND unit SOURCES unit/state_stream_test.cpp LIBS typodont_app nlohmann_json::nlohmann_json)

@@ -415,6 +415,7 @@ void describe_scene(Keys& keys, Scene& scene) {
       for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
   }
+  keys("warnings", scene.warnings, "false: no [warnings](tasks.md#warnings) over the picture, as in an exam");
   const auto surroundings = [&](Keys& of, SurroundingsPlan& plan) {
     describe_surroundings(of, plan, json ? volume_file(scene) : fs::path(), scene.place);
   };

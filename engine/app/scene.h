@@ -43,6 +43,7 @@ struct Scene {
   std::string resume;                // volume or session to continue; empty: starts with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
+  bool warnings = true;                         // false: no warnings over the picture (task/warnings.h)
   std::optional<session::ImplantTask> implant;  // task of an implant exercise; empty: no such exercise
   /// True: the scene sets the frequency band of the vibration. False: the hand's device sets it.
   bool vibration_band_set = false;

@@ -237,6 +237,8 @@ void Workbench::Impl::set_up() {
   if (!scene.resume.empty()) explain("tissue: continued from " + scene.resume);
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
   s.debris = s.draw && scene.needs("debris");
+  explain(options.warnings.empty() ? "warnings: off, or the scene's task has none"
+                                   : fmt::format("warnings: on, {}", fmt::join(options.warnings, ", ")));
   explain(s.debris ? "debris: on"
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
@@ -310,6 +312,7 @@ void Workbench::Impl::set_up() {
                                          .device = options.device},
                     s, tool_at_start());
     picture->add_heat(hand.rate);
+    picture->add_warnings(options.warnings);
     if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   // The recording has a temporary name until the session's threads exist. A session that cannot start leaves no file.
@@ -317,6 +320,7 @@ void Workbench::Impl::set_up() {
     session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
     if (hands.left) header.streams.push_back(left_hand_stream());
     header.trainee = options.trainee;
+    if (s.draw || s.operated) header.warnings = options.warnings;
     if (headset) header.streams.push_back(xr_stream());
     if (s.draw && window) header.streams.insert(header.streams.end(), {picture_stream(), head_stream()});
     if (s.debris && window) header.streams.push_back(water_stream());
@@ -347,6 +351,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
   o.work_W = above;
   o.start = tool_at_start();
   o.force_in_hud = !options.steered;
+  o.warnings = options.warnings;
   o.language = options.language;
   headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
   for (std::string& line : headset->explanations()) explain(std::move(line));
@@ -852,6 +857,7 @@ WorkbenchStatus Workbench::status() {
     s.quality = picture.ladder().step().name;
     s.frames = picture.frames();
     s.own_frames = picture.own_frames();
+    s.warning = picture.world().warning();
   }
   if (m.implant) s.implant = m.implant_status();
   s.record = wiring.record_to_render.front();

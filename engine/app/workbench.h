@@ -13,12 +13,14 @@
 #include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
 #include "engine/app/task/task.h"
+#include "engine/app/task/warnings.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
+#include "engine/session/session_data.h"
 #include "engine/session/strings.h"
 #include "haptics/haptic_device.h"
 
@@ -51,6 +53,7 @@ struct WorkbenchOptions {
   std::string trainee;         // the trainee's name, which the recording contains
   int monitor = -1;            // monitor number for full screen; −1: no full screen
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
+  session::WarningLevels warnings;                           // levels of the trainee's warnings; empty: none
 
   // For experiments (engine/app/experiment/). True: status() contains the newest tick even if nothing is drawn; the
   // picture shows the text of say() instead of the keys, and does not show the force.
@@ -101,6 +104,7 @@ struct WorkbenchStatus {
   LoopGranted granted;  // real-time rights that the system granted to the servo loop
   /// Names of refused real-time rights; empty: all were granted.
   std::string_view real_time;
+  Warning warning = Warning::kNone;      // the warning over the picture
   std::optional<ImplantStatus> implant;  // progress of an implant exercise; empty in other exercises
 };
 

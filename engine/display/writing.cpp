@@ -20,6 +20,7 @@ struct Color {
   std::uint8_t r, g, b, a;
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
+constexpr Color kAmber{255, 190, 60, 255}, kOnAmber{14, 17, 21, 255};  // contrast 11:1
 
 // In units of half the picture's height: height of letters, margin, space inside a panel, radius of its corners,
 // smallest width of a panel.
@@ -309,7 +310,7 @@ double readable_letters(const DisplayRig& rig) {
 
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
-  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint,
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {} {}", hud.tool, hud.hint, hud.warning,
                      spindle_text(hud.speed_krpm, hud.words), force_text(hud), force_fraction(hud), hud.aspect,
                      hud.min_letters, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y, place.x,
                      place.y);
@@ -330,7 +331,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
   // Height of letters: in proportion to the picture, but readable, and not wider than the picture.
-  const double least = has_chinese(hud.tool + speed + hud.hint) ? kMinChinese : kMinLetters;
+  const double least = has_chinese(hud.tool + speed + hud.hint + hud.warning) ? kMinChinese : kMinLetters;
   double h = std::max({kLetters, hud.min_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) {
@@ -358,18 +359,23 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
     panels_.push_back(status.take());
   }
 
-  // The panel at the top centre: the hints.
-  if (const std::vector<std::string> lines = lines_of(hud.hint, room, h); !lines.empty()) {
+  // The panels at the top centre: the hints, and below them the warning.
+  double top = 1 - kMargin;
+  const auto write_lines = [&](const std::string& text, const Color& background, const Color& ink) {
+    const std::vector<std::string> lines = lines_of(text, room, h);
+    if (lines.empty()) return;
     double widest = 0;
     for (const std::string& line : lines) widest = std::max(widest, text_width(line, h));
-    const double top = 1 - kMargin, line_height = 1.3 * h;
-    Painter hints(map, {-0.5 * widest - kPad, top - 0.4 * h - static_cast<double>(lines.size()) * line_height},
-                  {0.5 * widest + kPad, top}, kPanel);
+    const double line_height = 1.3 * h, bottom = top - 0.4 * h - static_cast<double>(lines.size()) * line_height;
+    Painter panel(map, {-0.5 * widest - kPad, bottom}, {0.5 * widest + kPad, top}, background);
     for (std::size_t i = 0; i < lines.size(); ++i)
-      hints.text({-0.5 * text_width(lines[i], h), top - 1.15 * h - static_cast<double>(i) * line_height}, h, lines[i],
-                 kInk);
-    panels_.push_back(hints.take());
-  }
+      panel.text({-0.5 * text_width(lines[i], h), top - 1.15 * h - static_cast<double>(i) * line_height}, h, lines[i],
+                 ink);
+    panels_.push_back(panel.take());
+    top = bottom - kMargin;
+  };
+  write_lines(hud.hint, kPanel, kInk);
+  write_lines(hud.warning, kAmber, kOnAmber);
   for (const Panel& panel : panels_) changed.push_back(panel.box);
   return changed;
 }

@@ -33,6 +33,7 @@ struct Hud {
   double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at which the bar is full
   std::string hint;        // hint; lines may break where the text has three spaces
+  std::string warning;     // a sentence below the hint, in dark letters on amber; empty: none
   HudWords words;
   // smallest height of letters in units of half the picture's height, from readable_letters()
   double min_letters = 0;

@@ -254,22 +254,22 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   const auto dump = [](const nlohmann::json& j) {
     return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   };
-  bool good = (!journal || set_attribute(root, "recording", journal->recording())) &&
-              set_attribute(root, "format", kFormatName) &&
-              set_attribute(root, "format_version", std::uint64_t{kFormatVersion}) &&
-              set_attribute(root, "program_version", header.program_version) &&
-              set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
-              set_attribute(root, "hand", header.hand) && set_attribute(root, "trainee", header.trainee) &&
-              set_attribute(root, "model", header.model) && set_attribute(root, "force_law", header.force_law) &&
-              set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
-              set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
-              set_attribute(root, "position_step_m", header.position_step) &&  // the value is stored with all bits
-              set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
-              set_attribute(root, "voxel_mm", header.voxel * 1e3) &&
-              write_text(group.get(), "scene", header.scene_json) && write_text(group.get(), "rig", header.rig_json) &&
-              write_text(group.get(), "files", dump(files)) && write_text(group.get(), "seeds", dump(seeds)) &&
-              write_text(group.get(), "tools", dump(header.tools)) &&
-              write_text(group.get(), "streams", dump(streams_json));
+  bool good =
+      (!journal || set_attribute(root, "recording", journal->recording())) &&
+      set_attribute(root, "format", kFormatName) &&
+      set_attribute(root, "format_version", std::uint64_t{kFormatVersion}) &&
+      set_attribute(root, "program_version", header.program_version) &&
+      set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
+      set_attribute(root, "hand", header.hand) && set_attribute(root, "trainee", header.trainee) &&
+      set_attribute(root, "warnings", dump(header.warnings)) && set_attribute(root, "model", header.model) &&
+      set_attribute(root, "force_law", header.force_law) && set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
+      set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
+      set_attribute(root, "position_step_m", header.position_step) &&  // the value is stored with all bits
+      set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
+      set_attribute(root, "voxel_mm", header.voxel * 1e3) && write_text(group.get(), "scene", header.scene_json) &&
+      write_text(group.get(), "rig", header.rig_json) && write_text(group.get(), "files", dump(files)) &&
+      write_text(group.get(), "seeds", dump(seeds)) && write_text(group.get(), "tools", dump(header.tools)) &&
+      write_text(group.get(), "streams", dump(streams_json));
   if (!good) return false;
   const PerTissue before = in_mm3(header.volumes_before);
   H5 dataset;

@@ -488,6 +488,8 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
       if (!value) continue;  // the target shape has no such measure
       rule.target = *value;
+    } else {
+      rule.target = std::nan("");
     }
     rule.tolerance = entry["tolerance"].number(1e-9);
     rule.weight = entry["weight"].number(0);
@@ -509,10 +511,11 @@ PassMark pass_mark(const Json& block) {
   return {(*pass)["points"].number(0, 100), (*pass)["source"].string()};
 }
 
-void check_rules(const Json& block) {
+std::vector<ScoreRule> stated_rules(const Json& block) {
   (void)block.boolean_or("defaults", true);
   (void)pass_mark(block);
-  if (const auto list = block.find("rules")) read_rules(*list, block.has("ideal"), nullptr);
+  const auto list = block.find("rules");
+  return list ? read_rules(*list, block.has("ideal"), nullptr) : std::vector<ScoreRule>();
 }
 
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {

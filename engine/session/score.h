@@ -196,8 +196,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input);
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// Like rules_from(), but for the block "task", in which other keys are allowed.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// Checks names, kinds and ranges of the rules. Throws Error.
-void check_rules(const Json& block);
+/// Reads and checks the rules that the block states. A target that only the ideal shape gives is NaN. Throws Error.
+std::vector<ScoreRule> stated_rules(const Json& block);
 /// Reads "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}; the default if it is missing. Throws Error.
 PassMark pass_mark(const Json& block);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,10 @@ struct StreamSpec {
   bool operator==(const StreamSpec&) const = default;
 };
 
+/// How early a trainee is warned before the error of an item of the score: 0 (not before the error) to 1. An item that
+/// is not listed gives no warning.
+using WarningLevels = std::map<std::string, double>;
+
 /// Data that is known before the first tick. A replay needs nothing else besides the ticks.
 struct SessionHeader {
   std::string scene_json;         // the complete scene as JSON, with all overrides
@@ -41,6 +46,7 @@ struct SessionHeader {
   std::vector<SourceFile> files;  // source files of the scene and the rig
   std::string hand;               // address of the hand's device, for example "script:hand.csv"
   std::string trainee;            // free text that names the trainee; empty if unknown
+  WarningLevels warnings;         // levels of the warnings over the picture; empty: none
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
   std::vector<std::string> tools;       // name or JSON text of each tool; Cut::tool is an index into this list
   std::vector<StreamSpec> streams;      // streams that are recorded in addition to the ticks

@@ -332,6 +332,10 @@ void SessionReader::Impl::read_header() {
   header.force_law = 0;  // 0 if the file does not state its law
   get_attribute(root, "force_law", header.force_law);
   get_attribute(root, "model", header.model);
+  if (std::string warnings; get_attribute(root, "warnings", warnings)) {
+    const Json levels = Json::parse(warnings, name + ": warnings");
+    for (const std::string& item : levels.keys()) header.warnings[item] = levels[item].number(0, 1);
+  }
   need(get_attribute(root, "vibration_band_Hz", header.vibration_band), "vibration_band_Hz");
   need(get_attribute(root, "position_step_m", header.position_step), "position_step_m");
   std::uint64_t gives_torque = 1;

@@ -77,7 +77,8 @@ Task read_task(const Json& json) {
     if (task.ideal) json.fail("both ideal and explore", "one of them");
   }
   if (const auto protect = json.find("protect")) task.protect = protect->items();
-  check_rules(json);
+  task.rules = stated_rules(json);
+  task.defaults = json.boolean_or("defaults", true);
   return task;
 }
 

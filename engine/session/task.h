@@ -39,6 +39,8 @@ struct Task {
   std::vector<Json> region;      // solids in JSON that contain the region to explore
   std::vector<ProbeSite> sites;  // pockets to measure instead of a region
   std::vector<TaskText> site_names;
+  std::vector<ScoreRule> rules;  // stated_rules()
+  bool defaults = true;          // true: default_rules() apply, too
 };
 
 /// Reads the task, except the geometry of its solids and of the ideal shape. Throws Error.

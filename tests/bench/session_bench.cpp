@@ -8,6 +8,7 @@
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/stepped.h"
+#include "engine/app/task/warnings.h"
 #include "engine/base/json.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
@@ -66,6 +67,33 @@ void record(benchmark::State& state, int deflate) {
   }
   set_time(state, ns);
   state.counters["bytes"] = static_cast<double>(fs::file_size(file)) / count;
+}
+
+/// Warnings of a second of session at 1 kHz. The bur is deep in the tooth, just too far from pulp and neighbour for a
+/// warning, where a query takes most time.
+void warn(benchmark::State& state) {
+  const Scene scene = read_scene("class-2-cavity");
+  session::WarningLevels levels;
+  for (const WarningRule& rule : warning_rules(scene)) levels[rule.item] = 0;
+  WarningMeter meter(scene, load_tissue(scene), levels);
+  const SurroundingsShape around(*scene.surroundings);
+  const double radius = haptics::tool_set(scene.servo)[1].radius();
+  double slowest = 0;
+  for (double x = 0; x < 14; x += smoke() ? 7 : 0.5)
+    for (double z = 14; z < 20; z += smoke() ? 3 : 0.5) {
+      ServoTick tick;
+      tick.tool = 1;
+      tick.X_WG.p = dvec3(x, 6, z) * kMillimetre;
+      tick.spindle = 300 * kKrpm;
+      tick.contact_area = 1e-8;
+      if (around.neighbour(tick.X_WG.p) < radius) continue;
+      slowest = std::max(slowest, batch_ns(5, smoke() ? 1 : 20, [&](int) {
+                           for (int i = 0; i < 1000; ++i) meter.add(tick);
+                           for (int i = 0; i < 10; ++i) meter.evaluate(tick, 0);
+                         }));
+    }
+  set_time(state, slowest);
+  require_time(slowest < 1e7, "the warnings take at most 1 % of a core");
 }
 
 /// A stroke of 16 passes through the block: preparing its undo in the pause after it, undo and redo.
@@ -179,6 +207,7 @@ void add_cases() {
   for (const char* const tool : {"round_012", "cylinder_012", "flame_018", "round_040"})
     add(fmt::format("undo a stroke of 16 passes, voxel 0.05 mm/{}", tool),
         [=](benchmark::State& state) { undo(state, tool); });
+  add("warnings of a second", warn);
   std::vector<Body> bodies{ball("ball of 6 mm", 3), ball("ball of 12 mm", 6)};
   if (!smoke()) bodies.insert(bodies.end(), {ball("ball of 24 mm", 12), ball("ball of 36 mm", 18), hip()});
   for (const Body& body : bodies)

@@ -188,6 +188,7 @@ class Exams(TestCase):
             "another trainee": (text("trainee", "ben"), signatures[own], unsigned, {}),
             "another trainee, signed": (text("trainee", "ben"), SIGNED, "of another student", {}),
             "easier rules, signed": (with_scene(easier), SIGNED, "another exercise", {}),
+            "with warnings, signed": (with_scene({**scene, "warnings": True}), SIGNED, "an exam with warnings", {}),
             "the seed in a recording": (with_scene(scene, unknown), signatures[own], unsigned, {}),
             "the seed in an accepted session, signed": (with_scene(scene, practice), SIGNED, "an earlier session", {}),
             "the seed in a recording from before the exam, signed": (with_scene(scene, unknown), SIGNED, "longer than", {"started": timezone.now}),

@@ -126,6 +126,7 @@ TEST(HudTexts, FitEveryPictureAndDoNotOverlapInAnyLanguageHoweverLongOrShort) {
   longest.tool = "Kegelstumpffräser mit runder Spitze 12.5 mm";
   longest.hint = kHint + "   Z macht den letzten Strich rückgängig   Y wiederholt ihn   " + kHint;
   huds.insert(huds.end(), {shortest, longest});
+  for (std::size_t i = 0; i < 2; ++i) huds[i].warning = warning_text(Warning::kAxis, kLanguages[i]);
   for (Hud& hud : huds) {
     for (const glm::ivec2 place : {glm::ivec2(1920, 1080), {960, 1080}, {1280, 720}, {640, 480}, {1280, 1024}}) {
       for (const double least : {0.0, display::readable_letters(mirror)}) {
@@ -133,9 +134,12 @@ TEST(HudTexts, FitEveryPictureAndDoNotOverlapInAnyLanguageHoweverLongOrShort) {
         Writing writing;
         hud.min_letters = least;
         writing.write(hud, place);
-        ASSERT_EQ(writing.panels().size(), 2u);
-        const display::WritingBox &a = writing.panels()[0].box, &b = writing.panels()[1].box;
-        EXPECT_TRUE(a.lo.y >= b.lo.y + b.size.y || b.lo.y >= a.lo.y + a.size.y);
+        ASSERT_EQ(writing.panels().size(), hud.warning.empty() ? 2u : 3u);
+        for (std::size_t i = 0; i < writing.panels().size(); ++i)
+          for (std::size_t j = 0; j < i; ++j) {
+            const display::WritingBox &a = writing.panels()[i].box, &b = writing.panels()[j].box;
+            EXPECT_TRUE(a.lo.y >= b.lo.y + b.size.y || b.lo.y >= a.lo.y + a.size.y);
+          }
         for (const Writing::Panel& panel : writing.panels()) {
           EXPECT_GE(panel.box.lo.x, 0);
           EXPECT_LE(panel.box.lo.x + panel.box.size.x, place.x);

@@ -77,6 +77,15 @@ TEST(Mastery, TheExpectedShareIsTheMeanOfTheLogitNormalDistributionWithin002) {
     }
 }
 
+TEST(Mastery, TheLevelOfWarningsFallsLinearlyFromANewTraineeToTheGoal) {
+  EXPECT_DOUBLE_EQ(warning_level(kModel, unknown_mastery(kModel)), 1);
+  for (const double variance : {0.1, 1.0})
+    for (const auto& [expected, level] : {std::pair{0.3, 1.0}, {0.5, 1.0}, {0.65, 0.5}, {0.8, 0.0}, {0.9, 0.0}}) {
+      const double flat = std::sqrt(1 + std::numbers::pi * (variance + square(0.8)) / 8);
+      EXPECT_NEAR(warning_level(kModel, {logit(expected) * flat, variance, 5}), level, 1e-12) << expected;
+    }
+}
+
 TEST(Mastery, EachItemOfTheScoreBelongsToOneSkillAndASkillHasNoOtherItems) {
   const SkillTable table = skill_table();
   std::map<std::string, int> skills;

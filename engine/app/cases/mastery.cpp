@@ -34,7 +34,7 @@ void describe_model(Keys& keys, MasteryModel& m) {
   keys(must("session_sd"), m.session_sd, kLogits, "change of the ability between two sessions");
   keys(must("day_sd"), m.day_sd, kLogits, "change of the ability per square root of a day");
   keys(must("span"), m.span, kLogits, "difference between the difficulties 1 and 0");
-  keys(must("goal"), m.goal, {0.05, 0.95}, "fraction of the points that the next case should give");
+  keys(must("goal"), m.goal, {0.55, 0.95}, "fraction of the points that the next case should give");
   keys.ignore("source");
 }
 
@@ -76,6 +76,11 @@ void observe(const MasteryModel& model, Mastery& mastery, double difficulty, dou
 
 double expected_share(const MasteryModel& model, const Mastery& mastery, double difficulty) {
   return logistic(flattening(model, mastery) * (mastery.ability - model.item_difficulty(difficulty)));
+}
+
+double warning_level(const MasteryModel& model, const Mastery& mastery) {
+  constexpr double kNew = 0.5;  // expected fraction of a new trainee
+  return std::clamp((model.goal - expected_share(model, mastery, 0.5)) / (model.goal - kNew), 0.0, 1.0);
 }
 
 double difficulty_for(const MasteryModel& model, const Mastery& mastery, double share) {

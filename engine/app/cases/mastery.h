@@ -49,6 +49,9 @@ Mastery unknown_mastery(const MasteryModel& model);
 void observe(const MasteryModel& model, Mastery& mastery, double difficulty, double share, double days);
 /// Expected fraction of the points in a case of this difficulty.
 double expected_share(const MasteryModel& model, const Mastery& mastery, double difficulty);
+/// How early the trainee is warned before an error: 1 at half of the points expected at difficulty ½ (a new trainee) or
+/// fewer, 0 at the model's goal or more, linear between.
+double warning_level(const MasteryModel& model, const Mastery& mastery);
 /// The difficulty, of all real numbers, at which the expected fraction is `share`.
 double difficulty_for(const MasteryModel& model, const Mastery& mastery, double share);
 

@@ -58,7 +58,7 @@ void run(const NextOptions& options) {
   if (!options.sessions.empty() && !fs::is_directory(options.sessions, code))
     throw Error("--sessions", "", options.sessions, "a folder with one folder of recordings for each trainee");
   std::optional<Progress> progress("next");
-  const std::vector<PastSession> past = past_sessions(table, folder, *progress);
+  const std::vector<PastSession> past = past_sessions(table, folder, &*progress);
   progress.reset();  // ends the progress line before other output
   const std::vector<Mastery> mastery = mastery_after(table, past);
   NextCase next = next_case(table, trained_by(table, families), limits, past, mastery, options.trainee);

@@ -9,6 +9,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/commands/values.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/session_scores.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
@@ -67,6 +68,9 @@ void run(const RunOptions& options) {
   if (!options.resume.empty()) scene = with_resume(scene, options.resume);
   WorkbenchOptions workbench = options.workbench;
   if (options.quality != "auto") workbench.quality = options.quality;
+  std::optional<Progress> progress("run");
+  workbench.warnings = warning_levels(scene, workbench.trainee, &*progress);
+  progress.reset();  // ends the progress line before other output
   const WorkbenchSummary s = run_workbench(scene, workbench);
   double removed = 0;
   for (const double v : s.removed) removed += v;

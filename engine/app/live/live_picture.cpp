@@ -77,6 +77,7 @@ void LivePicture::make(gpu::Device* device) {
   look.embedded = options_.embedded;
   look.urgent = options_.urgent;
   look.hud = !options_.operated;  // the picture shows texts only if the operator's window does not
+  look.warnings = true;
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;

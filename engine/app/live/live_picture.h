@@ -68,6 +68,8 @@ class LivePicture {
   /// Computes the temperatures, if the scene has the key "heat". Call before the first event. `rate`: ticks per second,
   /// Hz.
   void add_heat(double rate) { world_.add_heat(session_.carver.volume(), rate); }
+  /// Adds the warnings of these levels. Call before the first event. Throws Error.
+  void add_warnings(const session::WarningLevels& levels) { world_.add_warnings(session_.carver.volume(), levels); }
   /// Applies an event of the servo to the state of the session that the pictures show.
   void apply(const ServoEvent& event) { world_.apply(event); }
   void apply(const CarverEvent& event) { world_.apply(event); }

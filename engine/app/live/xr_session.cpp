@@ -116,6 +116,7 @@ struct XrSession::Thread {
         world(scene) {
     world.place(options.start);
     if (options.debris) world.add_debris(tissue);
+    world.add_warnings(tissue, options.warnings);
   }
 
   void enter(Phase next, std::exception_ptr error = nullptr) {

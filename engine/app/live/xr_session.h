@@ -14,6 +14,7 @@
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/display/display_rig.h"
+#include "engine/session/session_data.h"
 #include "engine/session/strings.h"
 
 namespace typodont {
@@ -28,6 +29,7 @@ class XrSession {
     dvec3 work_W{0, 0, 0};  // m, frame W: the point that recentring puts in front of the user
     ServoTick start;        // state of the tool before the first tick
     bool force_in_hud = true;
+    session::WarningLevels warnings;                           // levels of the warnings; empty: none
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
   };
   /// Opens the headset, and returns when it is awake and accepts frames. Throws Error with one line of text if the

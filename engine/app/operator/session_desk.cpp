@@ -8,6 +8,7 @@
 
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/session_scores.h"
 #include "engine/app/picture/hud.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
@@ -48,6 +49,8 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.rig = rig.file.string();
   options.hand = hand;
   options.trainee = s_.trainee.data();
+  options.language = hud_language(s_.language);
+  if (!s_.author) options.warnings = warning_levels(scene, options.trainee);
   options.no_real_time = s_.no_real_time;
   options.operated = true;
   options.embedded = rig.embedded;

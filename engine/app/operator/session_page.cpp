@@ -221,6 +221,14 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     over_picture(fmt::format("{} …", s.text("op.look_in_work")));
   }
   ImGui::PopFont();
+  // The picture in this window has no texts; in another window, it has the warning.
+  if (const std::string warning = warning_text(s.status.warning, s.language); !warning.empty()) {
+    const float width = ImGui::CalcTextSize(warning.c_str()).x;
+    ImGui::SetCursorPos({std::max(0.7f * u, 0.5f * (size.x - width)), 2.4f * u});
+    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
+    over_picture(warning);
+    ImGui::PopStyleColor();
+  }
   ImGui::EndChild();
   ImGui::PopStyleColor();
   ImGui::PopStyleVar();

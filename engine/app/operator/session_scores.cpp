@@ -9,6 +9,8 @@
 #include <sstream>
 
 #include "engine/app/operator/child.h"
+#include "engine/app/operator/library.h"
+#include "engine/app/task/warnings.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
@@ -103,17 +105,18 @@ CachedScore score_apart(const fs::path& session, Progress& progress, int nice) {
   return score;
 }
 
-std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& folder, Progress& progress) {
+std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& folder, Progress* progress) {
   std::vector<fs::path> files = files_in(folder, ".h5");
   if (files.size() > kMaxPast) files.erase(files.begin(), files.end() - kMaxPast);
   std::vector<std::pair<std::string, PastSession>> dated;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    progress.stage("op.scoring", static_cast<double>(i) / static_cast<double>(files.size()),
-                   static_cast<double>(i + 1) / static_cast<double>(files.size()));
+    if (progress)
+      progress->stage("op.scoring", static_cast<double>(i) / static_cast<double>(files.size()),
+                      static_cast<double>(i + 1) / static_cast<double>(files.size()));
     try {
       auto score = cached_score(files[i]);
-      if (!score) score = score_apart(files[i], progress);
-      if (!score->counts) continue;
+      if (!score && progress) score = score_apart(files[i], *progress);
+      if (!score || !score->counts) continue;
       PastSession past{.day = day_of(score->date), .shares = shares_of(table, score->items, score->completion)};
       if (score->made)
         past.family = score->made->family, past.seed = score->made->seed, past.difficulty = score->made->difficulty;
@@ -128,6 +131,20 @@ std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& 
   std::vector<PastSession> sessions;
   for (auto& [date, session] : dated) sessions.push_back(std::move(session));
   return sessions;
+}
+
+session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee, Progress* progress) {
+  session::WarningLevels levels;
+  if (!scene.needs("render")) return levels;
+  for (const WarningRule& rule : warning_rules(scene)) levels[rule.item] = 1;
+  if (levels.empty() || trainee.empty()) return levels;
+  const SkillTable table = skill_table();
+  const fs::path folder = user_folder() / "sessions" / file_name_of(trainee);
+  const std::vector<Mastery> mastery = mastery_after(table, past_sessions(table, folder, progress));
+  for (std::size_t i = 0; i < table.skills.size(); ++i)
+    for (const std::string& item : table.skills[i].items)
+      if (levels.contains(item)) levels[item] = warning_level(table.model, mastery[i]);
+  return levels;
 }
 
 bool SessionScores::look() {

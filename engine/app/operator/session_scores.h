@@ -25,9 +25,13 @@ CachedScore known(const session::SessionReader& session, const session::Score& s
 /// `nice`: 0 to 19. Any thread. Throws Cancelled, Error or RunFailure.
 CachedScore score_apart(const std::filesystem::path& session, Progress& progress, int nice = 0);
 /// The scored sessions of the folder in order of time, only the newest if there are many. Computes missing scores;
-/// leaves out unreadable files with a message. Throws Cancelled.
+/// leaves out unreadable files with a message. `progress`: null leaves out sessions without a cached score. Throws
+/// Cancelled.
 std::vector<PastSession> past_sessions(const SkillTable& table, const std::filesystem::path& folder,
-                                       Progress& progress);
+                                       Progress* progress);
+/// Levels of the scene's warnings for a trainee (empty: a guest), from the recorded sessions. `progress`: as in
+/// past_sessions(). Throws Error or Cancelled.
+session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee, Progress* progress = nullptr);
 
 class SessionScores {
  public:

@@ -1,6 +1,7 @@
 #include "engine/app/picture/hud.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -18,7 +19,13 @@ display::Hud hud(const World& world, session::Language language, render::View vi
           .speed_krpm = world.readout().spindle / kKrpm,
           .force = glm::length(world.readout().f_T_W),
           .hint = std::move(hint),
+          .warning = warning_text(world.warning(), language),
           .words = hud_words(language)};
+}
+
+std::string warning_text(Warning warning, session::Language language) {
+  constexpr std::array kKeys{"", "warning.pulp", "warning.neighbour", "warning.force", "warning.axis"};
+  return warning == Warning::kNone ? "" : hud_text(language, kKeys[static_cast<std::size_t>(warning)]);
 }
 
 display::HudWords hud_words(session::Language language) {

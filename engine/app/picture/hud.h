@@ -26,6 +26,9 @@ std::string hud_text(session::Language language, std::string_view key, const Arg
   return fmt::format(fmt::runtime(session::text(name, language)), args...);
 }
 
+/// The warning as a sentence; empty: none.
+std::string warning_text(Warning warning, session::Language language);
+
 /// The units and the decimal sign of the language.
 display::HudWords hud_words(session::Language language);
 

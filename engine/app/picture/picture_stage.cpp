@@ -441,8 +441,11 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   frame.tool.X_WG = shown_at_;
   if (options_.cursor && shown.tool) add_cursor(world.tool(), shown_at_, frame);
   const display::Screen& screen = rig_.screen;
-  if (options_.hud) hud_ = typodont::hud(world, options_.language, view_);
-  hud_.visible = options_.hud;
+  if (options_.hud)
+    hud_ = typodont::hud(world, options_.language, view_);
+  else if (options_.warnings)
+    hud_.warning = warning_text(world.warning(), options_.language);
+  hud_.visible = options_.hud || !hud_.warning.empty();
   hud_.force_shown = options_.force_in_hud;
   hud_.force_limit = options_.force_limit;
   hud_.min_letters = display::readable_letters(rig_);

@@ -92,6 +92,7 @@ class PictureStage {
     display::UrgentKeys urgent;     // keys that the window handles at once, without waiting for a frame
     int monitor = -1;               // monitor number for full screen; −1: no full screen
     bool hud = true;
+    bool warnings = false;  // true: warnings are shown even if `hud` is false
     bool force_in_hud = true;
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
     bool chips_on_gpu = true;                                  // false: another PictureStage moves this GPU's chips

@@ -12,9 +12,8 @@ namespace typodont {
 
 namespace {
 
-constexpr std::uint64_t kReadoutSteps =
-    6;                            // steps between two changes of the displayed numbers, so that they can be read
-constexpr double kBeside = 9e-3;  // m, distance of the default suction nozzle from the tooth's top, in +y of frame W
+constexpr Nanos kReadoutSteps = 6;  // steps between two changes of the displayed numbers, so that they can be read
+constexpr double kBeside = 9e-3;    // m, distance of the default suction nozzle from the tooth's top, in +y of frame W
 
 }  // namespace
 
@@ -41,6 +40,10 @@ void World::add_heat(const haptics::TissueVolume& tissue, double rate) {
   rate_ = rate;
 }
 
+void World::add_warnings(const haptics::TissueVolume& tissue, const session::WarningLevels& levels) {
+  if (!levels.empty()) warnings_.emplace(scene_, tissue, levels);
+}
+
 void World::start() {
   fog_ = mirror_fog_of(scene_);
   mirror_ = scene_.mouth_mirror;
@@ -57,6 +60,7 @@ void World::restart(bool debris) {
   if (debris_) debris_->restart();
   if (gum_) gum_->reset();
   heat_ = first_heat_;
+  if (warnings_) warnings_->restart();
   start();
 }
 
@@ -74,7 +78,9 @@ void World::step(Nanos t) {
     moving->step(kSeconds);
   }
   if (fog_) fog_->advance(kSeconds, mirror_, fog_->air(mirror_, tick_, debris_ && debris_->spraying()));
-  if (++steps_ % kReadoutSteps == 0) readout_ = tick_;
+  if (t / kStep % kReadoutSteps != 0) return;
+  readout_ = tick_;
+  if (warnings_) warnings_->evaluate(tick_, t);
 }
 
 void World::apply(const ServoTick& tick) {
@@ -86,6 +92,7 @@ void World::apply(const ServoTick& tick) {
     readout_ = tick;
   }
   tick_ = tick;
+  if (warnings_) warnings_->add(tick);
   if (!heat_) return;
   ServoTick timed = tick;
   session::set_scored_times({&timed, 1}, rate_);  // so that the score reports the same temperatures

@@ -18,6 +18,7 @@
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/heat.h"
+#include "engine/app/task/warnings.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"
@@ -42,6 +43,9 @@ class World {
   /// Adds the temperatures of a scene with the key "heat". Call at the start of the session or before restart().
   /// `tissue`: tissue at the session's start. `rate`: ticks per second, Hz.
   void add_heat(const haptics::TissueVolume& tissue, double rate);
+  /// Adds the warnings for a trainee with these levels; none if they are empty. Call at the start of the session.
+  /// `tissue`: tissue at the session's start. Throws Error.
+  void add_warnings(const haptics::TissueVolume& tissue, const session::WarningLevels& levels);
   /// Goes back to the start of the session. `debris`: if false, there are no chips and no water from now on.
   void restart(bool debris = true);
 
@@ -78,6 +82,8 @@ class World {
   DebrisView* debris() { return debris_ && shows_debris_ ? &*debris_ : nullptr; }  // null: no debris is shown
   const DebrisView* debris() const { return debris_ && shows_debris_ ? &*debris_ : nullptr; }
   const HeatMeter* heat() const { return heat_ ? &*heat_ : nullptr; }  // null: temperatures are not computed
+  /// The warning over the picture.
+  Warning warning() const { return warnings_ ? warnings_->current() : Warning::kNone; }
   const SoftGumView* gum() const { return gum_ ? &*gum_ : nullptr; }
 
  private:
@@ -92,6 +98,7 @@ class World {
   std::optional<SoftGumView> gum_;              // empty if the gum is rigid
   std::optional<HeatMeter> first_heat_, heat_;  // temperatures at the start, and current ones
   double rate_ = 0;                             // Hz, ticks per second; used only for temperatures
+  std::optional<WarningMeter> warnings_;        // empty: no warnings
   std::optional<MirrorFog> fog_;                // empty if the fog does not change
   MouthMirror mirror_;
   SuctionTip tip_;
@@ -100,8 +107,7 @@ class World {
   ServoTick tick_, readout_;
   std::string notice_;
   double angle_ = 0;
-  Nanos next_ = 0;  // ns, time of the next step
-  std::uint64_t steps_ = 0;
+  Nanos next_ = 0;        // ns, time of the next step
   bool started_ = false;  // true after the first tick
 };
 

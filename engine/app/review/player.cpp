@@ -26,6 +26,7 @@ SessionPlayer::SessionPlayer(const session::OpenedSession& session)
   begin_ = to_seconds(session_.ticks(0, 1).front().t);
   end_ = to_seconds(session_.ticks(session_.tick_count() - 1, 1).front().t);
   if (scene_.needs("debris")) world_.add_debris(tissue());
+  world_.add_warnings(tissue(), session_.header().warnings);
   seek(begin_);
 }
 

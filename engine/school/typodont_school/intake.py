@@ -140,7 +140,7 @@ def settle(sha):
 
 
 def own_rules(scene):
-    return {key: value for key, value in scene.items() if key != "exam"}
+    return {key: value for key, value in scene.items() if key not in ("exam", "warnings")}
 
 
 def exercise_of(header):
@@ -187,6 +187,8 @@ def judge(session):
         exam = exam_of(session, header)
         if exam:
             _judge_exam(session, exam)
+            if header["scene"].get("warnings") is not False:
+                raise program.Refused("an exam with warnings")
         page = Path(room) / "en.html"
         score = program.score(copy, page)
         if session.exercise and score["full"] > 0:
