@@ -300,7 +300,7 @@ void describe_scene(Keys& keys, Scene& scene) {
   keys("name", scene.name, "name of the scene; default: the file name without `.json`");
   keys("description", kText, "free text");
   keys("exam", scene.exam, "seed of a school's [sealed exam](school.md#exams)");
-  keys("case", kAnyObject, "family, seed and difficulty of a [generated exercise](cases.md)");
+  keys("case", kAnyObject, "family, seed, difficulty and ICDAS code of a [generated exercise](cases.md)");
   if (const auto tissue = keys(must("tissue"), kAnyObject,
                                "the tissue: [volume](#volume), [solids](#solids), [mesh](#mesh) or [bone](#bone)"))
     read_tissue(*(scene.tissue = *tissue));

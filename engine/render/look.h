@@ -94,6 +94,27 @@ inline dvec3 layered_color(const dvec3& upper, double translucency, const dvec3&
   return glm::mix(upper, beneath * glm::mix(glm::sqrt(upper), dvec3(1), std::min(1.18 * translucency, 1.0)), shows);
 }
 
+/// Colour that mixes into tooth tissue of this hardness, sRGB; w: 0..1, fraction of this colour. `hardness`: 0 to 1, of
+/// the tissue's own. Softened enamel is chalky, softened dentin brown. Caries has its material's colour where it is
+/// softest, and is yellow-brown at its edge. All values are estimates.
+inline glm::vec4 decay_paint(Tissue tissue, double hardness) {
+  constexpr glm::vec3 kChalk(0.86f, 0.85f, 0.81f), kBrown(0.65f, 0.46f, 0.27f);
+  constexpr double kSoftest = 0.15;  // hardness of the darkest caries
+  if (hardness >= 1) return glm::vec4(0);
+  const auto lost = static_cast<float>(std::min((1 - hardness) / 0.4, 1.0));
+  const auto firm = static_cast<float>(std::clamp((hardness - kSoftest) / (0.9 - kSoftest), 0.0, 1.0));
+  switch (tissue) {
+    case Tissue::kEnamel:
+      return {kChalk, 0.9f * lost};
+    case Tissue::kDentin:
+      return {kBrown, 0.8f * lost};
+    case Tissue::kCaries:
+      return {kBrown, 0.9f * firm};
+    default:
+      return glm::vec4(0);
+  }
+}
+
 /// A tissue's linear colour, mixed with the colour of the voxels around a vertex (Vertex::paint).
 inline dvec3 painted_color(const dvec3& tissue, const glm::vec4& paint) {
   if (!(paint.w > 0)) return tissue;

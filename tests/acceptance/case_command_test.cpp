@@ -68,6 +68,11 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
     const auto made_by = std::ranges::find(families, name, &CaseFamily::name);
     const bool caries = load_untouched(scene).volumes()[static_cast<std::size_t>(Tissue::kCaries)] > 0;
     EXPECT_EQ(made_by->weights.contains("residual_caries_percent"), caries && !scene.task->explore) << name;
+    const std::optional<CaseIdentity> identity = case_in(Json::load(file));
+    ASSERT_TRUE(identity) << name;
+    EXPECT_EQ(identity->icdas > 0, summary["parameters"].has("icdas")) << name;
+    EXPECT_EQ(identity->icdas > 0, made_by->weights.contains("residual_caries_percent") && name != "amalgam-removal")
+        << name;
     const bool neighbours = scene.surroundings && !scene.surroundings->neighbours.empty();
     EXPECT_EQ(made_by->weights.contains("neighbour_removed_mm3"), neighbours) << name;
   }

@@ -4,13 +4,16 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <tuple>
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/draft.h"
 #include "engine/app/cases/pocket_gum.h"
 #include "engine/app/cases/scanned_tooth.h"
+#include "engine/app/scene.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
+#include "engine/render/look.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/folder.h"
 
@@ -131,6 +134,83 @@ TEST(CaseTooth, AScanOfAToothHasTheMeasuresOfThatTooth) {
       near(scan.pulp_distance(p - from), tooth.pulp_distance(p), 0.35e-3);
       near(scan.surface(p.x, p.y), tooth.surface(p.x, p.y) - from.z, 0.4e-3);
     }
+  }
+}
+
+TEST(CaseLesion, ItsDepthFollowsItsIcdasCodeThroughEnamelAndDentin) {
+  for (const Layers& layers : {Layers{1.1e-3, 3.2e-3}, Layers{0.4e-3, 1.5e-3}}) {
+    double last = 0;
+    for (int code = 1; code <= 6; ++code)
+      for (const double within : {0.01, 0.5, 1.0}) {
+        const double depth = lesion_depth(code, within, layers);
+        EXPECT_GT(depth, last) << code;
+        EXPECT_EQ(icdas_of(depth, layers), code);
+        last = depth;
+      }
+    EXPECT_NEAR(lesion_depth(1, 1, layers), 0.5 * layers.enamel, 1e-9);
+    EXPECT_NEAR(lesion_depth(2, 1, layers), layers.enamel, 1e-9);
+    EXPECT_NEAR(lesion_depth(3, 1, layers), layers.enamel + layers.dentin / 3, 1e-9);
+    EXPECT_NEAR(lesion_depth(4, 1, layers), layers.enamel + layers.dentin * 2 / 3, 1e-9);
+    EXPECT_LT(last, layers.enamel + layers.dentin);
+  }
+}
+
+/// A lesion through 1 mm of enamel into dentin.
+Lesion coded(int icdas) {
+  Lesion lesion{.top = 2e-3, .border = 1e-3, .depth = 2.5e-3, .opening = 0.3e-3, .width = 1e-3};
+  lesion.icdas = icdas;
+  return lesion;
+}
+
+TEST(CaseLesion, CariesIsSofterWithTheCodeAndHardensFromTheAxisToTheEdge) {
+  const double below = 0.9999e-3;
+  for (int code = 1; code <= 6; ++code) {
+    const Lesion lesion = coded(code);
+    const auto axis = [&](double down) { return lesion.at({0, 0, 2e-3 - down}, Tissue::kDentin).hardness; };
+    if (code > 1) {
+      EXPECT_LE(axis(below), coded(code - 1).at({0, 0, 2e-3 - below}, Tissue::kEnamel).hardness) << code;
+    }
+    EXPECT_NEAR(axis(below), axis(1.0001e-3), 1e-3) << code << ": no step at the border of enamel and dentin";
+    EXPECT_NEAR(axis(2.4999e-3), 0.9, 1e-3) << code << ": firm at the front";
+    // Across enamel, across dentin and along the axis: harder up to the edge, affected beyond it, then sound.
+    for (const auto& [from, along, sound] : {std::tuple{dvec3(0, 0, 1.5e-3), dvec3(1, 0, 0), Tissue::kEnamel},
+                                             std::tuple{dvec3(0, 0, 0.6e-3), dvec3(0, 1, 0), Tissue::kDentin},
+                                             std::tuple{dvec3(0, 0, 1e-3), dvec3(0, 0, -1), Tissue::kDentin}}) {
+      double last = 0, last_affected = 0;
+      for (double way = 0; way < 2.2e-3; way += 0.02e-3) {
+        const Lesion::Point here = lesion.at(from + way * along, sound);
+        double& before = here.tissue == Tissue::kCaries ? last : last_affected;
+        EXPECT_GE(here.hardness, before - 1e-9) << code << " at " << way;
+        EXPECT_TRUE(here.tissue == sound || last_affected == 0) << code << ": one edge";
+        before = here.hardness;
+      }
+      EXPECT_EQ(last_affected, 1) << code;
+    }
+  }
+  // Shimizu 2015: enamel of code 3 has a tenth of its hardness; caries has 0.3 of enamel's stiffness.
+  EXPECT_NEAR(coded(3).at({0, 0, 2e-3}, Tissue::kEnamel).hardness * 0.3, 0.1, 0.01);
+  EXPECT_NEAR(coded(1).at({0.3001e-3, 0, 2e-3}, Tissue::kEnamel).hardness, 0.7, 0.01);
+}
+
+TEST(CaseLesion, ItsColourIsDarkestWhereItIsSoftestAndTheEnamelBesideItIsWhiterThanSound) {
+  const MaterialTable materials = read_scene("remove-caries").servo.materials;
+  const auto light = [&](const Lesion::Point& point) {
+    const dvec3 own = render::linear_light(materials[static_cast<std::size_t>(point.tissue)].color);
+    return glm::dot(render::painted_color(own, render::decay_paint(point.tissue, point.hardness)),
+                    dvec3(0.2126, 0.7152, 0.0722));
+  };
+  const double enamel = light({Tissue::kEnamel, 1}), dentin = light({Tissue::kDentin, 1});
+  for (int code = 3; code <= 6; ++code) {
+    const Lesion lesion = coded(code);
+    double last = 0;
+    for (double way = 0; way < 2.2e-3; way += 0.02e-3) {
+      const double here = light(lesion.at({way, 0, 0.8e-3}, Tissue::kDentin));
+      EXPECT_GE(here, last) << code << " at " << way;
+      last = here;
+    }
+    EXPECT_EQ(last, dentin);
+    EXPECT_LT(light(lesion.at({0, 0, 1.9e-3}, Tissue::kEnamel)), 0.5 * dentin) << code << ": a stained entrance";
+    EXPECT_GT(light(lesion.at({0.4e-3, 0, 2e-3}, Tissue::kEnamel)), 1.1 * enamel) << code << ": a chalky rim";
   }
 }
 

@@ -105,8 +105,7 @@ std::map<std::string, double> weights_of(const Json& family, const Ordered& task
   };
   std::vector<const char*> absent = {"gingiva_removed_mm3", "protected_removed_mm3"};
   const Json parameters = family["parameters"];
-  if (!made_by({"cervical"}) && !parameters.has("lesion_depth_mm") && !parameters.has("recurrent_mm"))
-    absent.push_back("residual_caries_percent");
+  if (!parameters.has("icdas") && !parameters.has("recurrent_mm")) absent.push_back("residual_caries_percent");
   if (!made_by({"boxes", "onlay", "lingual_box", "fracture"})) absent.push_back("neighbour_removed_mm3");
   if (teeth_of(family).empty()) absent.insert(absent.end(), {"pulp_removed_mm3", "pulp_distance_mm"});
   for (const char* name : absent) weights.erase(name);
@@ -130,9 +129,11 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   std::string description =
       fmt::format("Case {} of the family {}, difficulty {:g}", request.seed, request.family, request.difficulty);
   if (!tooth.type.empty()) description += fmt::format(": {}", in_words(tooth));
+  CaseIdentity made = request;
+  if (draft.has("icdas")) made.icdas = static_cast<int>(draft.out.parameters.at("icdas"));
   Ordered scene = {{"name", fmt::format("{}-{}", request.family, request.seed)},
                    {"description", description + "."},
-                   {"case", json_of(request)},
+                   {"case", json_of(made)},
                    {"tissue", {{"volume", volume}}}};
   for (const auto& [key, value] : base.items())
     if (!kOwnKeys.contains(key)) scene[key] = value;
@@ -175,12 +176,15 @@ std::string in_words(const CaseTooth& tooth) {
 }
 
 CaseIdentity read_case(const Json& json) {
-  return {json["family"].string(), static_cast<std::uint64_t>(json["seed"].integer(0)),
-          json["difficulty"].number(0, 1)};
+  const auto icdas = json.find("icdas");
+  return {json["family"].string(), static_cast<std::uint64_t>(json["seed"].integer(0)), json["difficulty"].number(0, 1),
+          icdas ? static_cast<int>(icdas->integer(1, 6)) : 0};
 }
 
 nlohmann::ordered_json json_of(const CaseIdentity& made) {
-  return {{"family", made.family}, {"seed", made.seed}, {"difficulty", made.difficulty}};
+  nlohmann::ordered_json json = {{"family", made.family}, {"seed", made.seed}, {"difficulty", made.difficulty}};
+  if (made.icdas > 0) json["icdas"] = made.icdas;
+  return json;
 }
 
 std::optional<CaseIdentity> case_in(const Json& scene) {

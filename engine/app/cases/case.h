@@ -27,6 +27,7 @@ struct CaseIdentity {
   std::string family;
   std::uint64_t seed = 1;
   double difficulty = 0.5;  // 0: easiest, 1: most difficult
+  int icdas = 0;            // code of the lesion, 1 to 6 (on a root 1 or 2); 0: no coded lesion
 };
 // The value of the key "case" in scenes, reports and cached scores. read_case() throws Error.
 CaseIdentity read_case(const Json& json);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -37,23 +38,69 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   return count;
 }
 
+// Depth at which each ICDAS code begins, in layers: to 1 through the enamel, to 2 through the dentin. Code 1: outer
+// half of the enamel, 2: inner half (Ekstrand criteria); 3, 4: outer and middle third of the dentin; 5, 6: inner third
+// (radiographic classes, BMC Oral Health 15 (2015) S3; their order by code: estimate).
+constexpr std::array kIcdasReach{0.25, 0.5, 1.0, 4 / 3.0, 5 / 3.0, 1.8, 1.95};
+
+struct IcdasHardness {
+  double enamel, dentin;  // caries, on the lesion's axis: at the surface and at the border to dentin
+  double white_spot;      // enamel beside the lesion
+};
+// Enamel has 0.7, 0.51 and 0.1 of its Knoop hardness at the codes 1 to 3 (Shimizu, Dent Mater J 34 (2015) 252). The
+// material caries has 0.3 of enamel's stiffness, so 0.1 is a third of it, and the codes 1 and 2 get its largest value.
+// From code 5 on, the enamel has broken down; dentin: estimate.
+constexpr std::array<IcdasHardness, 6> kIcdasHardness{{{0.9, 0.9, 0.7},
+                                                       {0.9, 0.75, 0.51},
+                                                       {0.34, 0.34, 0.51},
+                                                       {0.34, 0.25, 0.51},
+                                                       {0.15, 0.2, 0.51},
+                                                       {0.15, 0.15, 0.51}}};
+constexpr double kRimHardness = 0.9;     // caries at its edge
+constexpr double kAffectedDentin = 0.6;  // dentin at the edge of caries; estimate
+
 }  // namespace
 
 double in_mm(double metres) {
   return std::round(metres / kMillimetre * 1e4) * 1e-4;
 }
 
-double Lesion::hardness(const dvec3& p) const {
+Lesion::Point Lesion::at(const dvec3& p, Tissue sound) const {
   const dvec3 local = glm::transpose(R) * p;
   const glm::dvec2 q(local), along = b - a;
   const double length2 = glm::dot(along, along);
   const double t = length2 > 0 ? std::clamp(glm::dot(q - a, along) / length2, 0.0, 1.0) : 0;
-  const double beside = glm::length(q - a - t * along), down = top - local.z;
-  if (down > depth) return 0;
-  if (down < border) return beside < glm::mix(opening, width, std::max(down, 0.0) / border) ? 0.3 : 0;
-  const double s = (down - border) / (depth - border);
-  // Caries: softest at the enamel-dentin border (Knoop hardness by ICDAS code: Shimizu, Dent Mater J 34 (2015) 252).
-  return s >= 0 && beside < width * std::sqrt(1 - s * s) ? 0.15 + 0.45 * s : 0;
+  const double beside = glm::length(q - a - t * along), down = std::max(top - local.z, 0.0);
+  const IcdasHardness& soft = kIcdasHardness[static_cast<std::size_t>(icdas - 1)];
+  double rho = 0, outside = 0, core = soft.dentin;  // rho: 0 on the axis, 1 at the edge; outside: m
+  if (down < border) {
+    const double radius = glm::mix(opening, width, down / border);
+    rho = beside / radius;
+    outside = beside - radius;
+    core = glm::mix(soft.enamel, soft.dentin, down / border);
+  } else if (const double deep = depth - border; deep > 0) {
+    rho = std::hypot(beside / width, (down - border) / deep);
+    outside = (rho - 1) * std::min(width, deep);
+  } else {
+    rho = 1;
+    outside = std::max(down - depth, beside - width);
+  }
+  if (outside < 0) return {Tissue::kCaries, glm::mix(core, kRimHardness, rho * rho)};
+  if (outside >= affected || local.z > top + affected) return {sound, 1};
+  const double least = sound == Tissue::kEnamel ? soft.white_spot : kAffectedDentin;
+  return {sound, glm::mix(least, 1.0, outside / affected)};
+}
+
+double lesion_depth(int icdas, double within, const Layers& layers) {
+  const auto code = static_cast<std::size_t>(icdas);
+  const double reach = glm::mix(kIcdasReach[code - 1], kIcdasReach[code], within);
+  return layers.enamel * std::min(reach, 1.0) + layers.dentin * std::max(reach - 1, 0.0);
+}
+
+int icdas_of(double depth, const Layers& layers) {
+  int code = 1;
+  while (code < 6 && depth > lesion_depth(code, 1, layers)) ++code;
+  return code;
 }
 
 void Draft::lay_down(const dvec3& opening) {
@@ -123,10 +170,28 @@ double Draft::surface(const glm::dvec2& at) const {
   return w;
 }
 
-double enamel_depth(const CaseTooth& tooth, const dvec3& p, const dvec3& down) {
-  double depth = 0;
-  while (depth < 3e-3 && tooth.tissue(p + (depth + 1e-5) * down) == Tissue::kEnamel) depth += 0.05e-3;
-  return depth;
+Layers layers_below(const CaseTooth& tooth, const dvec3& p, const dvec3& down) {
+  constexpr double kStep = 0.05e-3, kMost = 10e-3;  // m
+  Layers layers;
+  while (layers.enamel < 3e-3 && tooth.tissue(p + (layers.enamel + 1e-5) * down) == Tissue::kEnamel)
+    layers.enamel += kStep;
+  double nearest = kMost;
+  for (double dentin = 0; dentin < kMost && nearest > 0; dentin += kStep)
+    if (const double pulp = tooth.pulp_distance(p + (layers.enamel + dentin) * down); pulp < nearest)
+      nearest = pulp, layers.dentin = dentin;
+  return layers;
+}
+
+Lesion& Draft::add_lesion(Lesion lesion, double deepest) {
+  const dvec3 from = lesion.R * dvec3(0.5 * (lesion.a + lesion.b), lesion.top);
+  const Layers layers = layers_below(out.tooth, from, -lesion.R[2]);
+  double& code = out.parameters.at("icdas");
+  lesion.depth = std::min(lesion_depth(static_cast<int>(std::lround(code)), uniform(random), layers), deepest);
+  lesion.icdas = icdas_of(lesion.depth, layers);
+  lesion.border = std::min(layers.enamel, lesion.depth);
+  code = lesion.icdas;
+  out.parameters["lesion_depth_mm"] = lesion.depth / kMillimetre;
+  return lesions.emplace_back(lesion);
 }
 
 void apply_lesions(Draft& draft) {
@@ -146,11 +211,12 @@ void apply_lesions(Draft& draft) {
           tissue.tissue[i] = filled;
           continue;
         }
+        const Tissue sound = tissue.tissue[i];
         for (const Lesion& lesion : draft.lesions) {
-          const double hardness = lesion.hardness(p);
-          if (hardness == 0) continue;
-          tissue.tissue[i] = Tissue::kCaries;
-          tissue.hardness[i] = haptics::hardness_byte(hardness);
+          const Lesion::Point here = lesion.at(p, sound);
+          const std::uint8_t hardness = haptics::hardness_byte(here.hardness);
+          if (here.tissue == Tissue::kCaries) tissue.tissue[i] = Tissue::kCaries;
+          tissue.hardness[i] = std::min(tissue.hardness[i], hardness);
         }
       }
 }

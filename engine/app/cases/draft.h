@@ -19,14 +19,21 @@ using Ordered = nlohmann::ordered_json;
 double in_mm(double metres);
 
 /// A carious lesion along the line a–b (u, v), from the surface down the axis w: `opening` at the surface, `width` at
-/// the border of enamel and dentin, round in the dentin.
+/// the border of enamel and dentin, round in the dentin. Tissue around it has lost mineral.
 struct Lesion {
   glm::dmat3 R{1};  // columns: the axes u, v, w in the tooth's frame
   glm::dvec2 a{0}, b{0};
   double top = 0, border = 0, depth = 0;  // m: surface's height w; depths of dentin and of lesion's end below it
   double opening = 0, width = 0;          // m, radii at the surface and at the enamel-dentin border
-  /// Hardness at p (tooth's frame), as a fraction of the hardness of sound tissue. 0: p is outside the lesion.
-  double hardness(const dvec3& p) const;
+  int icdas = 5;                          // code 1 to 6, gives the hardness
+  double affected = 0.35e-3;              // m, thickness of the tissue around that lost mineral
+
+  struct Point {
+    Tissue tissue = Tissue::kAir;
+    double hardness = 1;  // fraction of the tissue's own
+  };
+  /// The tissue at p (tooth's frame) that was `sound`: caries, affected or unchanged.
+  Point at(const dvec3& p, Tissue sound) const;
 };
 
 /// The generated case and its geometry. Points are in the axes u, v, w, m: w out of the cavity's opening, u mesial.
@@ -75,6 +82,9 @@ struct Draft {
   void add_neighbour(double side);
   /// Height w of the tooth's surface at (u, v), m.
   double surface(const glm::dvec2& at) const;
+  /// Adds a lesion as deep as the parameter "icdas" demands below the middle of its line, but at most `deepest` (m).
+  /// Sets this parameter to the code of the lesion's depth.
+  Lesion& add_lesion(Lesion lesion, double deepest);
 };
 
 /// Frame W: point at the cusps' tops, as in the shipped exercises, m.
@@ -83,8 +93,17 @@ inline constexpr dvec3 kTop{6.9e-3, 5.5e-3, 20.0e-3};
 /// Radius of the corners of a box-shaped cavity, m.
 inline constexpr double kCorner = 0.65e-3;
 
-/// Depth of the enamel below the point p of the surface in the direction `down`, m (tooth's frame).
-double enamel_depth(const CaseTooth& tooth, const dvec3& p, const dvec3& down);
+/// Thickness of the enamel below the point p of the surface in the direction `down`, and of the dentin from there to
+/// the pulp or to the place nearest to it, m (tooth's frame).
+struct Layers {
+  double enamel = 0, dentin = 0;
+};
+Layers layers_below(const CaseTooth& tooth, const dvec3& p, const dvec3& down);
+
+/// Depth of a lesion with the ICDAS code 1 to 6, m. `within`: 0 to 1, from the code's least to its largest depth.
+double lesion_depth(int icdas, double within, const Layers& layers);
+/// The ICDAS code, 1 to 6, of a lesion of this depth (m).
+int icdas_of(double depth, const Layers& layers);
 
 /// Adds what the family's recipe makes: lesions, ideal shape, neighbours. Throws RunFailure if the tooth does not suit.
 void apply_recipe(Draft& draft);

@@ -74,34 +74,31 @@ void fissure(Draft& draft) {
     const bool mesial = uniform(draft.random) < 0.5;
     old_filling(draft, mesial ? b : a, mesial ? a : b, floor, width);
   }
-  if (!draft.has("lesion_depth_mm")) return;
+  if (!draft.has("icdas")) return;
   const glm::dvec2 middle = 0.5 * (a + b);
   Lesion lesion{draft.R, glm::mix(middle, a, 0.6), glm::mix(middle, b, 0.6),
                 tooth.surface(middle.x, tooth.fissure(middle.x))};
-  lesion.depth = std::min(draft.mm("lesion_depth_mm"), lesion.top - floor - kInside);
-  lesion.border = 0.7 * lesion.depth;
   lesion.opening = 0.12e-3;
   lesion.width = 0.3 * width;
-  draft.lesions.push_back(lesion);
+  draft.add_lesion(lesion, lesion.top - floor - kInside);
 }
 
 void lesion(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   const glm::dvec2 at(0, tooth.fissure(0));
-  Lesion lesion{draft.R, at, at, tooth.surface(at.x, at.y)};
-  lesion.border = enamel_depth(tooth, {at, lesion.top}, {0, 0, -1}) + 0.1e-3;
-  double deepest = lesion.border;  // m below the top, limit of the lesion's depth; grows until the pulp is too near
-  while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, lesion.top - deepest}) > draft.mm("pulp_left_mm"))
+  const double top = tooth.surface(at.x, at.y);
+  double deepest = 0;  // m below the top, limit of the lesion's depth; grows until the pulp is too near
+  while (deepest < 8e-3 && tooth.pulp_distance({at.x, at.y, top - deepest}) > draft.mm("pulp_left_mm"))
     deepest += 0.02e-3;
-  lesion.depth = std::min(draft.mm("lesion_depth_mm"), deepest);
+  Lesion wanted{draft.R, at, at, top};
+  wanted.opening = 0.3e-3;
+  wanted.width = 0.5 * draft.mm("lesion_width_mm");
+  Lesion& lesion = draft.add_lesion(wanted, deepest);
+  lesion.border += 0.1e-3;
   if (lesion.depth < lesion.border + 0.5e-3)
     throw RunFailure(fmt::format("only {:.2f} mm of dentin for a lesion that ends {:.2f} mm from the pulp",
                                  (deepest - lesion.border) / kMillimetre, draft.mm("pulp_left_mm") / kMillimetre));
-  draft.out.parameters["lesion_depth_mm"] = lesion.depth / kMillimetre;
-  draft.out.parameters["pulp_left_mm"] = tooth.pulp_distance({at.x, at.y, lesion.top - lesion.depth}) / kMillimetre;
-  lesion.opening = 0.3e-3;
-  lesion.width = 0.5 * draft.mm("lesion_width_mm");
-  draft.lesions.push_back(lesion);
+  draft.out.parameters["pulp_left_mm"] = tooth.pulp_distance({at.x, at.y, top - lesion.depth}) / kMillimetre;
   draft.ideal = {{"remove_tissue", {"caries"}}, {"grow_mm", 0.12}};
   draft.ideal["remove"].push_back(draft.shaft(at, lesion.top - lesion.border, lesion.width));
   if (draft.has("caries_left_mm"))
@@ -144,11 +141,10 @@ void approximal_caries(Draft& draft, double side, double axial, double middle) {
   lesion.a = lesion.b = {middle, side * z};
   lesion.top = 0.5 * tooth.md + 0.5e-3;
   while (tooth.distance({side * lesion.top, middle, z}) > 0) lesion.top -= 0.02e-3;
-  lesion.depth = std::min(draft.mm("lesion_depth_mm"), lesion.top - std::abs(axial) - kInside);
-  lesion.border = std::min(enamel_depth(tooth, {side * lesion.top, middle, z}, -out), 0.8 * lesion.depth);
   lesion.opening = 0.75e-3;
   lesion.width = 0.6e-3;
-  draft.lesions.push_back(lesion);
+  Lesion& made = draft.add_lesion(lesion, lesion.top - std::abs(axial) - kInside);
+  if (made.border == made.depth) made.width = 0.2e-3;  // the cone's tip is in enamel
 }
 
 /// Adds the cavity: a slot along the fissure (unless the family says "occlusal": false), and a box towards each
@@ -170,7 +166,7 @@ void boxes(Draft& draft) {
     const double side = which.number(-1, 1), axial = side * (0.5 * tooth.md - draft.mm("axial_mm"));
     glm::dvec2& end = ends[side > 0];
     draft.box(side, axial, end.y, draft.mm("box_width_mm"), gingival);
-    if (draft.has("lesion_depth_mm")) approximal_caries(draft, side, axial, end.y);
+    if (draft.has("icdas")) approximal_caries(draft, side, axial, end.y);
     end.x = axial + side * kCorner;  // the slot ends inside the box
     draft.add_neighbour(side);
   }
@@ -213,10 +209,19 @@ void cervical(Draft& draft) {
   draft.lay_down({0, v, top});
   draft.slot({-reach, v}, {reach, v}, floor, width);
   Lesion lesion{draft.R, {-0.5 * reach, v}, {0.5 * reach, v}, top};
-  lesion.depth = draft.mm("depth_mm") - kInside;
-  lesion.border = 0.6 * lesion.depth;
-  lesion.opening = 0.25 * width;
+  const bool pit = draft.family.boolean_or("pit", false);  // a pit's entrance is narrow, a smooth surface's wide
+  lesion.opening = (pit ? 0.25 : 0.4) * width;
   lesion.width = 0.4 * width;
+  const double deepest = draft.mm("depth_mm") - kInside;
+  if (draft.mm("above_neck_mm") > 0) {
+    draft.add_lesion(lesion, deepest);
+    return;
+  }
+  // A root has its own codes: 1 discoloured, 2 with a cavity.
+  double& code = draft.out.parameters.at("icdas");
+  code = static_cast<double>(std::lround(code));
+  lesion.icdas = code < 2 ? 3 : 5;
+  lesion.depth = deepest;
   draft.lesions.push_back(lesion);
 }
 
@@ -306,6 +311,8 @@ void hidden_caries(Draft& draft) {
     lesion.depth = 1.2e-3;
     lesion.border = 0.9 * lesion.depth;
     lesion.opening = lesion.width = 0.5 * draft.mm("lesion_width_mm");
+    lesion.icdas = 3;
+    lesion.affected = 0;  // a white rim would show the lesion
     draft.lesions.push_back(lesion);
   }
   if (draft.lesions.size() < count) throw RunFailure(fmt::format("no room for {} lesions", count));

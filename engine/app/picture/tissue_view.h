@@ -27,8 +27,9 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, bool own, 
 /// Makes one mesh from TissueSurface::mesh, in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// Sets Vertex::paint to the colours of the voxels, which hide the tissue below and the stain of caries. Positions are
-/// relative to the volume's origin. If `drawn_as` replaces a tissue, the colours of its voxels are ignored.
+/// Sets Vertex::paint to the colours of the voxels, or of softened tooth tissue (render::decay_paint). They hide the
+/// tissue below and the stain of caries. Positions are relative to the volume's origin. Voxels of a tissue that
+/// `drawn_as` replaces are ignored.
 void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates,
                const DrawnAs& drawn_as = {});
 
