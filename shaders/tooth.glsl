@@ -123,8 +123,7 @@ vec3 tubule_sheen(vec3 p, vec3 n, vec3 v, float rough, float key) {
 vec3 caries(vec3 color, vec3 p, float inward, float shows) {
   float grain = 0.65 * noise(p * 2600.0) + 0.35 * noise(p * 9000.0);
   float core = smoothstep(0.2, 1.0, inward - 0.7 * shows + 0.5 * (noise(p * 1400.0) - 0.5) + 0.2 * (grain - 0.5));
-  vec3 edge = max(color, min(color * vec3(2.4, 2.9, 3.4), vec3(0.30, 0.12, 0.036)));
-  return mix(edge, 0.7 * color, core) * mix(0.8, 1.2, grain);
+  return color * mix(vec3(2.4, 2.9, 3.4), vec3(0.7), core) * mix(0.8, 1.2, grain);
 }
 
 /// Returns the colour of living pulp: red with a net of darker vessels, bleeding where it is open, under a wet film.

@@ -8,6 +8,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/case.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -75,6 +76,14 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
         << name;
     const bool neighbours = scene.surroundings && !scene.surroundings->neighbours.empty();
     EXPECT_EQ(made_by->weights.contains("neighbour_removed_mm3"), neighbours) << name;
+    if (!neighbours) continue;
+    const auto around = surroundings_shape(scene.surroundings);
+    bool sound = true;  // a neighbour copies the tooth, but not its lesion
+    for (double y = 4e-3; y < 8e-3; y += 0.5e-3)
+      for (const render::MeshUpdate& tile : around->section_face({0, 1, 0}, y, dvec3(0)))
+        for (const render::Vertex& v : tile.vertices)
+          for (const Tissue tissue : v.tissue) sound &= tissue != Tissue::kCaries;
+    EXPECT_TRUE(sound) << name;
   }
 }
 

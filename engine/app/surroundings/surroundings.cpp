@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "engine/app/surroundings/dam.h"
 #include "engine/app/surroundings/jaw.h"
@@ -248,7 +249,12 @@ struct SurroundingsShape::Impl {
     }
   }
   std::array<double, kTissueCount> fractions(const Neighbour& n, const dvec3& p) const {
-    if (n.copy) return tooth.fractions(n.copy->to_tooth(p));
+    if (n.copy) {
+      auto sound = tooth.fractions(n.copy->to_tooth(p));
+      for (const Tissue defect : {Tissue::kCaries, Tissue::kAmalgam, Tissue::kComposite})
+        sound[static_cast<std::size_t>(Tissue::kEnamel)] += std::exchange(sound[static_cast<std::size_t>(defect)], 0);
+      return sound;
+    }
     std::array<double, kTissueCount> all{};
     all[static_cast<std::size_t>(n.row->form.tissue(n.row->to_form(jaw.to_row(p))))] = 1;
     return all;
