@@ -151,8 +151,8 @@ struct ScoreItem {
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
-  double points = 0;  // 0 to `full`
-  double full = 0;    // largest possible points: 100 · weight / sum of all weights
+  double points = 0;      // 0 to `full`
+  double full = 0;        // largest possible points: 100 · weight / sum of all weights
   bool critical = false;  // true: a critical error (ScoreRule::critical)
 };
 
@@ -190,9 +190,9 @@ std::optional<double> default_target(std::string_view score_name);
 
 /// Default rules, for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "critical", "source"}…], "defaults": true}. A rule replaces
-/// the default rule of this name. "defaults": false removes all defaults. A missing target is the value of the target
-/// shape, else the default. Throws Error.
+/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "critical", "source"}…], "defaults": true}. A
+/// rule replaces the default rule of this name. "defaults": false removes all defaults. A missing target is the value
+/// of the target shape, else the default. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// Like rules_from(), but for the block "task", in which other keys are allowed.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);

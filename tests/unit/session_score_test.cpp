@@ -370,8 +370,9 @@ TEST(ScoreRules, InvalidRulesAreReported) {
               HasSubstr("\"rules[0].tolerance\": found 0"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": -1}]})"),
               HasSubstr("\"rules[0].weight\": found -1"));
-  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "critical": -1}]})"),
-              HasSubstr("\"rules[0].critical\": found -1"));
+  EXPECT_THAT(
+      message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "critical": -1}]})"),
+      HasSubstr("\"rules[0].critical\": found -1"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "best": "big"}]})"),
               HasSubstr("at_most, at_least or near"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1},
