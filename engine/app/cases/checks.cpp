@@ -201,6 +201,9 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
                             reached.items[i].name);
     refuse(fmt::format("the exact plan (which loses{})", losses), result.expert, "at least", kExpertPoints);
   }
+  for (const session::ScoreItem& item : reached.items)
+    if (item.critical)
+      throw RunFailure(fmt::format("the exact plan makes a critical error: {} {:.3g}", item.name, item.value));
   if (result.careless > kCarelessPoints) refuse("a careless hand", result.careless, "at most", kCarelessPoints);
 }
 

@@ -268,7 +268,7 @@ def defect_of(defect):
 
 def item_of(session, item):
     return ScoreItem(session=session, name=item["name"][:60], value=item.get("value"), unit=item.get("unit", "")[:20],
-                     target=item.get("target"), points=item["points"], full=item["full"],
+                     target=item.get("target"), points=item["points"], full=item["full"], critical=item["critical_error"],
                      place=place_keys(item.get("worst_at") or {})[:60])
 
 

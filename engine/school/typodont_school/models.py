@@ -108,6 +108,7 @@ class ScoreItem(models.Model):
     target = models.FloatField(null=True)
     points = models.FloatField()
     full = models.FloatField()
+    critical = models.BooleanField(default=False)  # fails the session, whatever its points
     place = models.CharField(max_length=60, blank=True)  # of the largest deviation: part.wall side.lingual third.middle
 
 

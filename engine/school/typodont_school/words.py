@@ -112,6 +112,7 @@ TEXTS = {
     "confirm": ("Type the pseudonym to confirm", "Zur Bestätigung das Pseudonym eingeben", "输入代号以确认"),
     "download": ("Download", "Herunterladen", "下载"),
     "table_parquet": ("Scores (Parquet)", "Punkte (Parquet)", "成绩 (Parquet)"),
+    "critical": ("critical error", "kritischer Fehler", "严重错误"),
     "announced": ("Announced by the bench", "Vom Arbeitsplatz gemeldet", "练习台已报告"),
     "table_csv": ("Scores (CSV)", "Punkte (CSV)", "成绩 (CSV)"),
     "statements": ("Statements (xAPI)", "Aussagen (xAPI)", "学习记录 (xAPI)"),

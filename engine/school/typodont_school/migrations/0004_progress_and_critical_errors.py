@@ -13,4 +13,9 @@ class Migration(migrations.Migration):
             name='announced_s',
             field=models.FloatField(default=0),
         ),
+        migrations.AddField(
+            model_name='scoreitem',
+            name='critical',
+            field=models.BooleanField(default=False),
+        ),
     ]
