@@ -355,8 +355,9 @@ nor score. Limits and pass mark (75) were not fitted to each other.
 
 {verdict}
 
-A session with a [critical error](tasks.md#what-can-be-scored) does not pass: here an over-cut of more than 0.35 mm (more
-than 2 mm of a planned depth of 1.65 mm), or an opened pulp. By its points alone (75), the score would reach:
+A session with a [critical error](tasks.md#what-can-be-scored) does not pass: here an over-cut of more than 0.35 mm (the
+rule's target of 0.1 mm, and half of the rubric's range of depths; of several limits, the best on such trials), or an
+opened pulp. By its points alone (75), the score would reach:
 
 {also}
 
