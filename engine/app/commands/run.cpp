@@ -68,9 +68,7 @@ void run(const RunOptions& options) {
   if (!options.resume.empty()) scene = with_resume(scene, options.resume);
   WorkbenchOptions workbench = options.workbench;
   if (options.quality != "auto") workbench.quality = options.quality;
-  std::optional<Progress> progress("run");
-  workbench.warnings = warning_levels(scene, workbench.trainee, &*progress);
-  progress.reset();  // ends the progress line before other output
+  workbench.warnings = warning_levels(scene, workbench.trainee);
   const WorkbenchSummary s = run_workbench(scene, workbench);
   double removed = 0;
   for (const double v : s.removed) removed += v;

@@ -133,14 +133,14 @@ std::vector<PastSession> past_sessions(const SkillTable& table, const fs::path& 
   return sessions;
 }
 
-session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee, Progress* progress) {
+session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee) {
   session::WarningLevels levels;
   if (!scene.needs("render")) return levels;
   for (const WarningRule& rule : warning_rules(scene)) levels[rule.item] = 1;
   if (levels.empty() || trainee.empty()) return levels;
   const SkillTable table = skill_table();
   const fs::path folder = user_folder() / "sessions" / file_name_of(trainee);
-  const std::vector<Mastery> mastery = mastery_after(table, past_sessions(table, folder, progress));
+  const std::vector<Mastery> mastery = mastery_after(table, past_sessions(table, folder, nullptr));
   for (std::size_t i = 0; i < table.skills.size(); ++i)
     for (const std::string& item : table.skills[i].items)
       if (levels.contains(item)) levels[item] = warning_level(table.model, mastery[i]);

@@ -29,9 +29,9 @@ CachedScore score_apart(const std::filesystem::path& session, Progress& progress
 /// Cancelled.
 std::vector<PastSession> past_sessions(const SkillTable& table, const std::filesystem::path& folder,
                                        Progress* progress);
-/// Levels of the scene's warnings for a trainee (empty: a guest), from the recorded sessions. `progress`: as in
-/// past_sessions(). Throws Error or Cancelled.
-session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee, Progress* progress = nullptr);
+/// Levels of the scene's warnings for a trainee (empty: a guest), from the cached scores of the recorded sessions.
+/// Throws Error.
+session::WarningLevels warning_levels(const Scene& scene, const std::string& trainee);
 
 class SessionScores {
  public:
