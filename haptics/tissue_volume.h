@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -71,8 +72,13 @@ class TissueVolume {
   bool colored() const;
   /// Copies the colours of a box of voxels; z runs fastest.
   void copy_colors(const glm::ivec3& lo, const glm::ivec3& size, VoxelColor* color) const;
-  /// Interpolates the colours of the eight voxels around a point (voxels). Returns the mean sRGB of the coloured ones,
-  /// and as w their fraction, 0 to 1. `tissues`: bit t is set if the colours of tissue t count.
+  /// Colour that a voxel shows instead of its tissue's, sRGB; w: 0 to 1, weight of this colour. `hardness`: fraction of
+  /// the tissue's own.
+  using PaintOf = std::function<glm::dvec4(Tissue tissue, double hardness, VoxelColor color)>;
+  /// Interpolates `paint_of` of the eight voxels around a point (voxels). Returns their mean sRGB, weighted by w, and
+  /// as w the mean weight of the voxels that are not air.
+  glm::vec4 paint_at(const dvec3& p_V, const PaintOf& paint_of) const;
+  /// paint_at() with the voxels' colours. `tissues`: bit t is set if the colours of tissue t count.
   glm::vec4 color_at(const dvec3& p_V, std::uint32_t tissues = ~0u) const;
 
   /// Copies a box of samples from voxel `lo` on: distances in voxels (limited to the band), labels, and hardness
@@ -156,8 +162,10 @@ class TissueVolume {
   /// Returns the tissues in a block of 8³ voxels: bit t is set if a voxel has the label t. The first voxel of the block
   /// is at 8·key.
   std::uint32_t tissues_in_block(const glm::ivec3& key) const;
+  /// Returns the bounding box (voxels) of all blocks of 8³ voxels in which a voxel has this label.
+  VoxelBox box_of(Tissue tissue) const;
   /// Returns true if any voxel has this label.
-  bool contains(Tissue tissue) const;
+  bool contains(Tissue tissue) const { return !box_of(tissue).empty(); }
 
   /// Removes a loose piece and corrects the distances around it. Labels do not change. Returns the volume of the piece
   /// per tissue, m³.

@@ -556,12 +556,11 @@ void TissueVolume::copy_colors(const glm::ivec3& lo, const glm::ivec3& size, Vox
   copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, color, kColor);
 }
 
-glm::vec4 TissueVolume::color_at(const dvec3& p_V, std::uint32_t tissues) const {
-  if (!impl_->colored) return glm::vec4(0);
+glm::vec4 TissueVolume::paint_at(const dvec3& p_V, const PaintOf& paint_of) const {
   const glm::ivec3 low(glm::floor(p_V));
   const dvec3 part = p_V - dvec3(low);
   dvec3 sum(0);
-  double colored = 0, all = 0;
+  double painted = 0, all = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::ivec3 up(corner & 1, corner >> 1 & 1, corner >> 2);
     const dvec3 w = glm::mix(1.0 - part, part, dvec3(up));
@@ -570,13 +569,20 @@ glm::vec4 TissueVolume::color_at(const dvec3& p_V, std::uint32_t tissues) const 
     const Tissue shown = shown_in(value);
     if (shown == Tissue::kAir) continue;
     all += weight;
-    const VoxelColor color = color_in(value);
-    if (color == kTissueColor || !(tissues >> static_cast<int>(shown) & 1)) continue;
-    colored += weight;
-    sum += weight * srgb_of(color);
+    const glm::dvec4 paint = paint_of(shown, hardness_fraction(hardness_in(value)), color_in(value));
+    painted += weight * paint.w;
+    sum += weight * paint.w * dvec3(paint);
   }
-  if (colored == 0) return glm::vec4(0);
-  return {glm::vec3(sum / colored), static_cast<float>(colored / all)};
+  if (painted == 0) return glm::vec4(0);
+  return {glm::vec3(sum / painted), static_cast<float>(painted / all)};
+}
+
+glm::vec4 TissueVolume::color_at(const dvec3& p_V, std::uint32_t tissues) const {
+  if (!impl_->colored) return glm::vec4(0);
+  return paint_at(p_V, [tissues](Tissue tissue, double /*hardness*/, VoxelColor color) {
+    const bool counts = color != kTissueColor && (tissues >> static_cast<int>(tissue) & 1);
+    return counts ? glm::dvec4(srgb_of(color), 1) : glm::dvec4(0);
+  });
 }
 
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
@@ -727,15 +733,16 @@ std::uint32_t TissueVolume::tissues_in_block(const glm::ivec3& key) const {
   return 1u << static_cast<int>(shown_in(tree.getValue(origin)));
 }
 
-bool TissueVolume::contains(Tissue tissue) const {
+VoxelBox TissueVolume::box_of(Tissue tissue) const {
   const auto& tree = impl_->tissue->tree();
+  openvdb::CoordBBox box;
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-    if (tissues_of(leaf->buffer().data()) >> static_cast<int>(tissue) & 1) return true;
+    if (tissues_of(leaf->buffer().data()) >> static_cast<int>(tissue) & 1) box.expand(leaf->getNodeBoundingBox());
   auto tile = tree.cbeginValueAll();
   tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
   for (; tile; ++tile)
-    if (shown_in(*tile) == tissue) return true;
-  return false;
+    if (shown_in(*tile) == tissue) box.expand(tile.getBoundingBox());
+  return box.empty() ? VoxelBox{} : VoxelBox{vec(box.min()), vec(box.max())};
 }
 
 SolidBits solid_bits(const float* samples) {

@@ -375,8 +375,8 @@ opened pulp, a touched neighbour), the report named 336 (recall 0.99), and 337 o
 
 ## Protocol for a school
 
-1. **Persons.** Students of at least two years, and dentists, with consent and codes for names. For a 95 % interval of
-   the ICC that is 0.2 wide (Bonett 2002), among students alone:
+1. **Persons.** Students of at least two different years of study, and dentists. All give their consent, and have a code
+   instead of a name. Number of students for a 95 % interval of the ICC that is 0.2 wide (Bonett 2002):
 
 {sizes}
 

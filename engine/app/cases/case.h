@@ -54,8 +54,8 @@ struct Case {
   CaseTooth tooth;
   std::map<std::string, double> parameters;  // measures of the tooth and the lesion by name: mm, degrees or years
   std::string scene;                         // JSON text of the scene; its volume is `volume`
-  double expert = 0, careless = 0;    // score of the planned strokes if they are cut exactly; if the hand is careless
-  std::vector<session::Score> hands;  // scores of the requested hands
+  double expert = 0, careless = 0;           // points of the planned strokes: cut exactly; cut by a careless hand
+  std::vector<session::Score> hands;         // scores of the requested hands
 };
 
 /// Name and type of a tooth; of a parametric tooth also the patient's age.

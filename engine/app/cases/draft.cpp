@@ -38,9 +38,9 @@ int pieces(const haptics::DenseTissue& tissue, Tissue which) {
   return count;
 }
 
-// Depth at which each ICDAS code begins, in layers: to 1 through the enamel, to 2 through the dentin. Code 1: outer
-// half of the enamel, 2: inner half (Ekstrand criteria); 3, 4: outer and middle third of the dentin; 5, 6: inner third
-// (radiographic classes, BMC Oral Health 15 (2015) S3; their order by code: estimate).
+// Least depth of the lesions of each ICDAS code; last: largest depth of code 6. 1: the border of enamel and dentin, 2:
+// the pulp. Code 1: outer half of the enamel, 2: inner half (Ekstrand criteria); 3, 4: outer and middle third of the
+// dentin; 5, 6: inner third (radiographic classes, BMC Oral Health 15 (2015) S3; their order by code: estimate).
 constexpr std::array kIcdasReach{0.25, 0.5, 1.0, 4 / 3.0, 5 / 3.0, 1.8, 1.95};
 
 struct IcdasHardness {

@@ -68,72 +68,23 @@ surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFra
   return whole;
 }
 
-namespace {
-
-/// The voxels around a mesh whose hardness gives them a colour.
-class SoftVoxels {
- public:
-  SoftVoxels(const haptics::TissueVolume& volume, const std::vector<render::Vertex>& vertices, std::uint32_t tissues)
-      : voxel_(static_cast<float>(volume.frame().voxel)) {
-    if (vertices.empty() || !volume.graded()) return;
-    glm::vec3 low(vertices.front().p), high(low);
-    for (const render::Vertex& v : vertices) low = glm::min(low, v.p), high = glm::max(high, v.p);
-    lo_ = glm::ivec3(glm::floor(low / voxel_));
-    size_ = glm::ivec3(glm::floor(high / voxel_)) + 2 - lo_;
-    tissue_.resize(static_cast<std::size_t>(size_.x) * size_.y * size_.z);
-    std::vector<std::uint8_t> hardness(tissue_.size());
-    volume.copy(lo_, size_, nullptr, tissue_.data(), hardness.data());
-    for (std::size_t i = 0; i < tissue_.size(); ++i) {
-      if (hardness[i] == haptics::kOwnHardness || !(tissues >> static_cast<int>(tissue_[i]) & 1)) continue;
-      if (paint_.empty()) paint_.resize(tissue_.size());
-      paint_[i] = render::decay_paint(tissue_[i], haptics::hardness_fraction(hardness[i]));
-    }
-  }
-
-  /// Mean colour of the eight voxels around p (m); w: its fraction.
-  glm::vec4 paint_at(const glm::vec3& p) const {
-    if (paint_.empty()) return glm::vec4(0);
-    const glm::vec3 at = p / voxel_ - glm::vec3(lo_);
-    const glm::ivec3 low(at);
-    const glm::vec3 part = at - glm::vec3(low);
-    glm::vec3 sum(0);
-    float painted = 0, all = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const glm::ivec3 up(corner & 1, corner >> 1 & 1, corner >> 2), i = low + up;
-      const glm::vec3 w = glm::mix(1.0f - part, part, glm::vec3(up));
-      const std::size_t voxel = (static_cast<std::size_t>(i.x) * size_.y + i.y) * size_.z + i.z;
-      if (tissue_[voxel] == Tissue::kAir) continue;
-      const float weight = w.x * w.y * w.z;
-      all += weight;
-      painted += weight * paint_[voxel].w;
-      sum += weight * paint_[voxel].w * glm::vec3(paint_[voxel]);
-    }
-    return painted > 0 ? glm::vec4(sum / painted, painted / all) : glm::vec4(0);
-  }
-
- private:
-  float voxel_;  // m
-  glm::ivec3 lo_{0}, size_{0};
-  std::vector<Tissue> tissue_;
-  std::vector<glm::vec4> paint_;  // empty: no voxel is painted
-};
-
-}  // namespace
-
 void add_paint(const haptics::TissueVolume& volume, std::vector<render::MeshUpdate>& updates, const DrawnAs& drawn_as) {
   if (!volume.colored() && !volume.graded()) return;
   std::uint32_t as_themselves = 0;
   for (int t = 0; t < kTissueCount; ++t)
     as_themselves |= (drawn_as(static_cast<Tissue>(t)) == static_cast<Tissue>(t) ? 1u : 0u) << t;
-  for (render::MeshUpdate& update : updates) {
-    const SoftVoxels soft(volume, update.vertices, as_themselves);
+  const auto decay = [&](Tissue tissue, double hardness, VoxelColor /*color*/) {
+    const bool counts = as_themselves >> static_cast<int>(tissue) & 1;
+    return counts ? glm::dvec4(render::decay_paint(tissue, hardness)) : glm::dvec4(0);
+  };
+  for (render::MeshUpdate& update : updates)
     for (render::Vertex& v : update.vertices) {
-      v.paint = volume.color_at(dvec3(v.p) / volume.frame().voxel, as_themselves);
-      if (v.paint.w == 0) v.paint = soft.paint_at(v.p);
+      const dvec3 p_V = dvec3(v.p) / volume.frame().voxel;
+      v.paint = volume.color_at(p_V, as_themselves);
+      if (v.paint.w == 0 && volume.graded()) v.paint = volume.paint_at(p_V, decay);
       v.shows *= 1 - v.paint.w;
       v.lesion *= 1 - v.paint.w;
     }
-  }
 }
 
 TissueCopy copy_of(haptics::Carver& carver) {

@@ -75,7 +75,9 @@ WarningMeter::WarningMeter(const Scene& scene, const haptics::TissueVolume& star
   if (scene.task) axis_W_ = scene.task->axis_W;
   const auto has = [&](Warning warning) { return std::ranges::count(rules_, warning, &WarningRule::warning) > 0; };
   if (has(Warning::kNeighbour)) around_ = monitored_shape(scene.surroundings);
-  if (has(Warning::kPulp) && start.contains(Tissue::kPulp)) add_pulp(dense_copy(start));
+  if (!has(Warning::kPulp)) return;
+  if (const haptics::VoxelBox box = start.box_of(Tissue::kPulp); !box.empty())
+    add_pulp(dense_copy(start, box.lo - 1, box.hi - box.lo + 3));
 }
 
 void WarningMeter::add_pulp(const DenseCopy& copy) {

@@ -67,7 +67,7 @@ class WarningMeter {
   dvec3 axis_W_{0, 0, 1};
   std::vector<PulpBlock> pulp_;
   double half_voxel_ = 0;                    // m
-  std::optional<SurroundingsShape> around_;  // empty: no rule needs it
+  std::optional<SurroundingsShape> around_;  // empty: no rule about neighbouring teeth
   double max_force_ = 0;                     // N, since the last evaluation
   Warning current_ = Warning::kNone;
   Nanos until_ = 0;  // ns, shown at least until this time

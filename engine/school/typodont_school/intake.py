@@ -186,9 +186,7 @@ def judge(session):
             raise program.Refused("the hand of an earlier session")
         exam = exam_of(session, header)
         if exam:
-            _judge_exam(session, exam)
-            if header["scene"].get("warnings") is not False:
-                raise program.Refused("an exam with warnings")
+            _judge_exam(session, exam, header["scene"])
         page = Path(room) / "en.html"
         score = program.score(copy, page)
         if session.exercise and score["full"] > 0:
@@ -200,7 +198,7 @@ def judge(session):
     return score, exam
 
 
-def _judge_exam(session, exam):
+def _judge_exam(session, exam, scene):
     if not session.signature:
         raise program.Refused("an exam without the bench's signature")
     if session.bench_id != exam.bench_id:
@@ -209,6 +207,8 @@ def _judge_exam(session, exam):
         raise program.Refused("an exam of another student")
     if session.exercise_id != exam.assignment.exercise_id:
         raise program.Refused("another exercise than the exam's")
+    if scene.get("warnings") is not False:
+        raise program.Refused("an exam with warnings")
     if session.truncated:
         raise program.Refused("an exam that was cut off")
     if exam.session_id not in (None, session.pk):
