@@ -42,6 +42,7 @@ struct ReportOptions {
   Verification verification;
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session file
   std::optional<Score> score;                 // the score; if there is no value, score_session() computes it
+  std::string not_measured;                   // why the tissue was not measured; empty: it was
   std::optional<ScoreInput> input;  // input of the score, if more measures are known than the session file contains
   // Final surface, with deviations from the ideal shape; the ideal shape's surface.
   std::optional<ResultModel> result, ideal;
@@ -59,7 +60,7 @@ SessionPicture read_picture(const std::filesystem::path& png, std::string_view n
 /// The volumes, the measures of the hand's motion and the result in the session, as input of the score. If the session
 /// has no result, the final volume is computed as the initial volume minus the volume that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
-/// Computes the score with the rules in the session's scene.
+/// Computes the score with the rules in the session's scene, without its tissue. A task gets no points.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});

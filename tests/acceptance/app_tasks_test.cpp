@@ -429,7 +429,7 @@ TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
   }
 }
 
-TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
+TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string scene =
       R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
@@ -458,7 +458,7 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
         folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5")));
     const test::Ran report =
         expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html")));
-    EXPECT_EQ(report.err.find("volumes in the file alone"), std::string::npos) << report.err;
+    EXPECT_EQ(report.err.find("not measured"), std::string::npos) << report.err;
     const Json json = Json::parse(report.out, "report");
     return 100 * json["points"].number() / json["full"].number();
   };
@@ -478,6 +478,14 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
   const std::string begin = picture("begin", "--at 0"), end = picture("end", "--at 4");
   EXPECT_NE(begin, end);
   EXPECT_NE(end, picture("difference", "--at 4 --view difference"));
+
+  // Without a file of the task, the other rules give no points.
+  std::filesystem::remove(folder / "ideal.h5");
+  const Json lost = Json::parse(
+      expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"))).out, "report");
+  EXPECT_EQ(lost["full"].number(), 0);
+  EXPECT_THAT(lost["not_measured"].string(), HasSubstr("ideal.h5"));
+  EXPECT_THAT(test::read_text(folder / "r.html"), HasSubstr("a task has no points"));
   EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 }
 

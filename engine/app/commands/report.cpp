@@ -191,20 +191,22 @@ void run(const ReportArguments& options) {
           items.back()["worst_at"] = json_of(place_name(*report.preparation, *tooth, *item.place_W));
       }
     }
-    nlohmann::json result = {{"report", options.out},
-                             {"signature", options.key.empty() ? nlohmann::json() : nlohmann::json("valid")},
-                             {"ticks", reader.tick_count()},
-                             {"truncated", reader.truncated()},
-                             {"points", report.score->points},
-                             {"full", report.score->full},
-                             {"completion", report.score->completion},
-                             {"date", reader.header().date},
-                             {"case", nullptr},
-                             {"pass_mark", report.score->pass.points},
-                             {"pass_source", report.score->pass.source},
-                             {"passed", report.score->counts() && report.score->passed()},
-                             {"items", items},
-                             {"defects", nlohmann::json::array()}};
+    nlohmann::json result = {
+        {"report", options.out},
+        {"signature", options.key.empty() ? nlohmann::json() : nlohmann::json("valid")},
+        {"ticks", reader.tick_count()},
+        {"truncated", reader.truncated()},
+        {"points", report.score->points},
+        {"full", report.score->full},
+        {"completion", report.score->completion},
+        {"date", reader.header().date},
+        {"case", nullptr},
+        {"pass_mark", report.score->pass.points},
+        {"pass_source", report.score->pass.source},
+        {"passed", report.score->counts() && report.score->passed()},
+        {"not_measured", report.not_measured.empty() ? nlohmann::json() : nlohmann::json(report.not_measured)},
+        {"items", items},
+        {"defects", nlohmann::json::array()}};
     if (const auto made = scene ? case_in(*scene) : std::nullopt) result["case"] = json_of(*made);
     for (const Defect& defect : report.defects) result["defects"].push_back(json_of(defect, reader, report, tooth));
     if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);

@@ -108,7 +108,8 @@ session::ReportOptions report_of(const session::SessionReader& session) {
     report.input = std::move(judged.input);
     if (has_other_law(session)) report.verification = verify(session);
   } catch (const Error& e) {
-    log::warn("scored by the volumes in the file alone: {}", e.what());
+    report.not_measured = e.what();
+    log::warn("{}: the tissue is not measured: {}", session.file().string(), e.what());
   }
   return report;
 }
@@ -117,7 +118,7 @@ session::SessionSummary summary_of(const session::SessionReader& session) {
   try {
     return session::summarize(session, evaluate_session(session).score);
   } catch (const Error& e) {
-    log::warn("{}: scored by the volumes in the file alone: {}", session.file().string(), e.what());
+    log::warn("{}: the tissue is not measured: {}", session.file().string(), e.what());
     return session::summarize(session);
   }
 }

@@ -111,7 +111,12 @@ ScoreInput input_of(const SessionReader& session, const Course& course) {
 
 Score score_of(const SessionReader& session, const ScoreInput& input) {
   if (session.header().scene_json.empty()) return score(input, default_rules(input));
-  return score_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input);
+  const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+  Score result = score_of_scene(scene, input);
+  if (!scene.is_object() || !scene.find("task")) return result;
+  for (ScoreItem& item : result.items) item.points = item.full = 0;
+  result.points = result.full = 0;
+  return result;
 }
 
 std::string scene_name_of(const SessionReader& session) {

@@ -156,6 +156,7 @@ void Page::warnings() {
   if (const Verification& v = options_.verification; v.state == Verification::State::kOtherLaw)
     texts.push_back(say("warn.other_law", escaped(session_.header().program_version), number(v.force_rms, 3),
                         number(v.force_max, 3), number(v.removed * 1e9, 3), number(v.removed_before * 1e9, 3)));
+  if (!options_.not_measured.empty()) texts.push_back(say("warn.not_measured", escaped(options_.not_measured)));
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
   put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
