@@ -257,7 +257,7 @@ void Workbench::Impl::set_up() {
     }
     if (scheme == "expert") return make_live_expert(scene, s.carver.volume(), s.wiring, options.rate, /*paced=*/true);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
-    pointer.emplace(*rig, above, wheel_step_of(rest));
+    pointer.emplace(*rig, above, wheel_step_of(rest), scene.task ? std::optional(scene.task->axis_W) : std::nullopt);
     pointer->come_into_sight(s.carver.volume());
     return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
   };

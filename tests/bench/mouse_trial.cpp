@@ -42,7 +42,6 @@ TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
     std::string said = fmt::format("mousemove {} {}\n", step.pixel.x, step.pixel.y);
     for (int i = 0; i < std::abs(step.wheel); ++i)
       said += step.wheel > 0 ? "mousedown 4 mouseup 4\n" : "mousedown 5 mouseup 5\n";
-    if (step.middle) said += "mousedown 2 mouseup 2\n";
     if (&step == &planned.steps.front()) said += "mousedown 1\n";
     std::fputs(said.c_str(), xdotool);
     std::fflush(xdotool);

@@ -85,7 +85,6 @@ class Mouse {
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
     input.wheel = step.wheel;
     input.left = step.left;
-    input.middle = step.middle;
     return input;
   }
 
@@ -109,7 +108,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   const TaskEvaluator judge(scene, start);
   std::vector<Goal> goals = goals_of(judge, start, scene, top);
   SteppedSession stepped(scene, std::move(start), kRate);
-  Pointer pointer(rig, above, wheel_step);
+  Pointer pointer(rig, above, wheel_step, scene.task->axis_W);
   Mouse mouse(rig, above, wheel_step);
 
   haptics::HandSample wanted = pointer.follow({}, 0);
@@ -130,7 +129,6 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     MouseStep step;
     step.t = session.seconds;
     step.left = true;
-    step.middle = session.steps.size() == 2;  // set the bur upright once
     const bool held_back = glm::length(tick.X_WT.p - tick.X_WG.p) > kHeldBack;
     const bool follows = !held_back || glm::length(tick.X_WG.p - aim) < kLead;
     waited = follows ? 0 : waited + kTurn;

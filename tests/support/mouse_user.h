@@ -16,7 +16,6 @@ struct MouseStep {
   glm::ivec2 pixel{0};  // position in the window, from its upper left corner
   int wheel = 0;        // notches, towards the user positive
   bool left = false;    // pressed
-  bool middle = false;  // clicked
 };
 
 struct MouseSession {

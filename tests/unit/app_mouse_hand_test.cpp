@@ -188,5 +188,23 @@ TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
   }
 }
 
+TEST(MouseHand, InATaskTheShankStartsAlongTheTasksAxisAndTheMiddleButtonSetsItBack) {
+  const display::DisplayRig rig = rig_named("window.json");
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) {
+    const dvec3 axis = i == 0   ? dvec3(1, 0, 0)
+                       : i == 1 ? dvec3(0, 0, -1)
+                                : glm::normalize(dvec3(normal(random), normal(random), normal(random)));
+    Pointer pointer(rig, {6.8_mm, 6.0_mm, 18.0_mm}, 0.15_mm, axis);
+    const auto off = [&](const display::UserInput& input, int frame) {
+      return glm::length(pointer.follow(input, frame * kFrame).X_WT.R * dvec3(0, 0, 1) - axis);
+    };
+    EXPECT_NEAR(off({}, 0), 0, 1e-9);
+    EXPECT_GT(off({.pointer = {0.2, 0.1}, .right = true}, 1), 0.05);
+    EXPECT_NEAR(off({.pointer = {0.2, 0.1}, .middle = true}, 2), 0, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace typodont::test

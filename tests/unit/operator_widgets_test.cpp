@@ -69,6 +69,14 @@ TEST(Fitted, ATextThatIsTooLongEndsBetweenLettersWithAnEllipsisAndIsNeverWiderTh
   EXPECT_EQ(widgets::fitted(texts[0], 20, columns), "Prepare a class I…");
 }
 
+TEST(Widgets, ALongTextIsBrokenOnlyAtSpacesSoANumberStaysWhole) {
+  const auto columns = [](std::string_view text) { return static_cast<float>(text.size()); };
+  EXPECT_EQ(widgets::broken("2.7 mm long, 1.7 mm high", 14, columns), "2.7 mm long,\n1.7 mm high");
+  EXPECT_EQ(widgets::broken("a 123456.789 b\nc d", 5, columns), "a\n123456.789\nb\nc d");
+  EXPECT_EQ(widgets::broken("", 5, columns), "");
+  EXPECT_EQ(widgets::broken("fits", 5, columns), "fits");
+}
+
 TEST(Keys, KeysAndQualityLevelsAreNamedInTheReadersLanguage) {
   OperatorState s;
   EXPECT_EQ(s.keys("Ctrl+Z"), "Ctrl+Z");

@@ -24,7 +24,7 @@ constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen
 constexpr double kStartClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
-// Tilt of the tool at the start, away from the user, so that the bur is visible, rad.
+// Tilt of the tool at the start without an axis, rad.
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
 // Tilt of the tool per pointer motion of half the height of the picture, rad.
@@ -70,8 +70,12 @@ double wheel_step_of(const std::string& text) {
   return step;
 }
 
-Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step)
-    : rig_(rig), wheel_step_(wheel_step), lean_(kRestingLean) {
+Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step,
+                 const std::optional<dvec3>& axis_W)
+    : rig_(rig),
+      wheel_step_(wheel_step),
+      along_axis_(rotation_between({0, 0, 1}, axis_W.value_or(dvec3(0, 0, 1)))),
+      lean_(axis_W ? glm::dvec2(0) : kRestingLean) {
   const View seen = view();
   depth_ = glm::dot(start_W - seen.middle, seen.toward_eye);
 }
@@ -129,7 +133,8 @@ dquat Pointer::rotation() const {
   const dvec3 z(0, 0, 1), level = rig_.head.right - z * rig_.head.right.z;
   const dvec3 x = glm::length(level) > 1e-3 ? glm::normalize(level) : dvec3(1, 0, 0), away = glm::cross(z, x);
   const dquat upright(glm::dmat3(x, away, z));
-  return glm::angleAxis(lean_.x, away) * glm::angleAxis(-lean_.y, x) * upright;
+  return glm::angleAxis(lean_.x, along_axis_ * away) * glm::angleAxis(-lean_.y, along_axis_ * x) * along_axis_ *
+         upright;
 }
 
 haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t, const std::optional<dvec3>& touching_W) {

@@ -1,5 +1,5 @@
 // The mouse as a hand without force. The pointer moves the tool across the picture, the wheel along the tool's axis;
-// left button: pedal; right button or Shift: tilt; middle button: upright.
+// left button: pedal; right button or Shift: tilt; middle button: along the axis of the preparation, or upright.
 #pragma once
 
 #include <memory>
@@ -20,8 +20,10 @@ double wheel_step_of(const std::string& text);
 /// Computes the tool's pose from window input. Render thread only.
 class Pointer {
  public:
-  /// `wheel_step`: m per notch of the wheel.
-  Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
+  /// `wheel_step`: m per notch of the wheel. `axis_W`: unit vector along which the shank starts; empty: tilted away
+  /// from the user, so that the bur is visible.
+  Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step,
+          const std::optional<dvec3>& axis_W = std::nullopt);
   /// If tissue hides the tool, moves it to the surface that the user sees and from there out along the shank. Call
   /// before the session starts, because then only the carver thread may use the volume.
   void come_into_sight(const haptics::TissueVolume& tissue);
@@ -52,7 +54,8 @@ class Pointer {
   // m, distance from the screen's plane to the plane in front of it in which the pointer moves the tool
   double depth_ = 0;
   dvec3 slid_W_{0};  // m, displacement of the tool by the wheel
-  /// Tilt of the shank from z, rad: to the user's right, and away from the user.
+  dquat along_axis_;  // rotates z to the axis
+  /// Tilt of the shank from the axis, rad: to the user's right, and away from the user.
   glm::dvec2 lean_;
   /// Position of the pointer, and displacement from the pointer to the tool, in halves of the picture.
   glm::dvec2 at_{0}, offset_{0};

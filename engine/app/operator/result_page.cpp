@@ -264,9 +264,9 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
       const ImVec4 color = f.state == "ok" ? kGood : f.state == "degraded" ? kWarn : kBad;
       colored(s.text(fmt::format("op.state_{}", f.state)), color);
       ImGui::TableNextColumn();
-      ImGui::TextWrapped("%s", f.name.c_str());
+      wrapped(f.name);
       ImGui::TableNextColumn();
-      ImGui::TextWrapped("%s", f.found.c_str());
+      wrapped(f.found);
       if (!f.without.empty()) dim_wrapped(f.without);
       if (!f.mend.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.mend"), f.mend));
     }
@@ -338,7 +338,7 @@ void draw_leaving(OperatorState& s, InterfaceWindow& w) {
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   ImGui::SetNextWindowSize({34 * u, 0});
   if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings)) return;
-  ImGui::TextWrapped("%s", s.text("op.unsaved"));
+  wrapped(s.text("op.unsaved"));
   ImGui::Spacing();
   const auto answer = [&](Ask ask) {
     s.ask(ask);

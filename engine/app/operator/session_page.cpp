@@ -39,9 +39,7 @@ bool explains_mouse(const OperatorState& s) {
 
 void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("exercise", s.text("op.exercise"), size, w);
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(s.scene_title.c_str());
-  ImGui::PopTextWrapPos();
+  wrapped(s.scene_title);
   dim_wrapped(s.scene_goal);
   if (s.status.implant) draw_phase(s, *s.status.implant);
   if (explains_mouse(s)) {
@@ -57,7 +55,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::PushStyleColor(ImGuiCol_Text, color);
       ImGui::TextUnformatted(i < current ? "✓" : i == current ? "▸" : "·");
       ImGui::SameLine(1.2f * w.style().unit + ImGui::GetStyle().WindowPadding.x);
-      ImGui::TextWrapped("%s", s.steps.text(i).in(s.language).c_str());
+      wrapped(s.steps.text(i).in(s.language));
       ImGui::PopStyleColor();
       if (i == current && s.step_shown != i) {
         ImGui::SetScrollHereY(0.6f);
@@ -316,9 +314,7 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("device", s.text("op.device"), size, w);
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextUnformatted(s.device.model.c_str());
-  ImGui::PopTextWrapPos();
+  wrapped(s.device.model);
   const double force = glm::length(s.status.tick.f_T_W);
   const double limit = s.device.force_limit > 0 ? s.device.force_limit : 3;
   row(s.text("force"), fmt::format("{} N", s.number(force, 2)));

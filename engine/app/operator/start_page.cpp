@@ -170,14 +170,12 @@ void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     draw_picture(s, w, scene.picture, ImGui::GetContentRegionAvail().x);
     ImGui::Spacing();
     ImGui::PushFont(w.style().large);
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextUnformatted(scene.title.c_str());
-    ImGui::PopTextWrapPos();
+    wrapped(scene.title);
     ImGui::PopFont();
     if (!scene.fault.empty()) {
       colored_wrapped(scene.fault, kBad);
     } else {
-      ImGui::TextWrapped("%s", scene.description.c_str());
+      wrapped(scene.description);
     }
     draw_model(s, w, scene);
     if (scene.jaw) {
@@ -271,7 +269,7 @@ void follow_keys(OperatorState& s) {
 void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_panel("first_run", nullptr, {0, 4.9f * u}, w);
-  ImGui::TextWrapped("%s", s.text("op.first_run"));
+  wrapped(s.text("op.first_run"));
   const auto offer = [&](const char* text, Ask ask, const Shortcut& key) {
     if (main_button(fmt::format("  {}   {}  ", s.text(text), key.name).c_str(), {0, 0})) s.ask(ask);
   };

@@ -66,6 +66,12 @@ void end_panel() {
   ImGui::EndChild();
 }
 
+namespace {
+float text_width(std::string_view text) {
+  return ImGui::CalcTextSize(text.data(), text.data() + text.size()).x;
+}
+}  // namespace
+
 void title(const std::string& text, InterfaceWindow& w) {
   ImGui::PushFont(w.style().large);
   ImGui::TextUnformatted(text.c_str());
@@ -86,10 +92,30 @@ void colored(const std::string& text, const ImVec4& color) {
   ImGui::TextUnformatted(text.data(), text.data() + text.size());
   ImGui::PopStyleColor();
 }
-void colored_wrapped(const std::string& text, const ImVec4& color) {
+std::string broken(const std::string& text, float room, const std::function<float(std::string_view)>& width) {
+  std::string lines = text;
+  std::size_t line = 0, space = std::string::npos;  // begin of the current line, and its last space
+  for (std::size_t end = 0; end <= lines.size(); ++end) {
+    if (end < lines.size() && lines[end] != ' ' && lines[end] != '\n') continue;
+    if (space != std::string::npos && width(std::string_view(lines).substr(line, end - line)) > room) {
+      lines[space] = '\n';
+      line = space + 1;
+    }
+    space = end;
+    if (end < lines.size() && lines[end] == '\n') line = end + 1, space = std::string::npos;
+  }
+  return lines;
+}
+void wrapped(const std::string& text) {
+  const std::string lines = broken(text, ImGui::GetContentRegionAvail().x, text_width);
   ImGui::PushTextWrapPos(0);
-  colored(text, color);
+  ImGui::TextUnformatted(lines.data(), lines.data() + lines.size());
   ImGui::PopTextWrapPos();
+}
+void colored_wrapped(const std::string& text, const ImVec4& color) {
+  ImGui::PushStyleColor(ImGuiCol_Text, color);
+  wrapped(text);
+  ImGui::PopStyleColor();
 }
 
 void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
@@ -136,8 +162,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   return text.substr(0, keep) + std::string(kEllipsis);
 }
 std::string fitted(const std::string& text, float room) {
-  return fitted(text, room,
-                [](std::string_view part) { return ImGui::CalcTextSize(part.data(), part.data() + part.size()).x; });
+  return fitted(text, room, text_width);
 }
 void one_line(const std::string& text, float room) {
   const std::string shown = fitted(text, room);

@@ -39,6 +39,11 @@ void title(const std::string& text, InterfaceWindow& w);
 void heading(const char* text, InterfaceWindow& w);
 void note(const std::string& text, InterfaceWindow& w);
 void colored(const std::string& text, const ImVec4& color);
+/// Breaks a text into lines of at most `room` (pixels), only at spaces. A word wider than `room` stays whole. `width`
+/// measures a text.
+std::string broken(const std::string& text, float room, const std::function<float(std::string_view)>& width);
+/// Draws a text in lines of the region's width. ImGui alone would also break a number at its point.
+void wrapped(const std::string& text);
 void colored_wrapped(const std::string& text, const ImVec4& color);
 inline void dim(const std::string& text) {
   colored(text, kDim);

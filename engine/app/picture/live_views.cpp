@@ -44,6 +44,8 @@ LiveViews::LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, co
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   middle_W_ = tissue.frame().to_world(0.5 * dvec3(lo + hi));
+  const haptics::VoxelBox caries = tissue.box_of(Tissue::kCaries);
+  section_W_ = caries.empty() ? middle_W_ : tissue.frame().to_world(0.5 * dvec3(caries.lo + caries.hi));
   const PerTissue volumes = tissue.volumes();
   for (std::size_t i = 1; i < volumes.size(); ++i)
     if (volumes[i] > 0) tissues_ |= 1u << i;
@@ -125,7 +127,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
     wish.look.section = wanted.section;
     wish.look.plane = wanted.plane;
     wish.look.surroundings = wanted.surroundings;
-    wish.plane = section_plane(wanted, middle_W_, p.stage->rig().head.eye_center);
+    wish.plane = section_plane(wanted, section_W_, p.stage->rig().head.eye_center);
   }
   if (wanted.view == render::View::kLook) wish.look.hidden = wanted.hidden;
   if (wish == p.wish) return;
