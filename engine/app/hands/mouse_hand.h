@@ -53,7 +53,7 @@ class Pointer {
   double wheel_step_;
   // m, distance from the screen's plane to the plane in front of it in which the pointer moves the tool
   double depth_ = 0;
-  dvec3 slid_W_{0};  // m, displacement of the tool by the wheel
+  dvec3 slid_W_{0};   // m, displacement of the tool by the wheel
   dquat along_axis_;  // rotates z to the axis
   /// Tilt of the shank from the axis, rad: to the user's right, and away from the user.
   glm::dvec2 lean_;

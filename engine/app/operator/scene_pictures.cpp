@@ -94,8 +94,9 @@ void ScenePictures::begin(const fs::path& scene) {
           fs::remove_all(folder, ignored);
         }
       } drawn{fs::path(file).replace_extension()};
-      run_self({"render", scene.string(), "--eye", "left", "--size", "640x480", "--out", drawn.folder.string()},
-               progress, kLowestPriority);
+      run_self({"render", scene.string(), "--eye", "left", "--size", "640x480", "--quality", "medium", "--out",
+                drawn.folder.string()},
+               progress);
       fs::rename(drawn.folder / "left.png", file);
     });
     if (!kept) throw RunFailure("no picture");
