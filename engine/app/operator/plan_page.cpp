@@ -125,8 +125,7 @@ void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (edit_point("##platform", form.plan.entry_W)) form.changed = true;
   dim(s.text("op.plan_tilt"));
   if (edit_axis(form.plan.axis_W)) form.changed = true;
-  if (slider("##width", form.width_mm, 15, 120, fmt::format("{} %.0f mm", s.text("op.plan_width"))))
-    form.changed = true;
+  if (slider(s, "##width", form.width_mm, 15, 120, s.text("op.plan_width"), 0, " mm")) form.changed = true;
   ImGui::Spacing();
   draw_findings(s);
   ImGui::Spacing();

@@ -190,14 +190,14 @@ void draw_tools(OperatorState& s) {
   std::ranges::transform(kKinds, names.begin(), [&](const char* key) { return s.text(key); });
   choice("##kind", form.kind, names);
   if (form.tool == ScanTool::kBrush) {
-    slider("##radius", form.radius_mm, 0.3f, 8, fmt::format("{} %.1f mm", s.text("op.radius")));
+    slider(s, "##radius", form.radius_mm, 0.3f, 8, s.text("op.radius"), 1, " mm");
     const bool removes = static_cast<haptics::LabelKind>(form.kind) == haptics::LabelKind::kNothing;
     ImGui::BeginDisabled(removes);
     ImGui::Checkbox(s.text("op.scan_only_tissue"), &form.only_tissue);
     ImGui::EndDisabled();
   } else {
-    slider("##reach", form.reach_mm, 1, 20, fmt::format("{} %.0f mm", s.text("op.scan_reach")));
-    slider("##tolerance", form.tolerance, 0.05f, 1, fmt::format("{} %.2f", s.text("op.scan_tolerance")));
+    slider(s, "##reach", form.reach_mm, 1, 20, s.text("op.scan_reach"), 0, " mm");
+    slider(s, "##tolerance", form.tolerance, 0.05f, 1, s.text("op.scan_tolerance"), 2);
   }
   if (!review.can_correct()) dim_wrapped(s.text("op.scan_needs_full"));
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - gap);
@@ -247,8 +247,8 @@ void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   dim(s.text("op.scan_region"));
   edit_region(form);
   auto width = static_cast<float>(review.width() / kMillimetre);
-  if (slider("##width", width, 10, static_cast<float>(review.whole_width() / kMillimetre),
-             fmt::format("{} %.0f mm", s.text("op.plan_width"))))
+  if (slider(s, "##width", width, 10, static_cast<float>(review.whole_width() / kMillimetre), s.text("op.plan_width"),
+             0, " mm"))
     review.set_width(static_cast<double>(width) * kMillimetre);
   const bool full = review.can_correct();
   ImGui::BeginDisabled(s.busy || full);

@@ -198,8 +198,7 @@ void SessionControls::draw_plane() {
   }
   ImGui::SameLine();
   auto at = static_cast<float>(s_.look.section / kMillimetre);
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::SliderFloat("##section", &at, -12, 12, "%.1f mm   ,  .", ImGuiSliderFlags_AlwaysClamp)) {
+  if (slider(s_, "##section", at, -12, 12, "", 1, " mm   ,  .")) {
     s_.look.section = static_cast<double>(at) * kMillimetre;
     changed = true;
   }

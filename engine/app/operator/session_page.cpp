@@ -254,8 +254,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm, hud_words(s.language)));
   auto speed = static_cast<float>(100 * s.settings.speed_fraction);
-  bool changed = slider("##speed", speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")),
-                        ImGuiSliderFlags_AlwaysClamp);
+  bool changed = slider(s, "##speed", speed, 0, 100, s.text("op.speed_limit"), 0, " %%");
   if (changed) s.settings.speed_fraction = speed / 100;
   const double step = (typed("+=") - typed("-")) * kShareStep;
   if (step != 0) {
@@ -269,8 +268,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       changed = true;
     }
     auto force = static_cast<float>(100 * s.settings.force_fraction);
-    if (slider("##force", force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")),
-               ImGuiSliderFlags_AlwaysClamp)) {
+    if (slider(s, "##force", force, 0, 100, s.text("op.force_share"), 0, " %%")) {
       s.settings.force_fraction = force / 100;
       changed = true;
     }
@@ -293,13 +291,11 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       if (ImGui::Selectable(name(t), t == s.paint_tissue)) s.paint_tissue = t;
     ImGui::EndCombo();
   }
-  slider("##radius", s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")),
-         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
-  slider("##hardness", s.paint_hardness, 0.05f, 1, fmt::format("{} × %.2f", s.text("op.hardness")),
-         ImGuiSliderFlags_AlwaysClamp);
+  slider(s, "##radius", s.paint_radius_mm, 0.1f, 3, s.text("op.radius"), 2, " mm", -1, ImGuiSliderFlags_Logarithmic);
+  slider(s, "##hardness", s.paint_hardness, 0.05f, 1, fmt::format("{} ×", s.text("op.hardness")), 2);
   const auto tissue = static_cast<std::size_t>(s.paint_tissue);
-  if (slider("##stiffness", s.stiffness[tissue], 0.05f, 3, fmt::format("{} × %.2f", s.text("op.stiffness")),
-             ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic)) {
+  if (slider(s, "##stiffness", s.stiffness[tissue], 0.05f, 3, fmt::format("{} ×", s.text("op.stiffness")), 2, "", -1,
+             ImGuiSliderFlags_Logarithmic)) {
     s.settings.stiffness[tissue] = static_cast<double>(s.stiffness[tissue]);
     s.ask(Ask::kSettings);
   }

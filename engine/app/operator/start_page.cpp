@@ -123,9 +123,7 @@ void draw_cases(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginDisabled(!can);
   choice("##family", form.family, 0, static_cast<int>(form.families.size()),
          [&](int i) { return form.families[static_cast<std::size_t>(i)].second; });
-  ImGui::SetNextItemWidth(half);
-  ImGui::SliderFloat("##difficulty", &form.difficulty, 0, 1, fmt::format("{} %.2f", s.text("op.difficulty")).c_str(),
-                     ImGuiSliderFlags_AlwaysClamp);
+  slider(s, "##difficulty", form.difficulty, 0, 1, s.text("op.difficulty"), 2, "", half);
   ImGui::SameLine();
   ImGui::SetNextItemWidth(half);
   ImGui::InputScalar("##seed", ImGuiDataType_S32, &form.seed, nullptr, nullptr,

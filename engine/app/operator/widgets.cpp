@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/display/keys.h"
 
@@ -273,9 +274,15 @@ bool text_field(const char* id, const char* hint, std::span<char> text) {
   return ImGui::InputTextWithHint(id, hint, text.data(), text.size());
 }
 
-bool slider(const char* id, float& value, float lo, float hi, const std::string& format, ImGuiSliderFlags flags) {
-  ImGui::SetNextItemWidth(-1);
-  return ImGui::SliderFloat(id, &value, lo, hi, format.c_str(), flags);
+bool slider(const OperatorState& s, const char* id, float& value, float lo, float hi, const std::string& label,
+            int decimals, const char* unit, float width, ImGuiSliderFlags flags) {
+  ImGui::SetNextItemWidth(width);
+  // Without a format for the number, ImGui does not round.
+  const std::string text = fmt::format("{} {}{}", label, s.number(static_cast<double>(value), decimals), unit);
+  if (!ImGui::SliderFloat(id, &value, lo, hi, text.c_str(), flags | ImGuiSliderFlags_AlwaysClamp)) return false;
+  const auto steps = static_cast<float>(std::pow(10, decimals));
+  value = std::round(value * steps) / steps;
+  return true;
 }
 
 bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name, float width) {

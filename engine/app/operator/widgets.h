@@ -100,7 +100,9 @@ void unit_field(float& unit_mm);
 
 // Fields as wide as the column, or `width`. They return true if the user changed the value.
 bool text_field(const char* id, const char* hint, std::span<char> text);
-bool slider(const char* id, float& value, float lo, float hi, const std::string& format, ImGuiSliderFlags flags = 0);
+/// Shows `label`, the value with `decimals`, to which it is rounded, and `unit`.
+bool slider(const OperatorState& s, const char* id, float& value, float lo, float hi, const std::string& label,
+            int decimals, const char* unit = "", float width = -1, ImGuiSliderFlags flags = 0);
 /// Choice from a list. `name(i)`: text of the choice i, for `first` <= i < `end`.
 bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name,
             float width = -1);
