@@ -42,8 +42,10 @@ Json families_table() {
   return Json::parse(all.dump(), "families.json", Json::Lines::kUnknown);
 }
 
-std::string pretty(double value) {
-  return fmt::format("{:.2g}", value);
+std::string pretty(double value, std::string_view language) {
+  std::string text = fmt::format("{:.2g}", value);
+  if (language == "de") std::ranges::replace(text, '.', ',');
+  return text;
 }
 
 /// The types of tooth that a case family lists; none for a hip.
@@ -157,7 +159,7 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
       if (const auto at = filled.find(mark); at != std::string::npos) filled.replace(at, mark.size(), value);
     };
     fill("tooth", tooth.type);
-    for (const auto& [name, value] : draft.out.parameters) fill(name, pretty(value));
+    for (const auto& [name, value] : draft.out.parameters) fill(name, pretty(value, language));
     task["goal"][language] = filled;
   }
   if (!draft.explore.empty())
