@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/dispatch.h"
+#include "engine/base/in_parallel.h"
 #include "engine/base/vectors.h"
 #include "engine/base/voxels.h"
 
@@ -204,7 +205,8 @@ TrueDistances::TrueDistances(DenseField field)
   NearestSeeds nearest(n);
   // Each voxel beside the surface becomes a seed. Its closest surface point is computed from the gradient.
   const auto inside = [&](int x, int y, int z) { return field_.distance[field_.at(x, y, z)] < 0; };
-  for_each_voxel(n, [&](int x, int y, int z) {
+  std::vector<std::vector<std::pair<std::size_t, glm::vec3>>> slices(static_cast<std::size_t>(n.x));
+  const auto add_seed = [&](int x, int y, int z) {
     const bool in = inside(x, y, z);
     const bool border = (x > 0 && inside(x - 1, y, z) != in) || (x + 1 < n.x && inside(x + 1, y, z) != in) ||
                         (y > 0 && inside(x, y - 1, z) != in) || (y + 1 < n.y && inside(x, y + 1, z) != in) ||
@@ -215,10 +217,22 @@ TrueDistances::TrueDistances(DenseField field)
     const glm::dvec3 g = field_.gradient(p);
     const double length = glm::length(g), d = static_cast<double>(field_.distance[at]);
     const glm::vec3 closest(length > 0.1 ? p - std::clamp(d, -1.5, 1.5) * g / length : p);
-    // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
-    nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
-    seeds_.push_back({closest, false, {}});
-  });
+    slices[static_cast<std::size_t>(x)].emplace_back(at, closest);
+  };
+  in_parallel(
+      slices.size(),
+      [&](std::size_t slice) {
+        const int x = static_cast<int>(slice);
+        for_each_voxel_between({x, 0, 0}, {x, n.y - 1, n.z - 1}, add_seed);
+      },
+      {}, /*block=*/4);
+  for (const auto& slice : slices) {
+    for (const auto& [at, closest] : slice) {
+      // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
+      nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
+      seeds_.push_back({closest, false, {}});
+    }
+  }
   nearest.pass_all<true>();
   nearest_ = std::move(nearest).seeds();
   reach_ = std::move(nearest).bounds();
@@ -232,6 +246,23 @@ float TrueDistances::operator[](std::size_t at) const {
 
 double TrueDistances::sample(const glm::dvec3& p) const {
   return interpolated(field_, p, [this](std::size_t at) { return (*this)[at]; });
+}
+
+DenseField TrueDistances::all() && {
+  constexpr std::size_t kBlock = 4096;
+  in_parallel(
+      seeds_.size(), [this](std::size_t k) { (void)normal_of(seeds_[k]); }, {}, kBlock);
+  in_parallel(
+      known_.size(), [this](std::size_t at) { (void)(*this)[at]; }, {}, kBlock);
+  return {field_.size, std::move(known_)};
+}
+
+const std::optional<glm::dvec3>& TrueDistances::normal_of(Seed& seed) const {
+  if (!seed.has_normal) {
+    seed.normal = normal_at(field_, glm::dvec3(seed.closest));
+    seed.has_normal = true;
+  }
+  return seed.normal;
 }
 
 bool TrueDistances::is_beside_surface(std::size_t at) const {
@@ -260,11 +291,9 @@ float TrueDistances::computed(std::size_t at) const {
   const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
   const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
   Seed& seed = seeds_[nearest_[at]];
-  if (!seed.has_normal) seed.normal = normal_at(field_, glm::dvec3(seed.closest));
-  seed.has_normal = true;
   glm::dvec3 c(seed.closest);
   double reach = static_cast<double>(reach_[at]);
-  std::optional<glm::dvec3> normal = seed.normal;
+  std::optional<glm::dvec3> normal = normal_of(seed);
   for (int k = 0; k < 2; ++k) {
     if (k > 0) normal = normal_at(field_, c);
     if (!normal) break;
@@ -281,10 +310,7 @@ float TrueDistances::computed(std::size_t at) const {
 }
 
 DenseField redistanced(const DenseField& field) {
-  const TrueDistances distances(field);
-  DenseField result = field;
-  for (std::size_t i = 0; i < result.distance.size(); ++i) result.distance[i] = distances[i];
-  return result;
+  return TrueDistances(field).all();
 }
 
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked) {

@@ -42,6 +42,8 @@ class TrueDistances {
   float operator[](std::size_t at) const;
   /// Interpolates the distances as DenseField::sample() does.
   double sample(const glm::dvec3& p) const;
+  /// Computes all distances, on several threads.
+  DenseField all() &&;
 
  private:
   /// The surface point nearest to a voxel beside the surface, and the normal there.
@@ -50,6 +52,7 @@ class TrueDistances {
     bool has_normal;                   // true: `normal` is computed
     std::optional<glm::dvec3> normal;  // normal at `closest`; empty: the gradient is too small
   };
+  const std::optional<glm::dvec3>& normal_of(Seed& seed) const;
   float computed(std::size_t at) const;
   /// True if one of the 26 neighbours is on the other side of the surface.
   bool is_beside_surface(std::size_t at) const;

@@ -155,11 +155,12 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     perform_both(expert, careless);
   } else {
     Expert expert(scene, start);
+    const PerTissue before = start.volumes();
     const auto score = [&](const haptics::TissueVolume& after, const HandErrors& hand) {
       session::ScoreInput input;
       input.hand.force_mean = hand.force_mean;
       input.hand.force_max = hand.force_max;
-      input.before = start.volumes();
+      input.before = before;
       input.after = after.volumes();
       (void)expert.judge().judge(after, input);
       return session::score_of_scene(text, input);
@@ -170,21 +171,15 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     // The exact hand, the careless one, then `hands`. A filling is placed as planned; only its carving has errors.
     std::vector<HandErrors> all{{}, {.shift = kSlip * expert.grip().size}};
     all.insert(all.end(), hands.begin(), hands.end());
-    std::vector<session::Score> scores;
-    constexpr std::size_t kAtOnce = 4;  // tissues in memory
-    while (scores.size() < all.size()) {
-      const std::size_t first = scores.size();
-      std::vector<haptics::TissueVolume> results;
-      for (std::size_t k = first; k < std::min(first + kAtOnce, all.size()); ++k)
-        results.push_back((k == 0 ? followed.exact : followed.filled).clone());
-      in_parallel(
-          results.size(),
-          [&](std::size_t k) {
-            if (first + k > 0 || !fills) carve(results[k], scene, followed.carving, R, all[first + k]);
-          },
-          {}, /*block=*/1);
-      for (std::size_t k = 0; k < results.size(); ++k) scores.push_back(score(results[k], all[first + k]));
-    }
+    std::vector<session::Score> scores(all.size());
+    in_parallel(
+        all.size(),
+        [&](std::size_t k) {
+          haptics::TissueVolume after = (k == 0 ? followed.exact : followed.filled).clone();
+          if (k > 0 || !fills) carve(after, scene, followed.carving, R, all[k]);
+          scores[k] = score(after, all[k]);
+        },
+        {}, /*block=*/1);
     reached = scores[0];
     result.careless = scores[1].points;
     result.hands.assign(scores.begin() + 2, scores.end());

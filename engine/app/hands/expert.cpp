@@ -1,6 +1,7 @@
 #include "engine/app/hands/expert.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -180,10 +181,13 @@ double mean_width(const haptics::Tool& tool) {
 
 class Plan {
  public:
-  /// `filled`: positions where earlier plans added portions; this plan appends its own.
-  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
-       const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
+  /// `compared`: judge.preparation(now). `filled`: positions where earlier plans added portions; this plan appends its
+  /// own.
+  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now,
+       const session::Preparation& compared, const TaskEvaluator& judge, const SurroundingsShape* around, double whole,
+       std::vector<FilledSpot>& filled)
       : grip_(grip),
+        compared_(compared),
         whole_(whole),
         filled_(filled),
         around_(around),
@@ -206,14 +210,17 @@ class Plan {
   void cut(bool by_hand, double min_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::max_tools; ++round) {
-      session::Preparation now = judge_.preparation(state_);
-      const double before = remaining_difference(now);
-      now.before = now.after;  // the next strokes start from tissue after the earlier strokes
-      now.ideal = true_distances(std::move(now.ideal));
-      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
       std::vector<Candidate> candidates;
       for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::max_tried; ++i)
         if (!used[i] && tools_[i].cuts && tools_[i].turns() != by_hand) candidates.push_back({i, 0, {}});
+      if (candidates.empty()) return;
+      session::Preparation now = preparation();
+      const double before = remaining_difference(now);
+      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
+      if (most <= missing_in(now)) return;  // cuts do not reduce what is missing
+      // The next strokes start from tissue after the earlier strokes. Far from a filling, its distances are too large.
+      now.before = fillers() > 0 ? session::redistanced(now.after) : now.after;
+      now.ideal = true_distances(std::move(now.ideal));
       in_parallel(
           candidates.size(),
           [&](std::size_t k) {
@@ -272,6 +279,8 @@ class Plan {
     double left = 0;  // m³, difference from the ideal shape after the planned cuts
     std::vector<Stroke> strokes;
   };
+  /// The planned tissue, compared with the ideal shape. As long as the plan is empty, that is the tissue at its start.
+  session::Preparation preparation() const { return idle() ? compared_ : judge_.preparation(state_); }
   /// The field with true distances; that of the last call if the field is the same.
   const session::DenseField& true_distances(session::DenseField field) {
     if (field.size == ideal_.size && field.distance == ideal_.distance) return true_ideal_;
@@ -439,7 +448,8 @@ class Plan {
   /// Plans portions for the lowest voxels first, because filling above these voxels would make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
-    session::Preparation layer = judge_.preparation(state_);
+    session::Preparation layer = preparation();
+    excess_costs_ = std::vector<std::atomic<double>>(layer.after.distance.size());
     const Instrument instrument(tool, axis_);
     std::vector<Spot> spots = spots_for(which, instrument, layer);
     const double above = top_of(layer.frame, layer.after) + instrument.half + Filling::hop_over;
@@ -677,7 +687,7 @@ class Plan {
       if (to_fill(in, i)) {
         portion.wanted[k * levels + portion.level(glm::dot(in.frame.to_world(p), instrument.w))] += 1;
       } else {
-        portion.excess[k] += excess_cost(in, p);
+        portion.excess[k] += excess_cost(in, i, p);
       }
     });
     std::partial_sum(portion.excess.begin(), portion.excess.end(), portion.excess.begin());
@@ -688,8 +698,17 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling at p (voxels). The cost is low over the cavity, where filling is carved away later.
-  double excess_cost(const session::Preparation& in, const dvec3& p) const {
+  /// Cost of unwanted filling in voxel i at p. The portions of a layer share most voxels, so each cost is computed
+  /// once.
+  double excess_cost(const session::Preparation& in, std::size_t i, const dvec3& p) const {
+    double cost = excess_costs_[i].load(std::memory_order_relaxed);
+    if (cost > 0) return cost;
+    cost = computed_excess_cost(in, p);
+    excess_costs_[i].store(cost, std::memory_order_relaxed);
+    return cost;
+  }
+  /// The cost is low over the cavity, where filling is carved away later.
+  double computed_excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
     if (slope < Filling::one_surface) return Filling::flash;
@@ -712,8 +731,10 @@ class Plan {
   }
 
   const ExpertGrip grip_;
+  const session::Preparation& compared_;
   double whole_;  // m³, volume that differs from the ideal shape at the start
   std::vector<FilledSpot>& filled_;
+  mutable std::vector<std::atomic<double>> excess_costs_;  // of each voxel of the layer; 0: not yet computed
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskEvaluator& judge_;
@@ -745,9 +766,10 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
+  const session::Preparation compared = judge_.preparation(now);
+  Plan plan(scene_, grip_, now, compared, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // After several layers that added hardly any filling, the next instrument is used, which has a longer reach.
-  const double missing = missing_in(judge_.preparation(now));
+  const double missing = missing_in(compared);
   useless_layers_ = missing > missing_ - Rounds::min_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::max_vain) useless_layers_ = 0, ++instrument_;
@@ -765,7 +787,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
     }
   }
   std::vector<ExpertLeg> legs = plan.take_legs();
-  const double off = remaining_difference(judge_.preparation(now));
+  const double off = remaining_difference(compared);
   if (!legs.empty()) {
     ++layers_;
   } else if (cuts_ < Rounds::max_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {

@@ -215,7 +215,9 @@ class StrokePlanner {
     return !all_points(
         head_tree_,
         [&](const Points& sphere) {
-          return ideal_.sample(q + sphere.center) < -sphere.radius - kFieldErrorLimit ? Inside::kAll : Inside::kSome;
+          const dvec3 center = q + sphere.center;
+          const double near = sphere.radius + kFieldErrorLimit;
+          return left_.sample(center) > near || ideal_.sample(center) < -near ? Inside::kAll : Inside::kSome;
         },
         [&](const dvec3& d) { return !(left_.sample(q + d) < -min_taken_ && ideal_.sample(q + d) > 0); });
   }

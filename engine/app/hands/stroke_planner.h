@@ -24,7 +24,8 @@ dquat toward(const dvec3& axis_W);
 /// Plans strokes that remove the tissue outside the ideal shape: the bulk, layer by layer from the opening down; if
 /// `finish` is true, then the floor and the walls. Strokes that would remove nothing are left out. The shank is
 /// parallel to the preparation's axis and does not touch the ideal shape.
-///   `preparation`: its ideal shape must have true distances (session::redistanced).
+///   `preparation`: its ideal shape must have true distances (session::redistanced). In air, distances before the
+///   work may be smaller than the true ones, but not larger.
 ///   `step`: m, distance between two passes along floor and walls.
 ///   `into`: m, depth to which the head may enter the ideal shape.
 ///   `around`: neighbouring teeth and gum, which the head must not touch; may be null.

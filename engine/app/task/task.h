@@ -1,6 +1,7 @@
 // Builds a task's ideal tissue, and compares results with it.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -20,7 +21,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
 /// The ideal shape; if there is none, the tissue with the planned implant's hole; without a plan, `start`.
 haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Compares results with the ideal shape. Copies its arguments. One thread at a time.
+/// Compares results with the ideal shape. Copies its arguments. Any number of threads.
 class TaskEvaluator {
  public:
   /// Throws Error if the ideal shape is not valid.
@@ -49,7 +50,8 @@ class TaskEvaluator {
     glm::ivec3 size;
     session::CavityReference cavity;
   };
-  mutable std::optional<Reference> reference_;
+  /// Data of the last judgement. Empty while a thread uses it; another thread then computes its own.
+  mutable std::atomic<std::shared_ptr<Reference>> reference_;
 };
 
 /// What the score of a session without a recording needs in addition to the tissue.
