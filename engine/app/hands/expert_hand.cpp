@@ -32,8 +32,8 @@ struct Lead {
   static constexpr double progress = 2.5e-6;
   // Scraping ends after a pass in which the tool's distance to the line always was smaller than this, m.
   static constexpr double near_line = 0.03e-3;
-  // Largest number of repetitions of one run of scraping.
-  static constexpr int most_times = 3;
+  // Scraping also ends after a pass that removed less than this, m³.
+  static constexpr double useful_pass = 1e-12;
   static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
   // displacement from the tool to the target. The coupling converts the lead to a force.
@@ -45,7 +45,7 @@ struct Lead {
   // Gain for scraping soft filling: lead (from target point to hand) = gain × displacement from tool to target point.
   static constexpr double scrape_gain = 30;
   // Largest lead (distance from the target point to the hand) for scraping, m.
-  static constexpr double max_scrape_lead = 1.2e-3;
+  static constexpr double max_scrape_lead = 2.4e-3;
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt = this factor (1/s) ·
   // ExpertGrip::lead · force error / mean force.
   static constexpr double lead_per_force = 15;
@@ -94,7 +94,7 @@ void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {
   way_ = exit_legs_.size();
   along_ = waited_ = worst_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
-  times_ = 0;
+  removed_ = total(seen_.removed);
   back_ = false;
   run_ = 0;
   run_from_ = from_;
@@ -128,7 +128,7 @@ void ExpertHand::next_leg() noexcept {
   ++(out ? way_ : leg_);
   along_ = waited_ = worst_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
-  times_ = 0;
+  removed_ = total(seen_.removed);
   back_ = false;
   run_ = leg_;
   run_from_ = from_;
@@ -138,8 +138,9 @@ void ExpertHand::end_scraping() noexcept {
   along_ = waited_ = 0;
   if (!back_ && legs_[leg_].end_pace > 0) {
     from_ = legs_[leg_++].to;
-  } else if (!back_ && worst_ > grip_.size * Lead::near_line && times_ < Lead::most_times) {
+  } else if (!back_ && worst_ > grip_.size * Lead::near_line && total(seen_.removed) > removed_ + Lead::useful_pass) {
     back_ = true;
+    removed_ = total(seen_.removed);
     worst_ = 0;
   } else if (!back_) {
     next_leg();
@@ -149,7 +150,6 @@ void ExpertHand::end_scraping() noexcept {
   } else {
     back_ = false;
     worst_ = 0;
-    ++times_;
   }
 }
 
