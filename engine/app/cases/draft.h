@@ -78,7 +78,8 @@ struct Draft {
   /// Adds a box-shaped cavity, open towards the neighbouring tooth (side 1: mesial, -1: distal), with round corners at
   /// u = `axial`.
   void box(double side, double axial, double middle, double width, double floor);
-  /// Adds a neighbouring tooth: the tooth itself, mirrored at its contact point.
+  /// Adds a neighbouring tooth: the tooth itself, mirrored at its contact point. Behind the canine, the mirror
+  /// plane passes through the middle of Monson's sphere, so that the neighbour stands on this sphere too.
   void add_neighbour(double side);
   /// Height w of the tooth's surface at (u, v), m.
   double surface(const glm::dvec2& at) const;
