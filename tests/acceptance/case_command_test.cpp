@@ -8,9 +8,12 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/case.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/json.h"
+#include "engine/base/voxels.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -101,6 +104,31 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
         for (const render::Vertex& v : tile.vertices)
           for (const Tissue tissue : v.tissue) sound &= tissue != Tissue::kCaries;
     EXPECT_TRUE(sound) << name;
+  }
+}
+
+TEST_F(CaseCommand, GumHidesTheCalculusOfADifficultCaseAndLeavesThatOfAnEasyCaseInView) {
+  for (const bool difficult : {false, true}) {
+    const std::string file = folder / "calculus.json";
+    const Ran made = run(fmt::format("calculus --seed 2 --difficulty {:d} --out {}", difficult, file));
+    ASSERT_EQ(made.status, 0) << made.err;
+    const Scene scene = read_scene(file);
+    const auto around = surroundings_shape(scene.surroundings);
+    ASSERT_TRUE(around && around->has_gum());
+    const DenseCopy copy = dense_copy(load_tissue(scene));
+    double all = 0, hidden = 0;  // voxels
+    for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+      const std::size_t i = copy.field.at(x, y, z);
+      if (copy.tissue[i] != Tissue::kComposite || copy.field.distance[i] > 0) return;
+      const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+      if (around->tooth(p) < 0) return;
+      ++all, hidden += around->gum(p) < 0;
+    });
+    EXPECT_GT(all, 100);
+    if (difficult)
+      EXPECT_GT(hidden / all, 0.95);
+    else
+      EXPECT_LT(hidden / all, 0.5);
   }
 }
 

@@ -126,6 +126,17 @@ void Draft::lay_down(const dvec3& opening) {
   offset = kTop - turn * R * opening;
 }
 
+void Draft::cover_with_gum(double margin) {
+  const glm::dmat3 to_local = glm::transpose(R);
+  drawn_gum = {{"crown", direction(to_local * dvec3(0, 0, 1))},
+               {"arch", direction(to_local * dvec3(1, 0, 0))},
+               {"monitored", false},
+               {"gum",
+                {{"margin_mm", point(to_local * dvec3(0, 0, margin))},
+                 {"length_mm", in_mm(out.tooth.md + 4e-3)},
+                 {"papilla_mm", 1}}}};
+}
+
 Ordered Draft::direction(const dvec3& d) const {
   const dvec3 to = turn * R * d;
   return {to.x, to.y, to.z};
