@@ -8,9 +8,12 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/case.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/json.h"
+#include "engine/base/voxels.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -78,12 +81,54 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
     EXPECT_EQ(made_by->weights.contains("neighbour_removed_mm3"), neighbours) << name;
     if (!neighbours) continue;
     const auto around = surroundings_shape(scene.surroundings);
+    for (const NeighbourTooth& neighbour : scene.surroundings->neighbours) {
+      // Tooth and neighbour touch and do not overlap; behind the canine, both point to the middle of Monson's sphere.
+      EXPECT_LT(std::abs(around->tooth(neighbour.contact)), 0.06e-3) << name;
+      EXPECT_LT(std::abs(around->neighbour(neighbour.contact)), 0.06e-3) << name;
+      const std::string tooth = summary["tooth"].string();
+      const dvec3 sphere = dvec3(6.9e-3, 5.5e-3, 20e-3) + dvec3(0, 0, tooth[0] == 'L' ? 101.6e-3 : -101.6e-3);
+      if (tooth[1] > '3') {
+        EXPECT_LT(std::abs(glm::dot(sphere - neighbour.contact, neighbour.normal)), 0.5e-3) << name;
+        EXPECT_GT(std::abs(neighbour.normal.z), 0.02) << name;
+      }
+      for (dvec3 d(-2e-3); d.z < 2e-3; d.z += 0.25e-3)
+        for (d.y = -2e-3; d.y < 2e-3; d.y += 0.25e-3)
+          for (d.x = -0.5e-3; d.x < 0.5e-3; d.x += 0.05e-3) {
+            const dvec3 p = neighbour.contact + d;
+            EXPECT_GT(std::max(around->tooth(p), around->neighbour(p)), -0.06e-3) << name;
+          }
+    }
     bool sound = true;  // a neighbour copies the tooth, but not its lesion
     for (double y = 4e-3; y < 8e-3; y += 0.5e-3)
       for (const render::MeshUpdate& tile : around->section_face({0, 1, 0}, y, dvec3(0)))
         for (const render::Vertex& v : tile.vertices)
           for (const Tissue tissue : v.tissue) sound &= tissue != Tissue::kCaries;
     EXPECT_TRUE(sound) << name;
+  }
+}
+
+TEST_F(CaseCommand, GumHidesTheCalculusOfADifficultCaseAndLeavesThatOfAnEasyCaseInView) {
+  for (const bool difficult : {false, true}) {
+    const std::string file = folder / "calculus.json";
+    const Ran made = run(fmt::format("calculus --seed 2 --difficulty {:d} --out {}", difficult, file));
+    ASSERT_EQ(made.status, 0) << made.err;
+    const Scene scene = read_scene(file);
+    const auto around = surroundings_shape(scene.surroundings);
+    ASSERT_TRUE(around && around->has_gum());
+    const DenseCopy copy = dense_copy(load_tissue(scene));
+    double all = 0, hidden = 0;  // voxels
+    for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+      const std::size_t i = copy.field.at(x, y, z);
+      if (copy.tissue[i] != Tissue::kComposite || copy.field.distance[i] > 0) return;
+      const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+      if (around->tooth(p) < 0) return;
+      ++all, hidden += around->gum(p) < 0;
+    });
+    EXPECT_GT(all, 100);
+    if (difficult)
+      EXPECT_GT(hidden / all, 0.95);
+    else
+      EXPECT_LT(hidden / all, 0.5);
   }
 }
 

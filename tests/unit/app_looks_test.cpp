@@ -48,8 +48,8 @@ std::vector<Corner> corners(const SurroundingMesh& mesh) {
 Scene scene_with_copies() {
   Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   scene.surroundings = read_surroundings(Json::parse(R"({"neighbours": [
-                        {"contact_mm": [1.1, 5.36, 16.4], "scale": [0.72, 0.88, 0.94], "turn_deg": 6},
-                        {"contact_mm": [12.66, 5.37, 15.6], "scale": [0.95, 0.94, 0.95], "turn_deg": 5}],
+                        {"contact_mm": [1.1, 5.36, 16.4], "normal": [0.99863, 0.05234, 0], "scale": [0.72, 0.88, 0.94]},
+                        {"contact_mm": [12.66, 5.37, 15.6], "normal": [0.99905, 0.04362, 0], "scale": [0.95, 0.94, 0.95]}],
                       "gum": {"margin_mm": [6.9, 5.5, 14.5], "normal": [0, -0.12, 0.993], "papilla_mm": 1.2,
                               "thickness_mm": 1.1}})",
                                                      "scene.json"),

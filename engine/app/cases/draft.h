@@ -49,6 +49,7 @@ struct Draft {
   Ordered neighbours = Ordered::array(), filling = Ordered::array();  // filling: solids of an old filling
   std::vector<Lesion> lesions;
   std::optional<PocketGum> gum;
+  Ordered drawn_gum;   // block "surroundings" of gum that is not in the tissue
   glm::dmat3 R{1};     // columns: the axes u, v, w in the tooth's frame
   glm::dmat3 turn{1};  // rotation of the tooth in frame W, by quarter turns
   double lean = 0;     // rad, inclination of each wall of a cavity; above 0: the walls open outwards
@@ -64,6 +65,8 @@ struct Draft {
     const dvec3 u = glm::normalize(dvec3(1, 0, 0) - w.x * w);
     R = {u, glm::cross(w, u), w};
   }
+  /// Draws gum around the tooth, its margin `margin` above the neck (m). Tools pass through this gum.
+  void cover_with_gum(double margin);
   Ordered direction(const dvec3& d) const;
   dvec3 to_W(const dvec3& p) const { return turn * R * p + offset; }
   Ordered point(const dvec3& p) const;
@@ -78,7 +81,8 @@ struct Draft {
   /// Adds a box-shaped cavity, open towards the neighbouring tooth (side 1: mesial, -1: distal), with round corners at
   /// u = `axial`.
   void box(double side, double axial, double middle, double width, double floor);
-  /// Adds a neighbouring tooth: the tooth itself, mirrored at its contact point.
+  /// Adds a neighbouring tooth: the tooth itself, mirrored at its contact point. Behind the canine, the mirror
+  /// plane passes through the middle of Monson's sphere, so that the neighbour stands on this sphere too.
   void add_neighbour(double side);
   /// Height w of the tooth's surface at (u, v), m.
   double surface(const glm::dvec2& at) const;

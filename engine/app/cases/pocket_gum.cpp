@@ -11,7 +11,6 @@ namespace typodont {
 namespace {
 
 constexpr double kPocketGap = 0.7e-3;  // m, width of a pocket between root and gum; the probe's ball has 0.5 mm
-constexpr double kFreeGum = 0.5e-3;    // m, height of the gum's margin above the neck
 constexpr double kSulcusSide = 0.42;   // half the length of the sulcus on each side, as a fraction of the neck's width
 constexpr double kThinEdge = 0.45e-3;  // m, thickness of the gum near its margin
 constexpr double kThick = 1.6e-3;      // m, thickness of the gum below

@@ -7,6 +7,8 @@
 
 namespace typodont {
 
+inline constexpr double kFreeGum = 0.5e-3;  // m, height of the gum's margin above the neck
+
 /// A pocket: a gap between root and gum. Frame of the tooth, m.
 struct Pocket {
   dvec3 margin{0}, floor{0};  // middle of the gap at the gum's margin and at the pocket's floor

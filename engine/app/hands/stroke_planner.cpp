@@ -656,6 +656,33 @@ class StrokePlanner {
     return height;
   }
 
+  /// Positions across the floor of the passes along it, m: `step_` apart, and one in each slot between two of these.
+  std::vector<double> floor_passes(bool along_x) const {
+    const int columns = along_x ? count_.x : count_.y, rows = along_x ? count_.y : count_.x;
+    std::vector<double> passes;
+    std::vector<std::uint8_t> has(static_cast<std::size_t>(rows));  // 1: a pass is at this row of the grid
+    for (double b = 0.5 * step_; b < rows * grid_; b += step_) {
+      passes.push_back(b);
+      has[static_cast<std::size_t>(std::min(std::lround(b / grid_), rows - 1L))] = 1;
+    }
+    const auto in = [&](const Layer& layer, int a, int b) { return layer.in[along_x ? cell(a, b) : cell(b, a)] != 0; };
+    const auto reach = static_cast<int>(std::ceil(step_ / grid_));
+    const auto passed = [&](const Layer& layer, int a, int b) {
+      for (int j = std::max(b - reach, 0); j <= std::min(b + reach, rows - 1); ++j)
+        for (int i = std::max(a - reach, 0); has[static_cast<std::size_t>(j)] && i <= std::min(a + reach, columns - 1);
+             ++i)
+          if (in(layer, i, j)) return true;
+      return false;
+    };
+    for (int b = 0; b < rows; ++b)
+      for (const Layer& layer : layers_)
+        for (int a = 0; a < columns && !has[static_cast<std::size_t>(b)]; ++a)
+          if (in(layer, a, b) && !passed(layer, a, b))
+            has[static_cast<std::size_t>(b)] = 1, passes.push_back(b * grid_);
+    std::ranges::sort(passes);
+    return passes;
+  }
+
   /// Plans passes along the longer side of the floor. Returns the heights of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
@@ -665,16 +692,17 @@ class StrokePlanner {
     std::map<long, Level> levels;  // flat parts of the floor, sorted by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
-    const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
+    const double length = (along_x ? extent.x : extent.y) * grid_;
+    const std::vector<double> passes = floor_passes(along_x);
     std::vector<glm::dvec2> columns;
-    for (double b = 0.5 * step_; b < across; b += step_)
+    for (const double b : passes)
       for (double a = 0; a <= length; a += grid_)
         columns.push_back(lo_ + (along_x ? glm::dvec2(a, b) : glm::dvec2(b, a)));
     std::vector<std::optional<double>> heights(columns.size());
     in_parallel(columns.size(), [&](std::size_t k) { heights[k] = lowest(columns[k].x, columns[k].y); });
     bool back = false;
     std::size_t column = 0;
-    for (double b = 0.5 * step_; b < across; b += step_) {
+    for (std::size_t pass = 0; pass < passes.size(); ++pass) {
       std::vector<Chain> pieces(1);
       for (double a = 0; a <= length; a += grid_, ++column) {
         const auto [x, y] = std::pair(columns[column].x, columns[column].y);

@@ -50,7 +50,7 @@ std::optional<std::uint64_t> key_of(const SurroundingsPlan& plan) {
   key.add(*content);
   add(key, crown), add(key, arch);
   key.add(neighbours.size());
-  for (const auto& [contact, scale, turn] : neighbours) add(key, contact), add(key, scale), key.add(turn);
+  for (const auto& [contact, normal, scale] : neighbours) add(key, contact), add(key, normal), add(key, scale);
   key.add(row.has_value());
   if (row) add(key, *row);
   key.add(static_cast<int>(mouth));

@@ -24,14 +24,17 @@ void describe_soft_law(Keys& keys, haptics::SoftLaw& law) {
   keys("blood_s", law.blood_time, {0.5, 600}, "time constant with which the blood spreads");
 }
 
-void describe_neighbour(Keys& keys, NeighbourTooth& tooth) {
+void describe_neighbour(Keys& keys, NeighbourTooth& tooth, const dvec3& arch) {
   keys(must("contact_mm"), tooth.contact, kMillimetre, "point where the two teeth touch");
+  tooth.normal = arch;
+  keys("normal", tooth.normal, read_direction, "normal of the mirror plane, within 60° of `arch` (default)");
+  if (keys.json() && std::abs(glm::dot(tooth.normal, arch)) < 0.5)
+    keys.json()->fail("normal far from arch", "them within 60°");
   if (const auto scale = keys("scale", kThree, "enlargement along the arch, across, and along the crown, 0.3–3")) {
     tooth.scale = scale->vec3();
     for (int a = 0; a < 3; ++a)
       if (tooth.scale[a] < 0.3 || tooth.scale[a] > 3) scale->fail("three factors from 0.3 to 3");
   }
-  keys("turn_deg", tooth.turn, {-180, 180, kDegree}, "rotation about the crown");
 }
 
 void describe_gum(Keys& keys, SurroundingsPlan& plan) {
@@ -67,7 +70,9 @@ void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesy
   if (json && std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
     json->fail("arch nearly along crown", "them square to each other");
   plan.arch = glm::normalize(plan.arch - plan.crown * glm::dot(plan.arch, plan.crown));
-  keys("neighbours", plan.neighbours, describe_neighbour, "at most 8 copies of the tooth, mirrored at the contact");
+  keys(
+      "neighbours", plan.neighbours, [&](Keys& of, NeighbourTooth& tooth) { describe_neighbour(of, tooth, plan.arch); },
+      "at most 8 copies of the tooth, mirrored at the contact");
   if (json && plan.neighbours.size() > 8) (*json)["neighbours"].fail("at most 8 neighbours");
   keys("gum", plan, describe_gum, "[Gum](#gum)");
   plan.gum = json && json->has("gum");

@@ -18,8 +18,8 @@ class Keys;
 /// A neighbour: mirror image of the working tooth. m, frame W.
 struct NeighbourTooth {
   dvec3 contact{0, 0, 0};  // point where both teeth touch, in the mirror plane
+  dvec3 normal{1, 0, 0};   // unit normal of the mirror plane
   dvec3 scale{1, 1, 1};    // scaling about `contact`: factors along the arch, across it, along the crown's axis
-  double turn = 0;         // rad, rotation about a line through `contact` parallel to the crown's axis
 };
 
 /// The mouth around the jaw. kPhantom: plastic teeth, acrylic gum and a mask.

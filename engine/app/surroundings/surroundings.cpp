@@ -109,18 +109,15 @@ struct ToothCopy {
 
   /// Maps a point near the neighbour to the corresponding point near the working tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
-    const dvec3 r = p_W - place.contact;
-    const double c = std::cos(place.turn), s = std::sin(place.turn);
-    const double u = glm::dot(r, arch), v = glm::dot(r, across), w = glm::dot(r, crown);
-    return place.contact - arch * ((c * u + s * v) / place.scale.x) + across * ((c * v - s * u) / place.scale.y) +
-           crown * (w / place.scale.z);
+    const dvec3 r = glm::reflect(p_W - place.contact, place.normal);
+    return place.contact + arch * (glm::dot(r, arch) / place.scale.x) + across * (glm::dot(r, across) / place.scale.y) +
+           crown * (glm::dot(r, crown) / place.scale.z);
   }
   dvec3 from_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
-    const double u = -glm::dot(r, arch) * place.scale.x, v = glm::dot(r, across) * place.scale.y;
-    const double c = std::cos(place.turn), s = std::sin(place.turn);
-    return place.contact + arch * (c * u - s * v) + across * (s * u + c * v) +
-           crown * (glm::dot(r, crown) * place.scale.z);
+    const dvec3 scaled = arch * (glm::dot(r, arch) * place.scale.x) + across * (glm::dot(r, across) * place.scale.y) +
+                         crown * (glm::dot(r, crown) * place.scale.z);
+    return place.contact + glm::reflect(scaled, place.normal);
   }
   double distance(const ToothField& tooth, const dvec3& p_W) const { return tooth.distance(to_tooth(p_W)) * min_scale; }
 };
