@@ -25,7 +25,7 @@ function(typodont_part module name)
   target_sources(${of} PRIVATE $<TARGET_OBJECTS:typodont_${name}>)
 endfunction()
 
-# typodont_compile_together(TARGET): compiles up to twelve files of a target at once. That needs about 1.2 GB of memory.
+# typodont_compile_together(TARGET): compiles up to twelve files of a target at once. That needs up to 1.7 GB of memory.
 function(typodont_compile_together target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
