@@ -478,15 +478,15 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
   const std::string begin = picture("begin", "--at 0"), end = picture("end", "--at 4");
   EXPECT_NE(begin, end);
   EXPECT_NE(end, picture("difference", "--at 4 --view difference"));
+  EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 
   // Without a file of the task, the other rules give no points.
   std::filesystem::remove(folder / "ideal.h5");
   const Json lost = Json::parse(
       expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"))).out, "report");
   EXPECT_EQ(lost["full"].number(), 0);
-  EXPECT_THAT(lost["not_measured"].string(), HasSubstr("ideal.h5"));
-  EXPECT_THAT(test::read_text(folder / "r.html"), HasSubstr("a task has no points"));
-  EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
+  EXPECT_NE(lost["not_measured"].string().find("ideal.h5"), std::string::npos);
+  EXPECT_NE(test::read_text(folder / "r.html").find("a task has no points"), std::string::npos);
 }
 
 TEST(PaintFile, PaintsTissueAndSoftensIt) {
