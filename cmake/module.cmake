@@ -4,30 +4,10 @@ function(typodont_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;PCH" ${ARGN})
   add_library(typodont_${name} STATIC ${ARG_SOURCES})
   target_link_libraries(typodont_${name} PUBLIC typodont_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  typodont_compile_together(typodont_${name})
+  set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} UNITY_BUILD_BATCH_SIZE 6)
   if(ARG_PCH)
     target_precompile_headers(typodont_${name} PRIVATE ${ARG_PCH})
   endif()
-endfunction()
-
-# typodont_part(MODULE NAME SOURCES a.cpp … [OPTIONS option …]): adds files to a module that need other compiler options.
-function(typodont_part module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;OPTIONS" ${ARGN})
-  set(of typodont_${module})
-  add_library(typodont_${name} OBJECT ${ARG_SOURCES})
-  target_link_libraries(typodont_${name} PRIVATE $<TARGET_PROPERTY:${of},LINK_LIBRARIES>)
-  target_compile_options(typodont_${name} PRIVATE ${ARG_OPTIONS})
-  get_target_property(pic ${of} POSITION_INDEPENDENT_CODE)
-  if(pic)
-    set_target_properties(typodont_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  endif()
-  typodont_compile_together(typodont_${name})
-  target_sources(${of} PRIVATE $<TARGET_OBJECTS:typodont_${name}>)
-endfunction()
-
-# typodont_compile_together(TARGET): compiles up to twelve files of a target at once. That needs up to 1.7 GB of memory.
-function(typodont_compile_together target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
 
 # typodont_library(NAME HEADERS header …): makes the module NAME available to other programs as Typodont::NAME. Installs

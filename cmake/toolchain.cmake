@@ -32,8 +32,6 @@ target_compile_definitions(typodont_options INTERFACE GLM_FORCE_DEPTH_ZERO_TO_ON
 add_compile_options(
   "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wpedantic;$<$<CXX_COMPILER_ID:GNU>:-Werror>;-Wshadow;-Wconversion;-Wno-sign-conversion;-Wnon-virtual-dtor;-Woverloaded-virtual>"
   -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
-# By default, GCC collects garbage from 128 MB on. From 1 GB on, a file takes up to a sixth less time.
-add_compile_options("$<$<COMPILE_LANG_AND_ID:CXX,GNU>:SHELL:--param ggc-min-heapsize=1000000>")
 if(TYPODONT_UNITY)  # there, a class may have members with types of its own file
   add_compile_options("$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>")
 endif()

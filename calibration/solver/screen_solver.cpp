@@ -13,7 +13,7 @@ namespace typodont::calibration {
 
 namespace {
 
-dquat rotation_by(const dvec3& v) {
+dquat rotation_vector(const dvec3& v) {
   const double angle = glm::length(v);
   if (angle < 1e-12) return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
   const dvec3 axis = v * (std::sin(0.5 * angle) / angle);
@@ -52,7 +52,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   const Pose X0 = fit_rigid(flat, seen);
 
   const auto unpack = [&](const Eigen::VectorXd& x) {
-    const dquat R = rotation_by(dvec3(x[3], x[4], x[5])) * X0.R;
+    const dquat R = rotation_vector(dvec3(x[3], x[4], x[5])) * X0.R;
     const dvec3 centre = X0.p + dvec3(x[0], x[1], x[2]);
     const dvec3 right = R * dvec3(x[6], 0, 0), up = R * dvec3(0, x[7], 0);
     const dvec3 corner = centre - 0.5 * right - 0.5 * up;

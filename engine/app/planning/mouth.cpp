@@ -37,14 +37,14 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
   constexpr double kPointSpacing = 0.25e-3;                 // m, distance between the points of the bite scan
   constexpr double kMinPoints = 2000, kMaxPoints = 40'000;  // smallest and largest number of the bite scan's points
   // In each of the two rounds: largest distance from a jaw at which a point of the bite scan is used, m.
-  constexpr double kBiteReach[] = {2.5e-3, 1e-3};
+  constexpr double kReach[] = {2.5e-3, 1e-3};
   // Fraction of the points near a jaw that must agree with it; some points belong to the other jaw's teeth.
   constexpr double kMinAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
   const double count = std::clamp(area / (kPointSpacing * kPointSpacing), kMinPoints, kMaxPoints);
   const std::vector<haptics::ScanPoint> points = haptics::spread_points(bite, static_cast<std::size_t>(count));
-  for (const double reach : kBiteReach) {
+  for (const double reach : kReach) {
     std::vector<std::vector<calibration::SurfacePoint>> of_jaw(jaws.size());
     for (const haptics::ScanPoint& p : points) {
       double nearest = reach;
