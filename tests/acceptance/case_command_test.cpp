@@ -260,12 +260,14 @@ TEST_F(NextCommand, ANewTraineeBeginsWithAnEasyCaseWithinTheTeachersLimits) {
 }
 
 TEST_F(NextCommand, ItEstimatesMasteryFromRecordingsAndLeavesOutDamagedOnes) {
-  ASSERT_EQ(run("access-front --seed 5 --difficulty 1 --out " + (folder / "case.json")).status, 0);
+  ASSERT_EQ(run("access-front --seed 5 --difficulty 1 --out " + (folder / "sessions/Anna/case.json")).status, 0);
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n0.2,0,0,30,1,0,0,0,0\n");
   const std::string recording = folder / "sessions/Anna/2026-01-01_10-00-00_access-front-5.h5";
-  ASSERT_EQ(
-      folder.run("servo " + (folder / "case.json") + " --hand " + (folder / "hand.csv") + " --out " + recording).status,
-      0);
+  ASSERT_EQ(folder
+                .run("servo " + (folder / "sessions/Anna/case.json") + " --hand " + (folder / "hand.csv") + " --out " +
+                     recording)
+                .status,
+            0);
   folder.write("sessions/Anna/2026-01-02_10-00-00_broken.h5", read_text(recording).substr(0, 3000));
   folder.write("sessions/Anna/2026-01-03_10-00-00_noise.h5", "no session");
   const Ran chosen = expect_ok(next("--json"));
