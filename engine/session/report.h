@@ -60,7 +60,8 @@ SessionPicture read_picture(const std::filesystem::path& png, std::string_view n
 /// The volumes, the measures of the hand's motion and the result in the session, as input of the score. If the session
 /// has no result, the final volume is computed as the initial volume minus the volume that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
-/// Computes the score with the rules in the session's scene, without its tissue. A task gets no points.
+/// Computes the score by the rules of the session's scene, without the tissue. A task gets no points, because its shape
+/// is not measured.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});

@@ -559,12 +559,13 @@ void TissueVolume::copy_colors(const glm::ivec3& lo, const glm::ivec3& size, Vox
 glm::vec4 TissueVolume::paint_at(const dvec3& p_V, const PaintOf& paint_of) const {
   const glm::ivec3 low(glm::floor(p_V));
   const dvec3 part = p_V - dvec3(low);
+  openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> values(impl_->tissue->tree());
   dvec3 sum(0);
   double painted = 0, all = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::ivec3 up(corner & 1, corner >> 1 & 1, corner >> 2);
     const dvec3 w = glm::mix(1.0 - part, part, dvec3(up));
-    const std::int32_t value = impl_->tissue->tree().getValue(coord(low + up));
+    const std::int32_t value = values.getValue(coord(low + up));
     const double weight = w.x * w.y * w.z;
     const Tissue shown = shown_in(value);
     if (shown == Tissue::kAir) continue;

@@ -480,7 +480,7 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
   EXPECT_NE(end, picture("difference", "--at 4 --view difference"));
   EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 
-  // Without a file of the task, the other rules give no points.
+  // If a file of the task is missing, the rules that do not need the file give no points.
   std::filesystem::remove(folder / "ideal.h5");
   const Json lost = Json::parse(
       expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"))).out, "report");

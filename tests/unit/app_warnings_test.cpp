@@ -125,7 +125,7 @@ TEST(Warnings, OfTheNeighbouringToothComeByTheirMarginBeforeTheTouch) {
   ASSERT_EQ(tools[kBall].shape, haptics::HeadShape::kSphere);
   const SurroundingsShape around(*scene.surroundings);
   const auto samples = haptics::sample_head(tools[kBall], 3000);
-  // From the middle of the occlusal surface towards the neighbour, until the ball has this distance from it.
+  // Moves the ball from the middle of the occlusal surface to this distance from the neighbour.
   const auto beside = [&](double distance) {
     dvec3 p{7.2_mm, 6.0_mm, 18.5_mm};
     for (;;) {

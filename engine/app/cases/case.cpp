@@ -148,8 +148,7 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   const auto listed = [](const dvec3& d) { return Ordered{d.x, d.y, d.z}; };
   if (scene.contains("tooth")) scene["tooth"] = {{"mesial", listed(draft.turn[0])}, {"buccal", listed(draft.turn[1])}};
   if (!draft.prepare.empty()) scene["prepare"] = draft.prepare;
-  if (!draft.neighbours.empty()) scene["surroundings"] = {{"neighbours", draft.neighbours}};
-  if (!draft.drawn_gum.empty()) scene["surroundings"] = draft.drawn_gum;
+  if (!draft.surroundings.empty()) scene["surroundings"] = draft.surroundings;
   Ordered task = task_of(family, base);
   for (const std::string& language : family["goal"].keys()) {
     std::string filled = family["goal"][language].string();

@@ -128,13 +128,13 @@ void Draft::lay_down(const dvec3& opening) {
 
 void Draft::cover_with_gum(double margin) {
   const glm::dmat3 to_local = glm::transpose(R);
-  drawn_gum = {{"crown", direction(to_local * dvec3(0, 0, 1))},
-               {"arch", direction(to_local * dvec3(1, 0, 0))},
-               {"monitored", false},
-               {"gum",
-                {{"margin_mm", point(to_local * dvec3(0, 0, margin))},
-                 {"length_mm", in_mm(out.tooth.md + 4e-3)},
-                 {"papilla_mm", 1}}}};
+  surroundings = {{"crown", direction(to_local * dvec3(0, 0, 1))},
+                  {"arch", direction(to_local * dvec3(1, 0, 0))},
+                  {"monitored", false},
+                  {"gum",
+                   {{"margin_mm", point(to_local * dvec3(0, 0, margin))},
+                    {"length_mm", in_mm(out.tooth.md + 4e-3)},
+                    {"papilla_mm", 1}}}};
 }
 
 Ordered Draft::direction(const dvec3& d) const {
@@ -198,7 +198,7 @@ void Draft::add_neighbour(double side) {
     n = -side * up * glm::normalize(glm::cross(across, widest - middle));
   }
   const dvec3 contact = farthest(tooth, n) + gap * n;
-  neighbours.push_back(
+  surroundings["neighbours"].push_back(
       {{"contact_mm", point(glm::transpose(R) * contact)}, {"normal", direction(glm::transpose(R) * n)}});
 }
 

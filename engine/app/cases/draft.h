@@ -46,10 +46,10 @@ struct Draft {
   haptics::DenseTissue tissue{};  // of the tooth, in the tooth's frame
   // What the task asks: an ideal shape, or a region to explore. Solids that are removed or added before the exercise.
   Ordered ideal = Ordered::object(), explore, prepare = Ordered::array();
-  Ordered neighbours = Ordered::array(), filling = Ordered::array();  // filling: solids of an old filling
+  Ordered surroundings;                // the scene's block of this name; empty: none
+  Ordered filling = Ordered::array();  // solids of an old filling
   std::vector<Lesion> lesions;
   std::optional<PocketGum> gum;
-  Ordered drawn_gum;   // block "surroundings" of gum that is not in the tissue
   glm::dmat3 R{1};     // columns: the axes u, v, w in the tooth's frame
   glm::dmat3 turn{1};  // rotation of the tooth in frame W, by quarter turns
   double lean = 0;     // rad, inclination of each wall of a cavity; above 0: the walls open outwards
@@ -65,7 +65,7 @@ struct Draft {
     const dvec3 u = glm::normalize(dvec3(1, 0, 0) - w.x * w);
     R = {u, glm::cross(w, u), w};
   }
-  /// Draws gum around the tooth, its margin `margin` above the neck (m). Tools pass through this gum.
+  /// Adds gum around the tooth, its margin `margin` above the neck (m). It is only drawn: tools pass through it.
   void cover_with_gum(double margin);
   Ordered direction(const dvec3& d) const;
   dvec3 to_W(const dvec3& p) const { return turn * R * p + offset; }

@@ -263,7 +263,7 @@ void fracture(Draft& draft) {
 }
 
 /// Calculus at the neck: rows of overlapping balls, on the lingual side of lower teeth and the buccal side of upper
-/// teeth, where the ducts of the salivary glands open. Gum covers what lies below its margin.
+/// teeth, where the ducts of the salivary glands open. The gum hides the calculus below its margin.
 void calculus(Draft& draft) {
   const CaseTooth& tooth = draft.out.tooth;
   draft.approach_along({0, tooth.type[0] == 'U' ? 1.0 : -1.0, 0});

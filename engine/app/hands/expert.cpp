@@ -218,7 +218,8 @@ class Plan {
       const double before = remaining_difference(now);
       const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
       if (most <= missing_in(now)) return;  // cuts do not reduce what is missing
-      // The next strokes start from tissue after the earlier strokes. Far from a filling, its distances are too large.
+      // The next strokes start from tissue after the earlier strokes. Filling leaves distances that are too large far
+      // from it.
       now.before = fillers() > 0 ? session::redistanced(now.after) : now.after;
       now.ideal = true_distances(std::move(now.ideal));
       in_parallel(

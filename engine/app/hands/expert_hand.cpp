@@ -32,7 +32,7 @@ struct Lead {
   static constexpr double progress = 2.5e-6;
   // Scraping ends after a pass in which the tool's distance to the line always was smaller than this, m.
   static constexpr double near_line = 0.03e-3;
-  // Scraping also ends after a pass that removed less than this, m³.
+  // Scraping also ends after a pass that removed less than this volume, m³.
   static constexpr double useful_pass = 1e-12;
   static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the

@@ -24,7 +24,7 @@ constexpr double kMaxDepth = 30e-3;  // m, limit of the distance from the screen
 constexpr double kStartClear = 2e-3;
 // Shortest press of the pedal, ns, so that a short click has an effect.
 constexpr Nanos kShortestPress = 50'000'000;
-// Tilt of the tool at the start without an axis, rad.
+// Tilt of the tool at the start of a scene without task, rad.
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMaxLean = 85 * kDegree;  // rad, largest tilt that the mouse can set
 // Tilt of the tool per pointer motion of half the height of the picture, rad.

@@ -1,5 +1,5 @@
 // The mouse as a hand without force. The pointer moves the tool across the picture, the wheel along the tool's axis;
-// left button: pedal; right button or Shift: tilt; middle button: along the axis of the preparation, or upright.
+// left button: pedal; right button or Shift: tilt; middle button: no tilt.
 #pragma once
 
 #include <memory>
@@ -54,7 +54,7 @@ class Pointer {
   // m, distance from the screen's plane to the plane in front of it in which the pointer moves the tool
   double depth_ = 0;
   dvec3 slid_W_{0};   // m, displacement of the tool by the wheel
-  dquat along_axis_;  // rotates z to the axis
+  dquat along_axis_;  // rotation from z to the axis
   /// Tilt of the shank from the axis, rad: to the user's right, and away from the user.
   glm::dvec2 lean_;
   /// Position of the pointer, and displacement from the pointer to the tool, in halves of the picture.

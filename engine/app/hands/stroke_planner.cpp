@@ -668,17 +668,22 @@ class StrokePlanner {
     const auto in = [&](const Layer& layer, int a, int b) { return layer.in[along_x ? cell(a, b) : cell(b, a)] != 0; };
     const auto reach = static_cast<int>(std::ceil(step_ / grid_));
     const auto passed = [&](const Layer& layer, int a, int b) {
-      for (int j = std::max(b - reach, 0); j <= std::min(b + reach, rows - 1); ++j)
-        for (int i = std::max(a - reach, 0); has[static_cast<std::size_t>(j)] && i <= std::min(a + reach, columns - 1);
-             ++i)
+      for (int j = std::max(b - reach, 0); j <= std::min(b + reach, rows - 1); ++j) {
+        if (!has[static_cast<std::size_t>(j)]) continue;
+        for (int i = std::max(a - reach, 0); i <= std::min(a + reach, columns - 1); ++i)
           if (in(layer, i, j)) return true;
+      }
+      return false;
+    };
+    const auto missed = [&](int b) {
+      for (const Layer& layer : layers_)
+        for (int a = 0; a < columns; ++a)
+          if (in(layer, a, b) && !passed(layer, a, b)) return true;
       return false;
     };
     for (int b = 0; b < rows; ++b)
-      for (const Layer& layer : layers_)
-        for (int a = 0; a < columns && !has[static_cast<std::size_t>(b)]; ++a)
-          if (in(layer, a, b) && !passed(layer, a, b))
-            has[static_cast<std::size_t>(b)] = 1, passes.push_back(b * grid_);
+      if (!has[static_cast<std::size_t>(b)] && missed(b))
+        has[static_cast<std::size_t>(b)] = 1, passes.push_back(b * grid_);
     std::ranges::sort(passes);
     return passes;
   }

@@ -277,8 +277,9 @@ bool text_field(const char* id, const char* hint, std::span<char> text) {
 bool slider(const OperatorState& s, const char* id, float& value, float lo, float hi, const std::string& label,
             int decimals, const char* unit, float width, ImGuiSliderFlags flags) {
   ImGui::SetNextItemWidth(width);
-  // Without a format for the number, ImGui does not round.
-  const std::string text = fmt::format("{} {}{}", label, s.number(static_cast<double>(value), decimals), unit);
+  // Only with a format for whole numbers, the keys step by whole numbers.
+  const std::string number = decimals > 0 ? s.number(static_cast<double>(value), decimals) : "%.0f";
+  const std::string text = fmt::format("{} {}{}", label, number, unit);
   if (!ImGui::SliderFloat(id, &value, lo, hi, text.c_str(), flags | ImGuiSliderFlags_AlwaysClamp)) return false;
   const auto steps = static_cast<float>(std::pow(10, decimals));
   value = std::round(value * steps) / steps;

@@ -42,7 +42,7 @@ void colored(const std::string& text, const ImVec4& color);
 /// Breaks a text into lines of at most `room` (pixels), only at spaces. A word wider than `room` stays whole. `width`
 /// measures a text.
 std::string broken(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// Draws a text in lines of the region's width. ImGui alone would also break a number at its point.
+/// Draws a text in lines as wide as the column. ImGui alone would also break a number at its decimal point.
 void wrapped(const std::string& text);
 void colored_wrapped(const std::string& text, const ImVec4& color);
 inline void dim(const std::string& text) {
@@ -100,7 +100,7 @@ void unit_field(float& unit_mm);
 
 // Fields as wide as the column, or `width`. They return true if the user changed the value.
 bool text_field(const char* id, const char* hint, std::span<char> text);
-/// Shows `label`, the value with `decimals`, to which it is rounded, and `unit`.
+/// Shows `label`, the value and `unit` (of printf: "%%" for a percent sign). Rounds the value to `decimals`.
 bool slider(const OperatorState& s, const char* id, float& value, float lo, float hi, const std::string& label,
             int decimals, const char* unit = "", float width = -1, ImGuiSliderFlags flags = 0);
 /// Choice from a list. `name(i)`: text of the choice i, for `first` <= i < `end`.

@@ -110,7 +110,7 @@ class LiveViews {
   const Surroundings& around_;
   const bool judged_at_all_;
   dvec3 origin_W_{0}, middle_W_{0};
-  dvec3 section_W_{0};  // m, middle of the caries, or of the tooth without caries
+  dvec3 section_W_{0};  // m, middle of the caries, or of the tooth if there is none
   std::uint32_t tissues_ = 0;
 
   // The next members are used only by the render thread.

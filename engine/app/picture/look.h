@@ -14,7 +14,7 @@ struct Look {
   render::View view = render::View::kLook;
   /// Axis of frame W that is perpendicular to the section plane (render::cuts_section): 0 x, 1 y, 2 z.
   int section_axis = 1;
-  double section = 0;  // m, distance of the section plane from the middle of caries or tooth, along section_axis
+  double section = 0;  // m, position of the section plane along section_axis, from the middle of caries or tooth
   /// Section plane (xyz: unit normal, w: offset in m). If it is zero, section_axis and section are used.
   glm::dvec4 plane{0};
   std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook

@@ -256,11 +256,12 @@ std::optional<session::Preparation> TaskEvaluator::judge(const haptics::TissueVo
                                                          session::ScoreInput& input) const {
   if (task_ && task_->explore) return std::nullopt;
   session::Preparation in = preparation(after);
-  std::shared_ptr<Reference> reference = reference_.exchange(nullptr);
-  if (!reference || reference->origin != in.frame.origin || reference->size != in.before.size)
+  std::shared_ptr<const Reference> reference = reference_;
+  if (!reference || reference->origin != in.frame.origin || reference->size != in.before.size) {
     reference.reset(new Reference{in.frame.origin, in.before.size, session::cavity_reference(in)});
+    reference_ = reference;
+  }
   const session::CavityAndIdeal measured = session::measure_against_ideal(in, reference->cavity);
-  reference_.store(std::move(reference));
   input.cavity = measured.result;
   input.cavity_ideal = measured.ideal;
   if (ideal_) input.ideal = ideal_->volumes();

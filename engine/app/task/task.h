@@ -50,8 +50,7 @@ class TaskEvaluator {
     glm::ivec3 size;
     session::CavityReference cavity;
   };
-  /// Data of the last judgement. Empty while a thread uses it; another thread then computes its own.
-  mutable std::atomic<std::shared_ptr<Reference>> reference_;
+  mutable std::atomic<std::shared_ptr<const Reference>> reference_;  // of the last judgement
 };
 
 /// What the score of a session without a recording needs in addition to the tissue.
