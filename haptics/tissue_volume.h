@@ -75,8 +75,8 @@ class TissueVolume {
   /// Colour that a voxel shows instead of its tissue's, sRGB; w: 0 to 1, weight of this colour. `hardness`: fraction of
   /// the tissue's own.
   using PaintOf = std::function<glm::dvec4(Tissue tissue, double hardness, VoxelColor color)>;
-  /// Interpolates `paint_of` of the eight voxels around a point (voxels). Returns the mean sRGB, weighted by w, and as w
-  /// the mean w of those voxels that are not air.
+  /// Interpolates `paint_of` of the eight voxels around a point (voxels). Returns the mean sRGB, weighted by w, and as
+  /// w the mean w of those voxels that are not air.
   glm::vec4 paint_at(const dvec3& p_V, const PaintOf& paint_of) const;
   /// paint_at() with the voxels' colours. `tissues`: bit t is set if the colours of tissue t count.
   glm::vec4 color_at(const dvec3& p_V, std::uint32_t tissues = ~0u) const;
