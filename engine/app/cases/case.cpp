@@ -24,8 +24,8 @@ namespace {
 
 constexpr double kVoxel = 0.125e-3;  // m, edge of a voxel
 // Keys of the shipped exercise that a case does not take: they belong to its tissue.
-const std::set<std::string> kOwnKeys = {"name",    "description",  "tissue", "surroundings", "paint", "prepare",
-                                        "suction", "mouth_mirror", "heat",   "task",         "case"};
+const std::set<std::string> kOwnKeys = {"name",    "description", "tissue",       "surroundings", "paint",
+                                        "prepare", "suction",     "mouth_mirror", "task",         "case"};
 
 /// The family `name` of the table. A family with the key "like" has the keys of that family, changed by its own.
 Ordered family_of(const Ordered& table, const std::string& name) {

@@ -11,6 +11,7 @@
 #include "engine/app/hands/probing_hand.h"
 #include "engine/app/hands/stroke_planner.h"
 #include "engine/app/stepped.h"
+#include "engine/app/task/heat.h"
 #include "engine/app/task/task.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -71,7 +72,7 @@ FollowedPlan follow_plans(Expert& expert, const Scene& scene, const glm::dmat3& 
   return followed;
 }
 
-constexpr double kRate = 1000;  // Hz, of the servo
+constexpr double kRate = 500;  // Hz, of the servo
 
 /// The score of a simulated surgeon or examiner.
 session::Score perform(const Scene& scene, haptics::HapticDevice& hand, const haptics::TissueVolume& start) {
@@ -156,10 +157,12 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
   } else {
     Expert expert(scene, start);
     const PerTissue before = start.volumes();
+    const auto heat = heat_meter(scene, start);  // no stroke warms it
     const auto score = [&](const haptics::TissueVolume& after, const HandErrors& hand) {
       session::ScoreInput input;
       input.hand.force_mean = hand.force_mean;
       input.hand.force_max = hand.force_max;
+      if (heat) input.heat = heat->result();
       input.before = before;
       input.after = after.volumes();
       (void)expert.judge().judge(after, input);

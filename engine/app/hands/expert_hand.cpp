@@ -33,19 +33,15 @@ struct Lead {
   // Scraping ends after a pass in which the tool's distance to the line always was smaller than this, m.
   static constexpr double near_line = 0.03e-3;
   // Scraping also ends after a pass that removed less than this volume, m³.
-  static constexpr double useful_pass = 1e-12;
+  static constexpr double useful_pass = 5e-13;
   static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
   // displacement from the tool to the target. The coupling converts the lead to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // Gain for cuts: lead (displacement from target point to hand) = gain × displacement from tool to target point.
+  // Lead (displacement from target point to hand) = gain × displacement from tool to target point.
   static constexpr double gain = 50;
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
-  // Gain for scraping soft filling: lead (from target point to hand) = gain × displacement from tool to target point.
-  static constexpr double scrape_gain = 30;
-  // Largest lead (distance from the target point to the hand) for scraping, m.
-  static constexpr double max_scrape_lead = 2.4e-3;
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt = this factor (1/s) ·
   // ExpertGrip::lead · force error / mean force.
   static constexpr double lead_per_force = 15;
@@ -232,17 +228,17 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const bool presses = leg.kind == Kind::kCut || leg.kind == Kind::kScrape;
   const bool scrapes = leg.kind == Kind::kScrape;
   dvec3 wanted =
-      presses ? (scrapes ? Lead::scrape_gain : std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_)) *
-                    (place() - seen_.X_WG.p)
+      presses ? std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_) * (place() - seen_.X_WG.p)
               : dvec3(0);
-  const double size = glm::length(wanted), most = scrapes ? Lead::max_scrape_lead : max_lead_;
-  if (size > most) wanted *= most / size;
+  const double size = glm::length(wanted);
+  const bool limited = size > max_lead_;
+  if (limited) wanted *= max_lead_ / size;
   if (pauses_) wanted = left_at_W_ + (beat_ < Rhythm::pause / 2 ? Rhythm::away : Rhythm::near) * leaves_W_ - place();
   // Adjusts max_lead_: soft tissue needs a longer lead (displacement from target point to hand) for the same force.
   const bool end = leg.coarse && std::abs(glm::dot(seen_.n_C_W, seen_.X_WG.R * dvec3(0, 0, 1))) > Rhythm::end;
   // N, planned force minus measured force
   const double too_little = leg.force * (end ? Rhythm::end_force : 1) - glm::length(seen_.f_T_W);
-  if (leg.kind == Kind::kCut && !pauses_ && (size > most || too_little < 0))
+  if (presses && !pauses_ && (limited || too_little < 0))
     max_lead_ = std::clamp(max_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,
                            grip_.lead * Lead::least_most_lead,
                            std::max(grip_.lead * Lead::max_lead, grip_.size * Lead::always_allowed_lead));
