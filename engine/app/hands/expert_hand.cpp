@@ -227,9 +227,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   }
   const bool presses = leg.kind == Kind::kCut || leg.kind == Kind::kScrape;
   const bool scrapes = leg.kind == Kind::kScrape;
-  dvec3 wanted =
-      presses ? std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_) * (place() - seen_.X_WG.p)
-              : dvec3(0);
+  dvec3 wanted = presses
+                     ? std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_) * (place() - seen_.X_WG.p)
+                     : dvec3(0);
   const double size = glm::length(wanted);
   const bool limited = size > max_lead_;
   if (limited) wanted *= max_lead_ / size;
