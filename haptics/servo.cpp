@@ -233,10 +233,10 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.X_WG = motion.X_WG;
   in.moved = now.moved;
   in.jumped = now.jumped;
-  in.pedal = now.out.pedal;
-  in.normal_force = coupling.normal_force;
-  in.normal = coupling.normal;
-  in.relative_stiffness = coupling.relative_stiffness;
+  in.removal.pedal = now.out.pedal;
+  in.last.normal_force = coupling.normal_force;
+  in.last.normal = coupling.normal;
+  in.last.relative_stiffness = coupling.relative_stiffness;
 }
 
 /// Sets kStalePatch if a new snapshot is overdue because the carver is late. The old snapshot is still correct, so the
@@ -254,8 +254,8 @@ void Servo::State::watch_start(ContactTick& now) noexcept {
   const Contact& contact = now.contact;
   const bool led = contact.leading_out || contact.deep;
   bool starts_inside = false;
-  if (m.began_at_hand && !contact.lost) {
-    const double depth = std::max(contact.depth, glm::distance(contact.p_WG, now.X_WT.p));
+  if (m.began_at_hand && !contact.gap.lost) {
+    const double depth = std::max(contact.spring.depth, glm::distance(contact.p_WG, now.X_WT.p));
     starts_inside = led || (contact.touching && depth > settings.frame.voxel);
     m.began_at_hand = false;
   }
@@ -265,7 +265,7 @@ void Servo::State::watch_start(ContactTick& now) noexcept {
 
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
-  const bool changed = ((now.in.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) &&
+  const bool changed = ((now.in.removal.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) &&
                        model->cut(now.in, now.contact, now.cut, energy);
   now.faults |= now.contact.faults;
   if (!changed) return false;
@@ -283,7 +283,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   Motion& m = motion;
   coupling.normal = now.normal;
   coupling.last_depth = out.depth;
-  m.X_WG = {now.p_held, now.contact.holds_turn ? now.contact.R_WG : now.X_WT.R};
+  m.X_WG = {now.p_held, now.contact.orientation.held ? now.contact.orientation.R_WG : now.X_WT.R};
   limits.last_force = now.force;
   limits.last_torque = felt_torque;
   limits.last_spindle_force = now.spindle_force;
@@ -302,7 +302,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   out.X_WG = m.X_WG;
   out.f_T_W = now.force + now.spindle_force;
   out.tau_T_W = now.torque;
-  if (now.contact.holds_turn) out.tau_T_W += now.spindle_torque;
+  if (now.contact.orientation.held) out.tau_T_W += now.spindle_torque;
   out.removed = sums.removed;
   out.cuts = sums.cuts;
   out.spindle = now.spindle.speed;
@@ -399,7 +399,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.turning.possible) s.turn(touch);
   s.model->constrain(touch.in, touch.contact);
   if (s.turning.lags) s.hold_turn(touch);
-  s.cutting.wall = touch.contact.wall;
+  s.cutting.wall = touch.contact.wall.share;
   out.level = touch.contact.level;
   s.watch_snapshot(touch);
   s.watch_start(touch);

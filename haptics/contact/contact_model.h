@@ -11,6 +11,28 @@
 
 namespace typodont::haptics {
 
+/// Contact in the last tick. SI units, frame W.
+struct LastContact {
+  double normal_force = 0;  // N, magnitude of the contact force
+  dvec3 normal{0};          // unit normal of the tissue in contact, pointing out of the tissue
+  // factor on ServoSettings::stiffness; its value follows from the tissue under the head
+  double relative_stiffness = 1;
+};
+
+/// What limits the removal in one tick.
+struct RemovalLimits {
+  double pedal = 0;      // pedal position 0..1; negative: backward rotation, for a tool with a thread
+  bool cuts = false;     // true: the tool cuts in this tick, because its spindle rotates or its edge scrapes
+  bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
+  // true: earlier cuts of the scraping edge used more energy than the hand's work supplied, so it must not cut now
+  bool must_earn = false;
+  double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
+  double budget = 0;           // J, energy for removing tissue in this tick
+  double wall_budget = 0;      // J, part of `budget` that may be used where a wall of harder tissue stops the head
+  double power = 0;            // W, power that the motor delivers at the cutting edges
+  double spindle = 0;          // rad/s, speed of the spindle under load
+};
+
 /// Input of a contact model in one tick: the state of the hand, and results of the last tick. SI units; vectors in the
 /// workbench frame W.
 struct ContactInput {
@@ -21,74 +43,79 @@ struct ContactInput {
   Pose X_WG;               // pose of the proxy after the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
   bool jumped = false;     // true: the hand's pose has changed more since the last tick than a human hand can move
-  double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
-
-  // The following members describe the contact in the last tick.
-  double normal_force = 0;  // N, magnitude of the contact force
-  dvec3 normal{0};          // unit normal of the tissue in contact, pointing out of the tissue
-  // factor on ServoSettings::stiffness; its value follows from the tissue under the head
-  double relative_stiffness = 1;
-
-  // The following members limit the removal in this tick.
-  bool cuts = false;     // true: the tool cuts in this tick, because its spindle rotates or its edge scrapes
-  bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
-  // true: earlier cuts of the scraping edge used more energy than the hand's work supplied, so it must not cut now
-  bool must_earn = false;
   // true: X_WT is not the hand's pose, but that of the proxy, computed from near_planes(). The model takes it, unless
   // the tool overlaps tissue there.
   bool placed = false;
-  double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
-  double budget = 0;           // J, energy for removing tissue in this tick
-  double wall_budget = 0;      // J, part of `budget` that may be used where a wall of harder tissue stops the head
-  double power = 0;            // W, power that the motor delivers at the cutting edges
-  double spindle = 0;          // rad/s, speed of the spindle under load
+  LastContact last;
+  RemovalLimits removal;
 };
 
-/// Result of a contact model. A constraint method computes the pose of the proxy; a penalty method computes force,
-/// torque and stored energy. SI units; vectors in the workbench frame W. "in `unit`": a multiple of the member `unit`.
+/// The servo's copy of the tissue does not show the tissue at the tool.
+struct SnapshotGap {
+  bool lost = false;  // true: the tool has left the copy
+  // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
+  bool bridging = false;
+  bool late = false;       // true: a new snapshot is overdue for longer than a carver normally needs
+  bool rejoining = false;  // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
+};
+
+/// A boundary to harder tissue that stops the tool like a wall.
+struct HardWall {
+  double share = 0;  // 0..1; fraction of the motor's power that the head uses at the wall; 0: no wall
+  dvec3 normal{0};   // unit normal, points out of the harder tissue. Zero: none
+  // Smallest allowed stiffness of the coupling (spring between hand and proxy) in the direction of `normal`, divided by
+  // ServoSettings::stiffness.
+  double stiffness = 0;
+};
+
+/// Orientation of the proxy, if the tissue also holds the tool's orientation.
+struct HeldOrientation {
+  bool held = false;  // true: the proxy has the orientation R_WG; false: that of the hand
+  dquat R_WG{1, 0, 0, 0};
+  dvec3 spindle_torque{0};  // N·m, torque that the cutting by the rotating spindle exerts on the tool; only if `held`
+};
+
+/// Springs of a contact method. Of a penalty method, they are the whole force, which replaces that of the coupling. Of
+/// another method, only torque and energy of the spring between the orientations of hand and proxy (HeldOrientation).
+struct ContactSprings {
+  bool whole = false;  // true for a penalty method
+  dvec3 force{0};      // N, force on the tool, including the damper's force
+  dvec3 torque{0};     // N·m, torque on the tool about the head's centre
+  double stored = 0;   // J, stored energy
+  double depth = 0;    // m, largest penetration depth of the head in tissue
+};
+
+/// Result of ContactModel::constrain(). A constraint method computes the pose of the proxy; a penalty method computes
+/// force, torque and stored energy. SI units; vectors in the workbench frame W.
 struct Contact {
-  // The following members are results of constrain(). p_WG: m, the proxy's head centre; a penalty method has no proxy,
-  // and states the head's centre at the hand's pose.
+  // m, the proxy's head centre; a penalty method has no proxy, and states the head's centre at the hand's pose.
   dvec3 p_WG{0};
   bool touching = false;  // the head touches tissue
   // true: the head has just broken through the tissue, and the proxy still moves towards the hand
   bool breaking_through = false;
-  bool lost = false;  // true: the tool has left the servo's copy of the tissue
-  bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
-  // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
-  bool bridging = false;
-  bool late = false;         // true: a new snapshot is overdue for longer than a carver normally needs
-  bool rejoining = false;    // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
+  bool deep = false;         // true: the head is so deep inside the tissue that the model finds no surface near it
   bool leading_out = false;  // true: the proxy overlapped tissue and is being moved out
   bool settled = true;       // false: the head touches nothing, but the model still stores data of the last contact
   // true: the servo must call cut() although the tool does not cut: the model inserts an implant, or must finish an
   // earlier cut
   bool places = false;
+  bool own_friction = false;  // true: p_WG includes friction, so the servo adds none
   // Direction from the head's centre at the hand's pose to the position at which the contacts would hold the head
   // without a speed limit. Only the direction is used. Zero without contact.
   dvec3 contact_direction{0};
-  double area = 0;            // m², contact area of the head; 0: none
-  bool own_friction = false;  // true: p_WG includes friction, so the servo adds none
-  bool gives_force = false;   // true for a penalty method: feel() sets the force
-  // 0..1; fraction of the motor's power that the head uses at a wall of harder tissue; 0: no such wall
-  double wall = 0;
+  double area = 0;           // m², contact area of the head; 0: none
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for methods with several; 0: finest
-  // Unit normal of a boundary to harder tissue that stops the tool like a wall; points out of this tissue. Zero: none.
-  dvec3 side_normal{0};
-  // Smallest allowed stiffness of the coupling (spring between hand and proxy) in the direction of side_normal, divided
-  // by ServoSettings::stiffness.
-  double side_stiffness = 0;
-  // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
-  bool holds_turn = false;
-  // Orientation of the proxy if `holds_turn` is true. The rotation from the hand's orientation to R_WG determines
-  // `torque` and `stored`.
-  dquat R_WG{1, 0, 0, 0};
-  // N·m, torque that the cutting by the rotating spindle exerts on the tool; used only if `holds_turn` is true
-  dvec3 spindle_torque{0};
+  SnapshotGap gap;
+  HardWall wall;
+  HeldOrientation orientation;
+  ContactSprings spring;
+};
 
-  // The following members are results of feel(). Contact i pushes the tool at point x_i along the unit vector n_i with
-  // weight w_i (a length). The first `own` contacts belong to the head, the others to the shank or the safe end.
+/// Result of ContactModel::feel(). Contact i pushes the tool at point x_i along the unit vector n_i with weight w_i (a
+/// length). The first `own` contacts belong to the head, the others to the shank or the safe end. SI units; vectors in
+/// the workbench frame W. "in `unit`": a multiple of the member `unit`.
+struct Felt {
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;   // m, length by which other members are divided (comment "in `unit`"): 1 m, or the size of a voxel
@@ -102,14 +129,6 @@ struct Contact {
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
   bool graded = false;        // true: `hardness` is valid; false: full hardness of every tissue
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (dense_tissue.h)
-
-  // The following members are the force of a penalty method, set in feel(); it replaces the force of the coupling. A
-  // constraint method with `holds_turn` sets `torque` and `stored` in constrain(): the spring between the orientations
-  // of hand and proxy.
-  dvec3 force{0};     // N, force on the tool, including the damper's force
-  dvec3 torque{0};    // N·m, torque on the tool about the head's centre
-  double stored = 0;  // J, energy stored in the springs of the method
-  double depth = 0;   // m, largest penetration depth of the head in tissue
 };
 
 /// Tissue near a point of the tool. A small motion of the tool, which moves the point by d, must satisfy n·d >= -gap.
@@ -152,8 +171,7 @@ class ContactModel {
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
-  /// Computes the proxy. Sets those members of `out` that are results of constrain(): the members from p_WG to
-  /// spindle_torque.
+  /// Computes the proxy, or the force of a penalty method.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
   /// Writes the planes near the proxy after the last constrain(), at most kMaxNearPlanes, of head, shank and safe end.
   /// Returns their number. With them, the servo holds the proxy's orientation (servo/turn.cpp); without, it is the
@@ -166,9 +184,9 @@ class ContactModel {
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// Returns true if the volumes of cuts are estimates, which adopt() replaces by measured volumes.
   virtual bool estimates_volume() const noexcept { return false; }
-  /// Computes the contacts of the head at its position after the cut: all members of `out` from `count` on. Called only
+  /// Computes the contacts of the head at its position after the cut. May change the contact's orientation. Called only
   /// while the head is in contact.
-  virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
+  virtual void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept = 0;
   /// Tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;
 };

@@ -63,8 +63,8 @@ void Servo::State::feel(ContactTick& now) noexcept {
   now.out.contact_area = contact.area;
   const dvec3 depth_vector = contact.p_WG - now.X_WT.p;
   const double depth = glm::length(depth_vector);
-  const bool held_back = ((contact.touching || contact.breaking_through) && !contact.lost) || contact.bridging;
-  if (contact.gives_force && contact.touching) {
+  const bool held_back = ((contact.touching || contact.breaking_through) && !contact.gap.lost) || contact.gap.bridging;
+  if (contact.spring.whole && contact.touching) {
     take_force(now);
   } else if (held_back && (depth > 0 || (turning.lags && turning.twist != dvec3(0)))) {
     // opposed walls may hold the orientation alone
@@ -87,17 +87,18 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
 /// Computes spring and damper between proxy and hand.
 void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
-  model->feel(now.in, now.contact);
+  model->feel(now.in, now.contact, now.felt);
   const Contact& contact = now.contact;
+  const Felt& felt = now.felt;
   const bool turned = turning.lags;
   double lever2 = 0, strain = depth;  // m², m; the springs of position and orientation store k strain² / 2
   if (turned) {
     lever2 = TurnParameters::stiffness / settings.stiffness;
     strain = std::sqrt(depth * depth + lever2 * glm::dot(turning.twist, turning.twist));
-    if (!contact.known_tissue) feel_held_tissue(now);
+    if (!felt.known_tissue) feel_held_tissue(now);
   }
-  if (contact.known_tissue) c.tissue = contact.tissue;
-  if (contact.graded) c.hardness = contact.hardness;
+  if (felt.known_tissue) c.tissue = felt.tissue;
+  if (felt.graded) c.hardness = felt.hardness;
   const bool fresh = c.normal_force <= 0;
   const TissueMeans mean = tissue_means();
   const double wanted = turned && !(mean.stiffness > 0) ? c.relative_stiffness : mean.stiffness / 1000.0;
@@ -105,24 +106,24 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.stored = k * strain * strain / 2;
   const double magnitude = damped(now, k * depth, depth);
   now.force = magnitude * now.normal;
-  if (const double along = depth * glm::dot(now.normal, contact.side_normal); along > 0) {
-    const double more = std::max(0.0, settings.stiffness * contact.side_stiffness - k) * along;
-    now.force += more * contact.side_normal;
+  if (const double along = depth * glm::dot(now.normal, contact.wall.normal); along > 0) {
+    const double more = std::max(0.0, settings.stiffness * contact.wall.stiffness - k) * along;
+    now.force += more * contact.wall.normal;
     now.stored += more * along / 2;
   }
   // Each contact pushes the tool along its normal; the moments of these forces rotate the tool. If the tissue holds the
   // proxy's orientation, the spring between the orientations balances them.
-  const double h = contact.unit;
-  if (!turned) now.torque = h * h * magnitude / depth * contact.turn;
+  const double h = felt.unit;
+  if (!turned) now.torque = h * h * magnitude / depth * felt.turn;
   c.normal_force = k * depth;
   c.head_force = c.normal_force;
-  if (contact.own < contact.count && glm::dot(contact.on_shank, contact.on_shank) > 0) {
-    const double on_head = glm::length(contact.on_head);
-    c.head_force *= on_head / (on_head + glm::length(contact.on_shank));
+  if (felt.own < felt.count && glm::dot(felt.on_shank, felt.on_shank) > 0) {
+    const double on_head = glm::length(felt.on_head);
+    c.head_force *= on_head / (on_head + glm::length(felt.on_shank));
   }
   if (contact.contact_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.contact_direction);
-  } else if (!contact.bridging) {
+  } else if (!contact.gap.bridging) {
     c.pressed = dvec3(0);  // the head is not pressed against tissue
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
@@ -132,7 +133,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   }
   dvec3 sideways(0);
   // No friction for a rotating bur: it always slips, and its edges give the tangential force.
-  if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
+  if (settings.friction && !contact.own_friction && (!now.in.removal.cuts || now.in.removal.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     // Opposed walls press more on the tool than the coupling's force, and friction acts across their normal.
     const bool opposed = turned && turning.count > 0 && turning.opposed;
@@ -141,19 +142,19 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += sideways;
   }
   feel_teeth(now);
-  if (contact.turns_tool) {
+  if (felt.turns_tool) {
     now.torque += turned && turning.count > 0 ? glm::cross(turning.lever, sideways + now.spindle_force)
-                                              : h * glm::cross(contact.lever, sideways + now.spindle_force);
+                                              : h * glm::cross(felt.lever, sideways + now.spindle_force);
     // Between ticks, the force may jump from one contact to another, so the torque is filtered.
-    if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
+    if (felt.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
   if (turned) {
     now.torque += k * lever2 * turning.twist;
-  } else if (contact.holds_turn) {
-    now.torque += contact.torque;
-    now.stored += contact.stored;
-    now.spindle_torque = contact.spindle_torque;
+  } else if (contact.orientation.held) {
+    now.torque += contact.spring.torque;
+    now.stored += contact.spring.stored;
+    now.spindle_torque = contact.orientation.spindle_torque;
   }
   now.out.tissue = mean.most;
   now.out.depth = depth;
@@ -163,27 +164,28 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
 /// Uses the force of the contact method's own springs and dampers instead of the coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
-  model->feel(now.in, now.contact);
+  model->feel(now.in, now.contact, now.felt);
   const Contact& contact = now.contact;
-  if (contact.known_tissue) c.tissue = contact.tissue;
-  if (contact.graded) c.hardness = contact.hardness;
-  const double size = glm::length(contact.force);
-  now.stored = contact.stored;
-  now.force = contact.force;
-  now.torque = contact.torque;
-  if (size > 0) now.normal = contact.force / size;
+  const Felt& felt = now.felt;
+  if (felt.known_tissue) c.tissue = felt.tissue;
+  if (felt.graded) c.hardness = felt.hardness;
+  const double size = glm::length(contact.spring.force);
+  now.stored = contact.spring.stored;
+  now.force = contact.spring.force;
+  now.torque = contact.spring.torque;
+  if (size > 0) now.normal = contact.spring.force / size;
   c.normal_force = c.head_force = c.pressing = size;
   c.pressed = now.normal;
   const TissueMeans mean = tissue_means();
   if (mean.stiffness > 0) c.relative_stiffness = mean.stiffness / 1000.0;
-  if (settings.friction && size > 0 && (!now.in.cuts || now.in.scrapes)) {
+  if (settings.friction && size > 0 && (!now.in.removal.cuts || now.in.removal.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     now.force += friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, size, c.friction);
   }
   feel_teeth(now);
   c.torque = now.torque;
   now.out.tissue = mean.most;
-  now.out.depth = contact.depth;
+  now.out.depth = contact.spring.depth;
   now.out.n_C_W = now.normal;
 }
 
@@ -218,7 +220,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
   // Surfaces of cuts and fillings are rough: the proxy moves in steps of voxels.
-  const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
+  const bool rough = now.in.removal.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
   const bool led = now.contact.leading_out || motion.leap > 0;  // true: the hand does not cause the proxy's motion
@@ -250,7 +252,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   if (c.teeth_force == dvec3(0)) return;
   // N, force that remains after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
-  if (left > 0 && !now.contact.lost) {
+  if (left > 0 && !now.contact.gap.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
     limit_teeth_energy(now);
   } else {
@@ -273,7 +275,7 @@ void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
 void Servo::State::sink_tip(ContactTick& now) noexcept {
   const Tool& head = tool();
   TipState& tip = coupling.tip;
-  if (!(head.sink_yield > 0 && !head.cuts && !now.contact.lost)) return;
+  if (!(head.sink_yield > 0 && !head.cuts && !now.contact.gap.lost)) return;
   const TipLaw law{head.sink_yield};
   const double k = settings.stiffness * coupling.relative_stiffness;
   if (tip.penetration <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
@@ -293,12 +295,12 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
 }
 
 void Servo::State::press_soft(ContactTick& now) noexcept {
-  const Pose X_WG{now.p_held, now.contact.holds_turn ? now.contact.R_WG : now.X_WT.R};
+  const Pose X_WG{now.p_held, now.contact.orientation.held ? now.contact.orientation.R_WG : now.X_WT.R};
   if (soft->at_rest(X_WG, in_hand)) {
     soft_contact = {};
     return;
   }
-  const bool turns = now.in.cuts && !now.in.scrapes;
+  const bool turns = now.in.removal.cuts && !now.in.removal.scrapes;
   const double cutting_speed = turns ? tool().cutting_coefficient * std::abs(now.spindle.speed) * tool().radius() : 0.0;
   now.soft = soft->tick({now.hand.t, now.dt, X_WG, in_hand, cutting_speed});
   now.force += now.soft.force;

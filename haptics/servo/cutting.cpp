@@ -10,12 +10,12 @@ void Servo::State::earn(ContactTick& now) noexcept {
   using P = CuttingParameters;
   const Tool& bur = tool();
   ContactInput& in = now.in;
-  in.scrapes = bur.cuts && bur.scrapes > 0;
-  in.cuts = settings.cutting && bur.cuts && !motion.inside && (in.scrapes || cutting.speed > 0);
+  in.removal.scrapes = bur.cuts && bur.scrapes > 0;
+  in.removal.cuts = settings.cutting && bur.cuts && !motion.inside && (in.removal.scrapes || cutting.speed > 0);
   // Values that are used again are kept in local variables, which stay in registers.
   SpindleLoad spindle{cutting.speed, 0};
-  const EdgeMeans edges = in.cuts ? edge_means() : EdgeMeans{};
-  in.specific_energy = edges.specific_energy;
+  const EdgeMeans edges = in.removal.cuts ? edge_means() : EdgeMeans{};
+  in.removal.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
   // Converts the stored energy: budgets are motor work / energy_ratio, and energy_ratio changes from tick to tick.
   const double worth = cutting.energy_ratio / now.energy_ratio;
@@ -23,30 +23,31 @@ void Servo::State::earn(ContactTick& now) noexcept {
   cutting.budget *= worth;
   cutting.wall_budget *= worth;
   // Power (watts) divided by energy_ratio, so that models need only the material's own specific energy.
-  double power = in.power = 0;
-  if (in.scrapes && in.cuts && coupling.head_force > 0) {
+  double power = in.removal.power = 0;
+  if (in.removal.scrapes && in.removal.cuts && coupling.head_force > 0) {
     // An edge that the hand moves cuts with the hand's work: force × displacement along the surface.
     const double distance = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * distance / now.dt / now.energy_ratio;
-  } else if (in.cuts && coupling.pressing > 0) {
+  } else if (in.removal.cuts && coupling.pressing > 0) {
     // Tangential force μ_c F_n (laws of Preston and Archard), limited by the motor.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     now.tangential = edges.force_ratio * efficiency;
     const double load = now.tangential * coupling.pressing * bur.radius();
     spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
-    power = in.power = spindle.power / now.energy_ratio;
+    power = in.removal.power = spindle.power / now.energy_ratio;
   }
   double& budget = cutting.budget;
   const double wall = cutting.wall;
-  if (in.cuts && coupling.head_force > 0) {
-    const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
+  if (in.removal.cuts && coupling.head_force > 0) {
+    const double most =
+        in.removal.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
     // Limits the debt: a bur that started in tissue may have used more energy than it received. With a large debt, it
     // could not cut for a long time.
-    if (!in.scrapes) {
+    if (!in.removal.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
-      budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
+      budget = std::max(budget, -std::max(power * P::held_time, owed * in.removal.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
     // Without contact, stored energy is lost. If only the shank has contact, the stored energy is kept.
@@ -55,10 +56,10 @@ void Servo::State::earn(ContactTick& now) noexcept {
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
   // A scraping edge receives little energy. If its budget is used up, it cuts again only after more work of the hand.
-  in.must_earn = in.scrapes && budget <= 0;
-  in.budget = budget;
-  in.wall_budget = cutting.wall_budget;
-  in.spindle = spindle.speed;
+  in.removal.must_earn = in.removal.scrapes && budget <= 0;
+  in.removal.budget = budget;
+  in.removal.wall_budget = cutting.wall_budget;
+  in.removal.spindle = spindle.speed;
   now.spindle = spindle;
 }
 

@@ -9,7 +9,7 @@ namespace typodont::haptics {
 using P = LimitParameters;
 
 bool Servo::State::lands(const ContactTick& now) noexcept {
-  return now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
+  return now.in.removal.cuts && !now.in.removal.scrapes && !now.contact.spring.whole;
 }
 
 dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
@@ -31,7 +31,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   // this drop is delayed, so that the breakthrough is felt at once.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
-  const bool perforates = falls && now.contact.holds_turn;
+  const bool perforates = falls && now.contact.orientation.held;
   return std::min(over, perforates ? P::lag_limit : std::max(P::lag_limit, beyond));
 }
 
@@ -42,7 +42,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
   // tissue. Does not limit the vibration, which should be felt.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
-  if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
+  if (now.in.removal.cuts && !now.in.removal.scrapes && (goes_on || begins_or_ends)) {
     const dvec3 change = force_change(now);
     const double size = glm::length(change);
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
@@ -78,7 +78,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     now.torque *= fraction;
   }
   // The spindle's torque may be as large as the torque limit minus the tissue's torque.
-  if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
+  if (now.contact.orientation.held && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
   }
@@ -88,12 +88,12 @@ void Servo::State::limit(ContactTick& now) noexcept {
 /// (as in a fast first contact). Usually, the limit starts when the hand retreats; it ends when the energy suffices.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
-  if (!(now.in.cuts || l.unpaid || now.contact.late)) return 1;
-  if (now.contact.late) l.unpaid = true;
+  if (!(now.in.removal.cuts || l.unpaid || now.contact.gap.late)) return 1;
+  if (now.contact.gap.late) l.unpaid = true;
   const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
   const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
-  if (now.in.cuts && P::unpaid_ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
-  if (strength <= most && !now.contact.rejoining) l.unpaid = false;
+  if (now.in.removal.cuts && P::unpaid_ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
+  if (strength <= most && !now.contact.gap.rejoining) l.unpaid = false;
   if (!(l.unpaid && strength > most)) return 1;
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
@@ -105,7 +105,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   const Limits& l = limits;
   const double strength = glm::length(now.force);
   if (!(strength > 0)) return 1;
-  const double k = settings.stiffness * std::max(coupling.relative_stiffness, now.contact.side_stiffness);
+  const double k = settings.stiffness * std::max(coupling.relative_stiffness, now.contact.wall.stiffness);
   const double paid = std::max(sums.energy + l.given, 0.0), slew = P::drilling_slew * now.dt;
   const double retreat = glm::dot(now.force, now.moved) / strength;  // m, retreat of the hand in this tick
   double most = 0;                                                   // N, largest allowed force
@@ -162,7 +162,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
     double passive = landing ? 1 : paid_fraction(now);
     if (at_stake > 0) {
       // Also where the contact model computes a bur's force: otherwise its force would step when energy is lacking.
-      if (landing || (now.in.cuts && now.contact.gives_force)) {
+      if (landing || (now.in.removal.cuts && now.contact.spring.whole)) {
         passive = std::min(passive, landing_fraction(now, at_stake));
       }
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));

@@ -39,6 +39,7 @@ struct ContactTick : TickData {
 
   ContactInput in;
   Contact contact;
+  Felt felt;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
   double tangential = 0;    // tangential force of the edges divided by their normal force

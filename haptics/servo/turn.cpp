@@ -102,7 +102,7 @@ void Servo::State::turn(ContactTick& now) noexcept {
   t.count = 0;
   t.push = 0;
   t.lever = dvec3(0);
-  const bool acts = !now.in.cuts && coupling.tip.penetration <= 0 && !now.jumped && motion.leap <= 0;
+  const bool acts = !now.in.removal.cuts && coupling.tip.penetration <= 0 && !now.jumped && motion.leap <= 0;
   if (!acts && !lagged) return;
   const double lever = std::sqrt(P::stiffness / settings.stiffness);
   const PoseStep wanted{now.X_WT.p - motion.X_WG.p, lever * rotation_vector(motion.X_WG.R, now.X_WT.R)};
@@ -140,30 +140,29 @@ void Servo::State::turn(ContactTick& now) noexcept {
 void Servo::State::hold_turn(ContactTick& now) noexcept {
   Turning& t = turning;
   Contact& contact = now.contact;
-  t.lags = t.lags && !contact.lost && !contact.deep;
+  t.lags = t.lags && !contact.gap.lost && !contact.deep;
   if (!t.lags) return;
-  contact.holds_turn = true;
-  contact.R_WG = t.R;
+  contact.orientation.held = true;
+  contact.orientation.R_WG = t.R;
   t.twist = rotation_vector(now.X_WT.R, t.R);
   contact.touching = true;
 }
 
 /// Tissues under the contacts that only hold the tool's orientation, for contacts whose tissue the model has not read.
 void Servo::State::feel_held_tissue(ContactTick& now) noexcept {
-  Contact& contact = now.contact;
   double total = 0;
   PerTissue tissue{};
   for (int i = 0; i < turning.count; ++i) {
     const Turning::Hold& hold = turning.holds[static_cast<std::size_t>(i)];
-    const Tissue under = model->tissue_at(contact.p_WG + hold.x - P::felt_below * settings.frame.voxel * hold.n);
+    const Tissue under = model->tissue_at(now.contact.p_WG + hold.x - P::felt_below * settings.frame.voxel * hold.n);
     if (under == Tissue::kAir) continue;
     tissue[static_cast<std::size_t>(under)] += hold.push;
     total += hold.push;
   }
   if (!(total > 0)) return;
   for (double& fraction : tissue) fraction /= total;
-  contact.tissue = tissue;
-  contact.known_tissue = true;
+  now.felt.tissue = tissue;
+  now.felt.known_tissue = true;
 }
 
 }  // namespace typodont::haptics

@@ -30,15 +30,15 @@ class BallModel final : public ContactModel {
   void constrain(const ContactInput& in, Contact& out) noexcept override {
     const double depth = -distance(in.X_WT.p);
     out.p_WG = in.X_WT.p;
-    out.gives_force = true;
+    out.spring.whole = true;
     out.touching = depth > 0;
     if (!out.touching) return;
-    out.depth = depth;
-    out.force = settings_.stiffness * depth * glm::normalize(in.X_WT.p);
-    out.stored = settings_.stiffness * depth * depth / 2;
+    out.spring.depth = depth;
+    out.spring.force = settings_.stiffness * depth * glm::normalize(in.X_WT.p);
+    out.spring.stored = settings_.stiffness * depth * depth / 2;
   }
   bool cut(const ContactInput&, Contact&, Cut&, double&) noexcept override { return false; }
-  void feel(const ContactInput&, Contact& out) noexcept override {
+  void feel(const ContactInput&, Contact&, Felt& out) noexcept override {
     out.tissue[static_cast<std::size_t>(Tissue::kEnamel)] = 1;
     out.known_tissue = true;
   }

@@ -1,6 +1,7 @@
 #include "engine/app/task/find_defects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <span>
@@ -18,11 +19,13 @@ using session::Defect;
 using session::DefectStroke;
 using session::Preparation;
 
-constexpr double kMinDepth = 0.15e-3;    // m, smallest deviation from the ideal shape that is a defect
-constexpr double kMinVolume = 0.005e-9;  // m³, smallest cut of pulp or protected tissue that is a defect
-constexpr double kMinFraction = 0.1;     // a stroke that cut a smaller fraction of a defect's volume is not listed
-constexpr double kClosest = 1e-3;        // m, remaining tissue is attributed only to a cut at most this far away
-constexpr double kMaxLoss = 1.0 / 3;     // a score item that lost a smaller fraction of its points has no defect
+constexpr double kMinDepth = 0.15e-3;  // m, smallest deviation from the ideal shape that is a defect
+// Smallest volume of pulp, protected tissue or caries that is a defect: in m³, and as a fraction of the rule's
+// tolerance.
+constexpr double kMinVolume = 0.005e-9, kMinTolerated = 0.05;
+constexpr double kMinFraction = 0.1;  // a stroke that cut a smaller fraction of a defect's volume is not listed
+constexpr double kClosest = 1e-3;     // m, remaining tissue is attributed only to a cut at most this far away
+constexpr double kMaxLoss = 1.0 / 3;  // a score item that lost a smaller fraction of its points has no defect
 constexpr std::size_t kMaxDefects = 24, kMaxStrokes = 4;
 constexpr double kBefore = 1.0, kAfter = 0.5;  // s, the tool's path is stored for so long before and after a stroke
 constexpr std::size_t kPathMoments = 60;
@@ -30,6 +33,12 @@ constexpr std::size_t kPathMoments = 60;
 enum class Kind : std::uint8_t { kNone, kOver, kUnder, kPulp, kProtected, kCaries };
 constexpr const char* kItems[] = {
     "", "over_cut_depth_mm", "under_cut_depth_mm", "pulp_removed_mm3", "protected_removed_mm3", "residual_caries_mm3"};
+constexpr std::size_t kKinds = std::size(kItems);
+
+/// True: the kind's amount is a depth, m; false: a volume, m³.
+bool by_depth(Kind kind) {
+  return kind == Kind::kOver || kind == Kind::kUnder;
+}
 
 /// The tools' heads at the recorded cuts.
 class Cutters {
@@ -137,7 +146,8 @@ struct Region {
 /// For each voxel: the deviation of the result from the target shape.
 class Deviations {
  public:
-  Deviations(const Preparation& in, double max_over, double max_under) : in_(in), limit_{0, max_over, max_under} {
+  /// `limits`: for each kind, the amount above which a deviation is a defect.
+  Deviations(const Preparation& in, const std::array<double, kKinds>& limits) : in_(in), limits_(limits) {
     const bool compares = !in.ideal.distance.empty();
     const std::size_t count = in.after.distance.size();
     kind_.resize(count, Kind::kNone);
@@ -154,17 +164,17 @@ class Deviations {
           kind_[i] = Kind::kProtected;
         else if (was && in.tissue[i] == Tissue::kPulp)
           kind_[i] = Kind::kPulp;
-        else if (compares && depth_[i] > 0.5 * max_over)
+        else if (compares && depth_[i] > 0.5 * limit(Kind::kOver))
           kind_[i] = Kind::kOver;
       } else if (!compares) {
         kind_[i] = Kind::kCaries;
-      } else if (depth_[i] > 0.5 * max_under) {
+      } else if (depth_[i] > 0.5 * limit(Kind::kUnder)) {
         kind_[i] = Kind::kUnder;
       }
     }
   }
   double depth(std::size_t voxel) const { return depth_[voxel]; }
-  double limit(Kind kind) const { return kind == Kind::kOver || kind == Kind::kUnder ? limit_[int(kind)] : 0; }
+  double limit(Kind kind) const { return limits_[static_cast<std::size_t>(kind)]; }
   double volume(std::size_t voxels) const { return static_cast<double>(voxels) * std::pow(in_.frame.voxel, 3); }
   glm::ivec3 at(std::size_t i) const {
     const auto z = static_cast<std::size_t>(in_.after.size.z), y = static_cast<std::size_t>(in_.after.size.y);
@@ -190,9 +200,8 @@ class Deviations {
           stack.push_back(j);
         });
       }
-      const bool counts =
-          limit(region.kind) > 0 ? region.depth > limit(region.kind) : volume(region.voxels.size()) > kMinVolume;
-      if (counts) found.push_back(std::move(region));
+      const double amount = by_depth(region.kind) ? region.depth : volume(region.voxels.size());
+      if (amount > limit(region.kind)) found.push_back(std::move(region));
     }
     return found;
   }
@@ -205,7 +214,7 @@ class Deviations {
 
  private:
   const Preparation& in_;
-  double limit_[3];  // m, smallest deviation of each kind that is a defect; 0: any
+  std::array<double, kKinds> limits_;
   std::vector<Kind> kind_;
   std::vector<float> depth_;  // m, each voxel's distance from the target surface
 };
@@ -241,7 +250,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
     if (const Cut* cut = cutters.closest(deviations.place(deepest)))
       by_cut[cut].insert(by_cut[cut].end(), others.begin(), others.end());
   }
-  const bool by_depth = deviations.limit(region.kind) > 0;
+  const bool deep = by_depth(region.kind);
   std::vector<DefectStroke> strokes;
   const Cut* before = nullptr;
   double worst = 0;
@@ -254,15 +263,14 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
     DefectStroke& stroke = strokes.back();
     stroke.last = cut->tick;
     double share = deviations.volume(voxels.size());
-    if (by_depth) {
+    if (deep) {
       share = 0;
       for (const std::size_t voxel : voxels) share = std::max(share, deviations.depth(voxel));
     }
     if (share > worst) worst = share, stroke.worst = cut->tick;
-    stroke.amount = by_depth ? std::max(stroke.amount, share) : stroke.amount + share;
+    stroke.amount = deep ? std::max(stroke.amount, share) : stroke.amount + share;
   }
-  const double least =
-      by_depth ? deviations.limit(region.kind) : kMinFraction * deviations.volume(region.voxels.size());
+  const double least = deep ? deviations.limit(region.kind) : kMinFraction * deviations.volume(region.voxels.size());
   std::erase_if(strokes, [&](const DefectStroke& stroke) { return stroke.amount < least; });
   return strokes;
 }
@@ -286,11 +294,14 @@ std::optional<Defect> at_surface(const session::ScoreItem& item, const Preparati
 std::vector<Defect> of_tissue(const EvaluatedSession& judged, const Cutters& cutters) {
   if (!judged.preparation) return {};
   const Preparation& in = *judged.preparation;
-  const auto limit = [&](const char* name) {
-    const session::ScoreItem* item = item_of(judged.score, name);
-    return std::max(item ? item->target * kMillimetre : 0, kMinDepth);
-  };
-  Deviations deviations(in, limit(kItems[int(Kind::kOver)]), limit(kItems[int(Kind::kUnder)]));
+  std::array<double, kKinds> limits{};
+  for (std::size_t k = 1; k < kKinds; ++k) {
+    const session::ScoreItem* item = item_of(judged.score, kItems[k]);
+    limits[k] = by_depth(static_cast<Kind>(k))
+                    ? std::max(item ? item->target * kMillimetre : 0, kMinDepth)
+                    : std::max(item ? kMinTolerated * item->tolerance * kCubicMillimetre : 0, kMinVolume);
+  }
+  Deviations deviations(in, limits);
   const std::vector<Region> regions = deviations.regions();
   std::vector<const session::ScoreItem*> places;
   for (const char* name : {"wall_thickness_mm", "pulp_distance_mm"}) {
@@ -308,9 +319,9 @@ std::vector<Defect> of_tissue(const EvaluatedSession& judged, const Cutters& cut
 
   std::vector<Defect> defects;
   for (const Region& region : regions) {
-    const bool by_depth = deviations.limit(region.kind) > 0;
-    const double unit = by_depth ? kMillimetre : kCubicMillimetre;
-    Defect defect{kItems[int(region.kind)], (by_depth ? region.depth : deviations.volume(region.voxels.size())) / unit,
+    const bool deep = by_depth(region.kind);
+    const double unit = deep ? kMillimetre : kCubicMillimetre;
+    Defect defect{kItems[int(region.kind)], (deep ? region.depth : deviations.volume(region.voxels.size())) / unit,
                   deviations.place(region.deepest)};
     defect.left = std::ranges::none_of(region.voxels, [&](std::size_t i) { return makers.of(i); });
     defect.strokes = strokes_of(region, deviations, makers, cutters);

@@ -98,12 +98,12 @@ void ImplantModel::take_up(std::uint32_t which) noexcept {
 }
 
 double ImplantModel::stiffness(const ContactInput& in) const noexcept {
-  return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
+  return settings_.stiffness * std::max(in.last.relative_stiffness, 1e-3);
 }
 
 /// Returns true if the spindle rotates forward, as cutting requires.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
-  return in.cuts && in.spindle > kMinSpindleSpeed;
+  return in.removal.cuts && in.removal.spindle > kMinSpindleSpeed;
 }
 
 bool ImplantModel::patch_holds(const dvec3& p_W) const noexcept {
@@ -187,15 +187,15 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
   turn_ = angle > max_turn ? glm::angleAxis(angle - max_turn, turn / angle) : dquat(1, 0, 0, 0);
   blended_ = offset_ != dvec3(0) || angle > max_turn;
   out.p_WG = state.p + offset_;
-  out.holds_turn = in_bed_ || blended_;
-  if (out.holds_turn) {
-    out.R_WG = glm::normalize(turn_ * state.R);
-    const dvec3 held = rotation_vector(in.X_WT.R, out.R_WG);
-    out.torque = parameters_.turn_stiffness * held;
-    out.stored = parameters_.turn_stiffness * glm::dot(held, held) / 2;
+  out.orientation.held = in_bed_ || blended_;
+  if (out.orientation.held) {
+    out.orientation.R_WG = glm::normalize(turn_ * state.R);
+    const dvec3 held = rotation_vector(in.X_WT.R, out.orientation.R_WG);
+    out.spring.torque = parameters_.turn_stiffness * held;
+    out.spring.stored = parameters_.turn_stiffness * glm::dot(held, held) / 2;
   }
   if (blended_) out.touching = true, out.settled = false;
-  last_ = {out.p_WG, out.holds_turn ? out.R_WG : in.X_WT.R};
+  last_ = {out.p_WG, out.orientation.held ? out.orientation.R_WG : in.X_WT.R};
 }
 
 /// Returns true if the tissue below a contact of the last tick is too dense for the tool.
@@ -213,8 +213,8 @@ bool ImplantModel::touches_too_dense() const noexcept {
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
   // Outside an implant bed, only a round bur cuts, and only after the blending of the pose at the bed has ended.
-  cuts_free_ = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
-  free.cuts = cuts_free_;
+  cuts_free_ = in.removal.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_ && !touches_too_dense();
+  free.removal.cuts = cuts_free_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
     out.p_WG = in.X_WT.p;
@@ -234,13 +234,13 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
 /// Enters an implant bed (drilled hole) if the criteria in bed_criteria.h are met. Returns true if the tool entered.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
-  if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
+  if (implant.kind == ImplantToolKind::kRound || blended_ || out.gap.lost || out.deep) return false;
   const dvec3 axis = axis_of(in.X_WT.R), tip = out.p_WG + tool().half() * axis;
   const double force = stiffness(in) * glm::dot(in.X_WT.p - out.p_WG, axis);
   const double radius = implant.threaded() ? implant.core_diameter / 2 : tool().radius();
   BedCriteria met;
   met.pushed = out.touching && force > parameters_.enter_force;
-  const bool widens = (implant.kind == ImplantToolKind::kDrill && in.spindle > kMinSpindleSpeed) ||
+  const bool widens = (implant.kind == ImplantToolKind::kDrill && in.removal.spindle > kMinSpindleSpeed) ||
                       implant.kind == ImplantToolKind::kImplant;
   for (std::size_t i = 0; i < beds_.size(); ++i) {
     const Bed& bed = beds_[i];
@@ -269,7 +269,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   bool can_begin = implant.kind == ImplantToolKind::kDrill && implant.centre_ability > 0 && tool_cuts(in) && on_tip;
   if (decide({false, false, false, met.pushed}, can_begin) != BedDecision::kBeginBed) return false;
   if (beds_.size() >= kMaxBeds || !patch_holds(out.p_WG)) return false;
-  can_begin = scan_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).max_grey <= implant.max_grey;
+  can_begin = scan_ahead({out.p_WG, in.X_WT.R}, true, in.removal.spindle).max_grey <= implant.max_grey;
   if (!can_begin) return false;
   beds_.push_back({tip, axis, 0, radius, 0, false});
   begin_bed_motion(beds_.size() - 1, 0, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
@@ -335,7 +335,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   blend(in, out, {tool_in_bed(now, tip_).p, R});
   const double torque = glm::dot(scan_.wrench.torque, dvec3(0, 0, 1)) * std::max(0.0, axial_.speed);
   torque_ += ((motion_ == Motion::kScrewing ? torque_ : torque) - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  out.spindle_torque = torque_ * (out.R_WG * dvec3(0, 0, 1));
+  out.orientation.spindle_torque = torque_ * (out.orientation.R_WG * dvec3(0, 0, 1));
   out.area = scan_.engaged;
 }
 
@@ -344,7 +344,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   // Cuts only if the tip is on the axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
-  scan_ = scan_ahead(here, cuts, in.spindle);
+  scan_ = scan_ahead(here, cuts, in.removal.spindle);
   const bool in_old_bed = tip_ < bed.depth - voxel();
   if (scan_.engaged > 0 && cuts && scan_.free > 0) {
     motion_ = Motion::kDrilling;
@@ -361,7 +361,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   for (int i = 1; i < kMaxSteps && scan_.engaged <= 0 && std::abs(step) >= i * longest; ++i) {
     const Pose ahead{tool_in_bed(bed, tip_ + step).p, here.R};
     if (!patch_holds(ahead.p)) break;
-    const EndScan next = step > 0 ? scan_ahead(ahead, cuts, in.spindle) : EndScan{};
+    const EndScan next = step > 0 ? scan_ahead(ahead, cuts, in.removal.spindle) : EndScan{};
     if (next.engaged > 0) break;
     step += allowed_step(moved - step, next.free, longest, false, parameters_.as_printed);
   }
@@ -393,7 +393,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   } else {
     const double stall = settings_.spindle.stall_torque;
     const double turns = stall > 0 ? std::clamp((1 - torque / stall) / kSpeedHeldUpTo, 0.0, 1.0) : 1.0;
-    turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
+    turn = in.removal.spindle * (in.removal.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   // The core of an implant displaces the wall of a narrower bed.
@@ -454,8 +454,8 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!tool().implant) return OffsetModel::cut(in, contact, cut, energy);
   const double h = voxel();
   if (contact.places) {
-    const Pose X_WG{contact.p_WG, contact.R_WG};
-    cut = {++cut_count_, in.tick, in.t, X_WG, X_WG, tool_, {}, {}, in.spindle, tool().radius()};
+    const Pose X_WG{contact.p_WG, contact.orientation.R_WG};
+    cut = {++cut_count_, in.tick, in.t, X_WG, X_WG, tool_, {}, {}, in.removal.spindle, tool().radius()};
     const dvec3 center = settings_.frame.to_voxels(X_WG.p);
     const double reach = tool().reach() / h + static_cast<double>(Sweep::kMargin);
     log_.add(cut_count_, glm::ivec3(glm::floor(center - reach)), glm::ivec3(glm::ceil(center + reach)),
@@ -473,7 +473,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   }
   if (!in_bed_) return cuts_free_ && OffsetModel::cut(in, contact, cut, energy);
   if (motion_ != Motion::kDrilling) return false;
-  return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
+  return remove_sweep(in, {contact.p_WG, contact.orientation.R_WG}, cut, energy);
 }
 
 /// Repeats a cut; a placed implant is already in the snapshot.
@@ -482,14 +482,14 @@ PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, Ti
 }
 
 /// Torque of a round bur: the sum of the cutting law over all its outer voxels.
-void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
-  const dvec3 motion = out.p_WG - in.X_WG.p;
+void ImplantModel::feel_teeth_turn(const ContactInput& in, const Contact& contact) noexcept {
+  const dvec3 motion = contact.p_WG - in.X_WG.p;
   const double speed = glm::length(motion) / in.dt;
   torque_ *= std::exp(-in.dt / kTorqueTime);
-  if (!(tool_cuts(in) && speed > 0) || !patch_holds(out.p_WG)) return;
+  if (!(tool_cuts(in) && speed > 0) || !patch_holds(contact.p_WG)) return;
   const ToolVoxels& voxels = voxels_[tool_];
   const double h = voxel();
-  const dvec3 center = settings_.frame.to_voxels(out.p_WG),
+  const dvec3 center = settings_.frame.to_voxels(contact.p_WG),
               along = glm::conjugate(in.X_WT.R) * (motion / glm::length(motion));
   const glm::dmat3 R = glm::mat3_cast(in.X_WT.R) / h;
   CuttingWrench sum;
@@ -499,7 +499,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
     const double gap = sample_linear(patch_, p_V) * h + static_cast<double>(v.outside);
     if (!(gap < h) || v.ability <= 0) continue;
     const double u = specific_energy_at(p_V);
-    add_cutting(v, u * std::min(1.0, 1 - gap / h), along, in.spindle, tool().implant->thrust_ratio, sum);
+    add_cutting(v, u * std::min(1.0, 1 - gap / h), along, in.removal.spindle, tool().implant->thrust_ratio, sum);
   }
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
@@ -511,8 +511,8 @@ double ImplantModel::scan_wall(const Contact& contact) noexcept {
   double total = 0;
   for (int i = 0; i < kAround; ++i) {
     const double a = 2 * kPi * i / kAround, z = h - tool().half();
-    const dvec3 p_V =
-        settings_.frame.to_voxels(contact.p_WG + contact.R_WG * dvec3(behind * std::cos(a), behind * std::sin(a), z));
+    const dvec3 p_V = settings_.frame.to_voxels(
+        contact.p_WG + contact.orientation.R_WG * dvec3(behind * std::cos(a), behind * std::sin(a), z));
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     if (tissue == 0) continue;
     scan_.tissue[tissue] += 1;
@@ -522,16 +522,16 @@ double ImplantModel::scan_wall(const Contact& contact) noexcept {
   return total;
 }
 
-void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
+void ImplantModel::feel(const ContactInput& in, Contact& contact, Felt& out) noexcept {
   if (!in_bed_) {
-    if (!placed_) OffsetModel::feel(in, out);
-    if (tool().implant && tool().implant->kind == ImplantToolKind::kRound && in.cuts && !placed_) {
-      feel_teeth_turn(in, out);
-      if (torque_ != 0 && !out.holds_turn) {
-        out.holds_turn = true;
-        out.R_WG = in.X_WT.R;
+    if (!placed_) OffsetModel::feel(in, contact, out);
+    if (tool().implant && tool().implant->kind == ImplantToolKind::kRound && in.removal.cuts && !placed_) {
+      feel_teeth_turn(in, contact);
+      if (torque_ != 0 && !contact.orientation.held) {
+        contact.orientation.held = true;
+        contact.orientation.R_WG = in.X_WT.R;
       }
-      out.spindle_torque = torque_ * (in.X_WT.R * dvec3(0, 0, 1));
+      contact.orientation.spindle_torque = torque_ * (in.X_WT.R * dvec3(0, 0, 1));
     }
     return;
   }
@@ -541,7 +541,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
   out.count = out.own = 2;
   double total = 0;
   for (const double area : scan_.tissue) total += area;
-  if (!(total > 0)) total = scan_wall(out);
+  if (!(total > 0)) total = scan_wall(contact);
   if (!(total > 0)) return;
   out.tissue = scan_.tissue;
   out.graded = !patch_.hardness.empty();

@@ -45,7 +45,7 @@ class ImplantModel final : public offset::OffsetModel {
     return tool().implant ? 0 : OffsetModel::near_planes(planes);
   }
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
 
   /// Implant beds (drilled holes) in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
@@ -69,7 +69,7 @@ class ImplantModel final : public offset::OffsetModel {
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool touches_too_dense() const noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
-  void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
+  void feel_teeth_turn(const ContactInput& in, const Contact& contact) noexcept;
   // The following functions are for a tool in a bed (kSliding, kDrilling, kPerforating or kScrewing).
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;

@@ -160,7 +160,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   // While the tool cuts or is in its cut, or while the snapshot lacks cuts, only the finest level is valid.
-  const std::size_t count = in.cuts || behind() || in_own_cut_ ? 1 : level_count(tool_);
+  const std::size_t count = in.removal.cuts || behind() || in_own_cut_ ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
   level_ = next;
@@ -185,7 +185,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(level_);
   if (snapshot_.number == 0) {
     out.p_WG = in.X_WT.p;
-    out.lost = true;
+    out.gap.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
@@ -193,14 +193,14 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!holds(in.X_WG * ends_[tool_], point().reach() + kNearby)) {
     placed_ = moved_freely_ = false;
     out.p_WG = in.X_WG.p;
-    out.lost = true;
+    out.gap.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
   point().turn_to(in.X_WT.R);
   const bool was_touching = placed_ && point().touching();
   in_own_cut_ = in_own_cut_ && placed_ && (was_touching || point().clearance(grid(), point().place(), kClear) < kClear);
-  const bool give = in.cuts || behind() || in_own_cut_;
+  const bool give = in.removal.cuts || behind() || in_own_cut_;
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
@@ -224,7 +224,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.leading_out = out.leading_out || point().leading_out();
   withdraw(in, hip);
   hip_ = hip;
-  cutting_ = cutting_ && in.cuts && !fresh;
+  cutting_ = cutting_ && in.removal.cuts && !fresh;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
   fade_offset(in);
   ease(in, give && !fresh);
@@ -239,8 +239,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     wall_normal_ = hold.n;
     wall_stiffness_ = settings_.materials[static_cast<std::size_t>(hold.tissue)].stiffness / 1000.0;
   }
-  out.side_normal = wall_normal_;
-  out.side_stiffness = wall_stiffness_;
+  out.wall.normal = wall_normal_;
+  out.wall.stiffness = wall_stiffness_;
 }
 
 /// Moves a bur that stands still in its own cut back along its path, towards the hand.
@@ -249,7 +249,7 @@ void MeshLodModel::withdraw(const ContactInput& in, const dvec3& hip) noexcept {
   const dvec3 c = point().place();
   if (!in_own_cut_) return path_.begin(c / h);
   path_.add(c / h);
-  if (in.cuts || behind() || !point().touching()) return;
+  if (in.removal.cuts || behind() || !point().touching()) return;
   if (whole_head(tool_set(settings_)[tool_]) && RetreatPath::turned(in.X_WT.R, end_.R)) return;
   const double most = glm::length(in.moved) + kEase * in.dt / settings_.stiffness;
   point().sink_to(h * path_.withdrawn(c / h, hip / h, most / h));
@@ -260,7 +260,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
       std::any_of(&point().hold(0), &point().hold(0) + point().count(), [](const Hold& hold) { return hold.wall; });
   const double size = glm::length(offset_);
   if (size > kNoOffset) {
-    const double stiffness = settings_.stiffness * std::max({in.relative_stiffness, wall_stiffness_, kMinStiffness});
+    const double stiffness =
+        settings_.stiffness * std::max({in.last.relative_stiffness, wall_stiffness_, kMinStiffness});
     offset_ *= std::max(0.0, 1 - parameters_.ramp * in.dt / (stiffness * size));
     if (offset_ != dvec3(0)) return;
   }
@@ -291,7 +292,7 @@ bool MeshLodModel::may_penetrate_to(const dvec3& to) noexcept {
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
+  if (!(in.removal.cuts && !in.removal.must_earn && in.removal.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), displacement = in.X_WT.p - c;
   const double left = glm::length(displacement);
   if (!(left > 0)) return false;
@@ -305,11 +306,11 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     work += area[t] * settings_.materials[t].specific_energy;
   }
   // J/m³, specific cutting energy of the touched tissues
-  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;
+  const double u = in.removal.specific_energy > 0 ? in.removal.specific_energy : all > 0 ? work / all : 0;
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
-  const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
+  const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.removal.budget)) / (2 * round * u);
   // The energy budget of a blocked bur grows. A speed limit prevents one long step, which the hand would feel.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kMinStep)) return false;
@@ -323,7 +324,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose end{to, in.X_WT.R}, from = cutting_ ? end_ : Pose{c, in.X_WT.R};
   if (!behind()) first_missing_cut_ = c;
   made_.add(made_.last() + 1, {removed, c});
-  cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
+  cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.removal.spindle};
   point().sink_to(to);
   cutting_ = in_own_cut_ = true;
   end_ = end;
@@ -333,7 +334,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return true;
 }
 
-void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
+void MeshLodModel::feel(const ContactInput& in, Contact&, Felt& out) noexcept {
   const bool whole = whole_head(tool_set(settings_)[tool_]);
   const dvec3 end = in.X_WT.R * ends_[tool_];
   out.turns_tool = whole || end != dvec3(0);

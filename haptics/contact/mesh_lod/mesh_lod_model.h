@@ -50,7 +50,7 @@ class MeshLodModel final : public ContactModel {
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   bool estimates_volume() const noexcept override { return true; }
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:

@@ -21,11 +21,11 @@ double grown(double radius, double volume) {
 }  // namespace
 
 bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept {
-  if (!(in.pedal > kPedalUp)) {
+  if (!(in.removal.pedal > kPedalUp)) {
     filling_ = {};
     return false;
   }
-  filling_.owed += tool().fill_rate * in.pedal * in.dt;
+  filling_.owed += tool().fill_rate * in.removal.pedal * in.dt;
   const bool changed = !step_.lost && !step_.deep && filling_.owed > 0 && place_filling(in, contact, cut);
   if (const double most = tool().fill_rate * P::waits; filling_.owed > most) {
     filling_.owed = most;

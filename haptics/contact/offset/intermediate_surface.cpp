@@ -198,9 +198,9 @@ void IntermediateModel::load_target(Moving& leaf) noexcept {
 
 /// Speed at which the surface that the hand feels moves to the surface of the tissue, m/s.
 double IntermediateModel::speed(const ContactInput& in) const noexcept {
-  const double resistance = area_ * in.relative_stiffness;
-  return in.normal_force > 0 && resistance > 0
-             ? std::min(parameters_.removal * in.normal_force / resistance, parameters_.max_speed)
+  const double resistance = area_ * in.last.relative_stiffness;
+  return in.last.normal_force > 0 && resistance > 0
+             ? std::min(parameters_.removal * in.last.normal_force / resistance, parameters_.max_speed)
              : parameters_.max_speed;
 }
 
@@ -250,12 +250,13 @@ void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept
   has_pose_ = true;
 
   ContactInput felt_in = in;
-  felt_in.cuts = in.cuts || (!settled() && !felt_.fills());  // no search for edges while the surface moves
-  felt_in.scrapes = felt_in.must_earn = false;
-  felt_in.budget = felt_in.specific_energy = 0;
+  // No search for edges while the surface moves.
+  felt_in.removal.cuts = in.removal.cuts || (!settled() && !felt_.fills());
+  felt_in.removal.scrapes = felt_in.removal.must_earn = false;
+  felt_in.removal.budget = felt_in.removal.specific_energy = 0;
   with_shank([&] { felt_.constrain(felt_in, out); });
   area_ = out.area;
-  out.wall = cutter_contact_.wall;
+  out.wall.share = cutter_contact_.wall.share;
   out.settled = out.settled && cutter_contact_.settled && settled();
 }
 
@@ -265,8 +266,8 @@ bool IntermediateModel::cut(const ContactInput&, Contact& contact, Cut& cut, dou
   return changed;
 }
 
-void IntermediateModel::feel(const ContactInput& in, Contact& out) noexcept {
-  with_shank([&] { felt_.feel(in, out); });
+void IntermediateModel::feel(const ContactInput& in, Contact& contact, Felt& out) noexcept {
+  with_shank([&] { felt_.feel(in, contact, out); });
 }
 
 }  // namespace typodont::haptics::offset

@@ -36,7 +36,7 @@ class IntermediateModel final : public ContactModel {
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
   Tissue tissue_at(const dvec3& p_W) const noexcept override { return cutter_.tissue_at(p_W); }
 
   /// The distance field that the hand feels, for tests.

@@ -108,7 +108,7 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
 }
 
 /// Sets the contact data in `out`, including the mean tissue below the contacts, weighted by their forces.
-void OffsetModel::feel(const ContactInput& in, Contact& out) noexcept {
+void OffsetModel::feel(const ContactInput& in, Contact&, Felt& out) noexcept {
   // voxels, depth below the surface at which a contact's tissue is read
   constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
@@ -167,7 +167,7 @@ void OffsetModel::feel(const ContactInput& in, Contact& out) noexcept {
 }
 
 /// Computes the mean tissue over the points of the head that lie in tissue. Returns false if no point does.
-bool OffsetModel::feel_mean(const ContactInput& in, Contact& out) const noexcept {
+bool OffsetModel::feel_mean(const ContactInput& in, Felt& out) const noexcept {
   const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
   const bool graded = !patch_.hardness.empty();
   double count = 0;

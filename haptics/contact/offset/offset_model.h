@@ -31,7 +31,7 @@ class OffsetModel : public PatchModel {
   int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override;
   bool refine_near_plane(int i) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
 
  protected:
   /// Data of one tool's head, prepared at set-up.
@@ -121,7 +121,7 @@ class OffsetModel : public PatchModel {
   void find_sink_depth(const ContactInput& in) noexcept;
   bool within_overlap_tolerance(const ContactInput& in) const noexcept;
   /// Returns true if the head neither cuts nor fills.
-  bool only_touches(const ContactInput& in) const noexcept { return !in.cuts && tool().fill == Tissue::kAir; }
+  bool only_touches(const ContactInput& in) const noexcept { return !in.removal.cuts && tool().fill == Tissue::kAir; }
   /// Returns true if the head neither cuts nor fills; false for implant instruments, which the drilled hole guides.
   bool probes(const ContactInput& in) const noexcept { return only_touches(in) && !tool().implant; }
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
@@ -136,7 +136,7 @@ class OffsetModel : public PatchModel {
   bool hand_has_left() const noexcept;
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
-  bool feel_mean(const ContactInput& in, Contact& out) const noexcept;
+  bool feel_mean(const ContactInput& in, Felt& out) const noexcept;
 
   // The following functions are defined in removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;

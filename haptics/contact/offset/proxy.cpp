@@ -48,7 +48,7 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   bridge_missing_patch(in);
   report(in, out);
-  if (!in.cuts) emptied_ = false;
+  if (!in.removal.cuts) emptied_ = false;
 }
 
 /// Prepares the data of the tick. Reduces the tolerated overlap of head and tissue so slowly that the force does not
@@ -68,12 +68,12 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.overlap_before = overlap_;
   if (in.jumped) rejoining_ = 0;
   if (overlap_ > 0) overlap_ *= std::exp(-in.dt / R::recovery_time);
-  s.step_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
+  s.step_per_slew = in.dt / (settings_.stiffness * std::max(in.last.relative_stiffness, 0.05)) / voxel();
   if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.step_per_slew);
   rejoining_ = std::max(overlap_ > 0 && rejoining_ > 0 ? in.dt : 0.0, rejoining_ - in.dt);
   if (overlap_ < R::min_overlap) overlap_ = 0;
   deep_penetration_ = deep_penetration_ && overlap_ > 0;
-  s.limits_step = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
+  s.limits_step = (in.removal.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.last.normal_force > 0;
   if (!s.limits_step) return;
   s.cut_step = P::cut_slew * s.step_per_slew, s.free_step = P::free_slew * s.step_per_slew;
   if (surface_speed_ > 0) {
@@ -86,11 +86,11 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
 /// contact. A fall is detected if the tissue's push decreases while the hand gains speed against the push.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
-  if (!(step_.limits_step && in.cuts && !in.scrapes)) {
+  if (!(step_.limits_step && in.removal.cuts && !in.removal.scrapes)) {
     fall_.push_mean = dvec3(0);
     return;
   }
-  const dvec3 push = in.normal_force * in.normal, v = in.moved / in.dt;
+  const dvec3 push = in.last.normal_force * in.last.normal, v = in.moved / in.dt;
   if (fall_.push_mean == dvec3(0)) fall_.push_mean = push, fall_.hand_speed = fall_.hand_mean = v;
   const auto smooth = [&](dvec3& mean, const dvec3& is, double time) {
     mean += (is - mean) * (in.dt / (time + in.dt));
@@ -137,7 +137,7 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
     p.c = p.start + deficit_fraction(in) * (c - p.start);
     p.contact_push = (s.at_max_step ? s.held_at : c) - p.target + p.c - c;
   }
-  wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
+  wall_ = in.removal.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
 
 /// Puts the head at the place that the servo has computed. Returns false if it overlaps tissue there.
@@ -160,7 +160,7 @@ bool OffsetModel::take_place(const ContactInput& in) noexcept {
 bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
-  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.limits_step &&
+  if (!(ball && in.last.normal_force > 0 && !in.removal.cuts && overlap_ == 0 && !p.limits_step &&
         patch_.covers(p.start, reach() + 1))) {
     return false;
   }
@@ -189,7 +189,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     if (iteration == 0 || !p.touching) find_sink_depth(in);
-    const double unfelt = rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
+    const double unfelt = rejoining_ > 0 && in.last.normal_force <= 0 ? 0 : Q::deep;
     if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.allowed_depth + unfelt)
       overlap_ = contacts_.deepest();
 
@@ -204,7 +204,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     }
 
     dvec3 step = next - p.c;
-    if ((contacts_.count() == 1 || !in.cuts) && p.active.count > 0 && !s.at_max_step) {
+    if ((contacts_.count() == 1 || !in.removal.cuts) && p.active.count > 0 && !s.at_max_step) {
       step = extrapolate(s, step);
       next = p.c + step;
     }
@@ -230,12 +230,12 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       p.touching = !comes_free;
       break;
     }
-    const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
+    const double settled = contacts_.count() > 1 ? in.removal.cuts ? Q::settled_cutting : Q::settled : Q::converged;
     // Estimates the sum of remaining steps as a geometric series.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
-    const int max_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
+    const int max_settled = in.removal.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen) break;
     if (++s.settled >= max_settled) {
       if (length > Q::unsettled) take_best(s);
@@ -270,7 +270,7 @@ void OffsetModel::take_best(const Search& s) noexcept {
 /// head's position before its last step. Returns true if the limit is reached.
 bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept {
   Step& p = step_;
-  if (!probes(in) || !(in.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
+  if (!probes(in) || !(in.last.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
   const double most = farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
   const dvec3 rest = from - p.start - p.shift;
   if (glm::length(p.c - p.start - p.shift) <= most) return false;
@@ -318,7 +318,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
   if (!ball || smooth().any()) step_.searched = {c, in.X_WT.R};
-  if (contacts_.count() > 1 && (in.cuts || ball) && !contacts_.deep_penetration() && !contacts_.flat() &&
+  if (contacts_.count() > 1 && (in.removal.cuts || ball) && !contacts_.deep_penetration() && !contacts_.flat() &&
       glm::length(c - s.found_at) < Q::reuse_distance) {
     contacts_.drop_added();
     finder().relinearize({c, in.X_WT.R}, contacts_);
@@ -337,14 +337,14 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
       contacts_.deepest() > (deep_penetration_ ? Q::led_out : ContactFinder::kDeepPenetration) || center_inside;
   if (deep_penetration_) {
     finder().find_way_out(patch_, X_VT, contacts_);
-  } else if (in.cuts && (emptied_ || surface_speed_ > 0) && !in.must_earn) {
+  } else if (in.removal.cuts && (emptied_ || surface_speed_ > 0) && !in.removal.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
   // On harder tissue than the tissue being cut, a contact allows only the fraction softer / harder energy of the depth.
-  if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
+  if (settings_.boundary_walls && in.removal.specific_energy > 0 && in.removal.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
-      if (under > in.specific_energy) contacts_.set_yields(i, in.specific_energy / under);
+      if (under > in.removal.specific_energy) contacts_.set_yields(i, in.removal.specific_energy / under);
     }
   }
   if (smooth().any()) smooth().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -355,8 +355,8 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
-  if (in.normal_force > 0 && in.cuts && !in.scrapes) {
-    s.led_to = held_target(p.start, p.target, in.normal, p.shift, P::grip_slew * p.step_per_slew);
+  if (in.last.normal_force > 0 && in.removal.cuts && !in.removal.scrapes) {
+    s.led_to = held_target(p.start, p.target, in.last.normal, p.shift, P::grip_slew * p.step_per_slew);
   }
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
@@ -368,7 +368,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   const double max_step = comes_free ? p.free_step : p.cut_step;
   const double allowed = p.limits_step ? farthest(next - p.start, p.shift, max_step) : 0;
   s.at_max_step = falls || (p.limits_step && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
-  const bool eases = in.cuts || tool().fill != Tissue::kAir;
+  const bool eases = in.removal.cuts || tool().fill != Tissue::kAir;
   if (s.at_max_step && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
   return next;
 }
@@ -392,18 +392,18 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   Step& p = step_;
   if (probes(in) && p.active.count == 0 && refine_nearest(in, next))
     next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
-  const int rounds = in.cuts ? 1 : Q::refining_rounds;
+  const int rounds = in.removal.cuts ? 1 : Q::refining_rounds;
   const int least = only_touches(in) ? 0 : 1;  // a cutting or filling head's single contact is not refined
   for (int round = 0; round < rounds && contacts_.count() > least && p.active.count > 0; ++round) {
     bool refined = false;
     for (int i = 0; i < p.active.count; ++i) {
-      refined |= finder().refine(patch_, {p.c, in.X_WT.R}, contacts_, p.active.index[i], !in.cuts);
+      refined |= finder().refine(patch_, {p.c, in.X_WT.R}, contacts_, p.active.index[i], !in.removal.cuts);
     }
     if (!refined) break;
     next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   }
   // At the border to harder tissue (Wang 2009), a bur uses this fraction of its power: softer / harder specific energy.
-  const bool walled = in.cuts && settings_.boundary_walls;
+  const bool walled = in.removal.cuts && settings_.boundary_walls;
   for (int round = 0; walled && p.allowed_depth > 0 && round < WallParameters::rounds &&
                       hold_at_walls(p.active, p.allowed_depth_at_walls);
        ++round) {
@@ -431,25 +431,28 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
 /// Computes how deep the head may sink in this tick. The energy budget limits the removed volume: contact area × depth,
 /// plus a spherical cap because the contact grows.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
-  if (!(in.budget > 0 && in.specific_energy > 0)) return;
+  if (!(in.removal.budget > 0 && in.removal.specific_energy > 0)) return;
   const double h = voxel();
   const double area = glm::length(contacts_.engaged_normal());
   const double cap = kPi * tool().radius() / h;
   const auto bought_by = [&](double energy) {
-    const double volume = std::max(energy, 0.0) / in.specific_energy / (h * h * h);
+    const double volume = std::max(energy, 0.0) / in.removal.specific_energy / (h * h * h);
     return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::max_allowed_depth)
                       : 0.0;
   };
-  step_.allowed_depth = bought_by(in.budget);
-  step_.allowed_depth_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.allowed_depth;
+  step_.allowed_depth = bought_by(in.removal.budget);
+  step_.allowed_depth_at_walls = bought_by(std::min(in.removal.wall_budget, in.removal.budget)) / step_.allowed_depth;
 }
 
 /// Fraction 0..1 of its step that a bur may make. A bur whose cuts have used more energy than the motor delivered is
 /// slowed down while it is pressed into tissue.
 double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
-  if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
-  return std::clamp((P::standing_deficit + in.budget / in.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
+  if (!(emptied_ && in.removal.budget < 0 && in.removal.cuts && !in.removal.scrapes &&
+        glm::dot(p.target - p.start, in.last.normal) < 0))
+    return 1;
+  return std::clamp(
+      (P::standing_deficit + in.removal.budget / in.removal.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
 
 /// Call after a ball was placed on one wall. Returns true if the ball overlaps no active contact plane by more than a
@@ -458,7 +461,7 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
     const ContactPlane plane = contacts_.plane(step_.active.index[i]);
-    if (plane.gap < (glm::dot(plane.n, in.normal) > S::same_wall ? -S::same_wall_overlap : -S::other_wall)) {
+    if (plane.gap < (glm::dot(plane.n, in.last.normal) > S::same_wall ? -S::same_wall_overlap : -S::other_wall)) {
       return false;
     }
   }
@@ -562,7 +565,7 @@ bool OffsetModel::lead_back() noexcept {
 /// Moves a bur that does not cut at present, but is held in its own cut, back along its path towards the hand.
 void OffsetModel::withdraw(const ContactInput& in) noexcept {
   Step& p = step_;
-  if (in.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
+  if (in.removal.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
   if (tool().shape != HeadShape::kSphere && RetreatPath::turned(in.X_WT.R, cut_end_.R)) return;
   p.c = retreat_.path.withdrawn(p.c, p.target, RetreatParameters::slew * p.step_per_slew + glm::length(p.shift));
 }
@@ -625,19 +628,19 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
   p.late = lost_for_ > R::patch_wait && patch_.number != 0;
-  p.bridging = p.lost && in.normal_force > 0;
+  p.bridging = p.lost && in.last.normal_force > 0;
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {
-    double under = glm::dot(p.start - p.target, in.normal);
+    double under = glm::dot(p.start - p.target, in.last.normal);
     if (p.late) {
-      if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
+      if (bridge_push_ == 0) bridge_push_ = in.last.normal_force, bridge_from_ = p.start;
       const double motion = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - motion / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
                           // factor from N to voxels; `most`: largest distance of the plane from the hand, voxels
                           p.step_per_slew / in.dt;
       under = std::min(under, most);
     }
-    p.c = under > 0 ? p.target + under * in.normal : p.target;
+    p.c = under > 0 ? p.target + under * in.last.normal : p.target;
   } else if (p.late) {
     p.c = p.target;
     overlap_ = 0;
@@ -674,15 +677,15 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = p.c == p.target ? in.X_WT.p : settings_.frame.to_world(p.c);
   out.touching = p.touching;
   out.breaking_through = breaking_through_;
-  out.lost = p.lost;
+  out.gap.lost = p.lost;
   out.deep = p.deep;
-  out.bridging = p.bridging;
-  out.late = p.late;
-  out.rejoining = rejoining_ > 0;
+  out.gap.bridging = p.bridging;
+  out.gap.late = p.late;
+  out.gap.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.contact_push;
-  out.wall = wall_;
+  out.wall.share = wall_;
   // The contact area is measured on the samples of the head's surface. With a single exact contact there are no
   // samples, so the area is estimated for a ball on a plane.
   if (p.touching && contacts_.own() > 0) {

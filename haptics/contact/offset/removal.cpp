@@ -17,7 +17,7 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
 
 /// Cuts along the proxy's motion. If tissue changed, returns true and sets `cut`.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
-  emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
+  emptied_ = in.removal.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.removal.must_earn;
   const bool changed = emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
   if (!changed) finish_coarse();
   return changed;
@@ -35,7 +35,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   contacts_.forget_creases();
-  cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
+  cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.removal.spindle};
   for (std::size_t i = 1; i < removed.size(); ++i) {
     cut.removed[i] = removed[i] * h * h * h;
     energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;

@@ -182,7 +182,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   Pose X = proxy().pose();
   const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
   // m, largest motion of the proxy in this tick
-  const double max_step = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
+  const double max_step = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.last.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = max_step; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
     const dvec3 motion = kPathUnit * retreat_.path.last() - X.p;
@@ -209,7 +209,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (snapshot_.number == 0) {
     surface_ = {};
     out.p_WG = in.X_WT.p;
-    out.lost = true;
+    out.gap.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
@@ -278,7 +278,7 @@ void PackingModel::take_tissue_from_contacts() noexcept {
 /// computes the force of its cutting edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
-  if (settings_.friction && (!in.cuts || in.scrapes)) {
+  if (settings_.friction && (!in.removal.cuts || in.removal.scrapes)) {
     for (std::size_t t = 1; t < surface_.fraction.size(); ++t) {
       fixed += surface_.fraction[t] * settings_.materials[t].static_friction;
       sliding += surface_.fraction[t] * settings_.materials[t].dynamic_friction;
@@ -360,7 +360,8 @@ bool PackingModel::postpones(double dt, double step) noexcept {
 
 bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool by_power = !(parameters_.base_speed > 0);
-  if (!(in.cuts && !in.must_earn && contact.touching) || (by_power && !(in.budget > 0))) return false;
+  if (!(in.removal.cuts && !in.removal.must_earn && contact.touching) || (by_power && !(in.removal.budget > 0)))
+    return false;
   const ToolSpheres& tool = proxy().tool();
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
@@ -373,10 +374,10 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   price_ *= motion / std::max(last_path_length_, 1e-12);
   last_path_length_ = motion;
   if (angle > 0) most = std::min(most, kMaxTurn / angle);
-  if (by_power && price_ > 0 && postpones(in.dt, in.budget / price_ * motion)) return false;
+  if (by_power && price_ > 0 && postpones(in.dt, in.removal.budget / price_ * motion)) return false;
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / motion);
-    most = affordable(from, move, turn, most, in.budget);
+    most = affordable(from, move, turn, most, in.removal.budget);
   } else {
     const double density = parameters_.by_contact ? surface_.density : surface_.normalised;
     const double speed = cutting_speed(parameters_.base_speed, density, parameters_.free_speed);
@@ -411,14 +412,14 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   // Only rounding errors blocked the motion; follow() moves the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
-  cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};
+  cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.removal.spindle};
   for (std::size_t t = 1; t < energy_.size(); ++t) energy += removed.hardened[t] * energy_[t];
   proxy().move_to(to);
   contact.p_WG = held_ = to.p;
   return true;
 }
 
-void PackingModel::feel(const ContactInput& in, Contact& out) noexcept {
+void PackingModel::feel(const ContactInput& in, Contact& contact, Felt& out) noexcept {
   const auto contacts = proxy().contacts();
   const auto head = static_cast<int>(proxy().tool().head);
   out.turns_tool = turns_matter();
@@ -430,13 +431,13 @@ void PackingModel::feel(const ContactInput& in, Contact& out) noexcept {
     (own ? out.on_head : out.on_shank) += c.push * c.n_W;
     total += c.push;
     if (!out.turns_tool) continue;
-    out.lever += c.push * (c.p_W - out.p_WG);
-    out.turn += c.push * glm::cross(c.p_W - out.p_WG, c.n_W);
+    out.lever += c.push * (c.p_W - contact.p_WG);
+    out.turn += c.push * glm::cross(c.p_W - contact.p_WG, c.n_W);
   }
   if (total > 0) out.lever /= total;
   // Friction, and a proxy that has not yet followed the hand, also displace the tool: this force acts at the mean
   // contact (paper S2, eq. 8).
-  if (out.turns_tool) out.turn += glm::cross(out.lever, out.p_WG - in.X_WT.p - out.on_head - out.on_shank);
+  if (out.turns_tool) out.turn += glm::cross(out.lever, contact.p_WG - in.X_WT.p - out.on_head - out.on_shank);
   if (total > 0) {
     out.tissue = surface_.fraction;
     out.known_tissue = true;

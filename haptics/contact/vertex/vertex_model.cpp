@@ -293,7 +293,7 @@ void VertexModel::list_ahead(const ContactInput& in, const Pose& proxy) noexcept
     const double complete = complete_list_length();
     const double valid = list_.within < complete ? P::short_list : FollowParameters::kept;
     if (moved_since_listing(proxy) < P::begin_next * valid * head().radius()) return;
-    begin_list(head(), edge(), proxy, in.cuts ? short_list_length() : complete);
+    begin_list(head(), edge(), proxy, in.removal.cuts ? short_list_length() : complete);
     ahead_ = near_changed_ = true;
   }
   Effort left = effort_for_cut() - listed_;
@@ -386,7 +386,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
 /// Limits the change of a bur's force; otherwise the force would jump when contact ends while the hand is far from the
 /// head. Change allowed per tick: P::ease × dt; in contact, additionally stiffness × the hand's motion.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
-  eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
+  eases_ = in.removal.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
   const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
@@ -399,18 +399,18 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
 /// Writes the springs' force and torque to `out`, with a damper along the force that cannot reverse the force (paper
 /// S4, eq. 4.1, 4.4 and 4.5).
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
-  out.gives_force = true;
+  out.spring.whole = true;
   out.area = springs_.area;
-  out.force = force;
-  out.torque = torque;
+  out.spring.force = force;
+  out.spring.torque = torque;
   const double size = glm::length(force);
-  out.stored = size * out.depth / 2;
+  out.spring.stored = size * out.spring.depth / 2;
   if (size > 0) {
     const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, force / size) / in.dt);
-    out.force *= damped / size;
-    out.torque *= damped / size;
+    out.spring.force *= damped / size;
+    out.spring.torque *= damped / size;
   }
-  if (!parameters_.as_printed) out.force = eased(in, out.force);
+  if (!parameters_.as_printed) out.spring.force = eased(in, out.spring.force);
 }
 
 void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -418,20 +418,21 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.places = part_.open;
   if (snapshot_.number == 0) {
     out.p_WG = in.X_WT.p;
-    out.lost = true;
+    out.gap.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   // Without an allowed overlap, a bur could not leave or re-enter its own hole. A ball that does not cut needs no
-  // overlap. While the tool cuts (in.cuts), vertices inside the head do not push it out, but prevent a deeper overlap.
+  // overlap. While the tool cuts (in.removal.cuts), vertices inside the head do not push it out, but prevent a deeper
+  // overlap.
   const bool exact = head().is_ball() && !tool_set(settings_)[tool_].cuts;
   const double allowed_depth = exact ? 0 : P::allowed_depth * head().radius();
   // During a cut, or while the next list of points is made, a cutting head moves only as far as the current list is
   // valid, because making a complete list would take too long.
-  const bool keeps_list = in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
+  const bool keeps_list = in.removal.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
-    if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
+    if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.removal.cuts);
   };
   const auto complete = [&](const dvec3& p, double far) {
     const Pose X{p, in.X_WT.R};
@@ -447,9 +448,9 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   listed_ = 0;
   distances_.count_anew();
   const auto may_go_on = [&] { return listed_ + last_list_ <= P::max_listed; };
-  out.p_WG =
-      follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, allowed_depth, in.cuts, list, complete, may_go_on);
-  out.leading_out = (std::exchange(began_, false) || !in.cuts) && !list_.points.empty() && follower_.led_out();
+  out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, allowed_depth, in.removal.cuts, list, complete,
+                              may_go_on);
+  out.leading_out = (std::exchange(began_, false) || !in.removal.cuts) && !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, a shorter vector counts as zero
@@ -457,7 +458,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.settled = !out.touching && !part_.open;
   touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) return come_free(in, out);
-  out.depth = depth;
+  out.spring.depth = depth;
   const dvec3 direction = pull / depth;
   if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, direction);
@@ -477,10 +478,10 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   const dvec3 rest = eased(in, dvec3(0));
   const double size = glm::length(rest);
   if (!(size > 0)) return;
-  out.touching = out.gives_force = true;
+  out.touching = out.spring.whole = true;
   out.settled = false;
-  out.force = rest;
-  out.stored = size * size / (2 * settings_.stiffness);
+  out.spring.force = rest;
+  out.spring.stored = size * size / (2 * settings_.stiffness);
 }
 
 /// Contact as in paper S4 (docs/papers.md): the head is at the hand's pose, and each vertex inside it pushes it back.
@@ -501,7 +502,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     sum.torque += glm::cross(in.X_WT.R * off_T, push);
     sum.area += sample.area;
     sum.tissue[tissue] += glm::length(direction);
-    out.depth = std::max(out.depth, glm::length(direction));
+    out.spring.depth = std::max(out.spring.depth, glm::length(direction));
     ++sum.count;
   }
   out.touching = sum.count > 0;
@@ -529,7 +530,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   stride_ = done.held && !done.changed ? std::max(0.5 * stride_, 2 * P::sweep / P::stride) : 1;
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
-  cut = {made_.last(), in.tick, in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed), {}, in.spindle};
+  cut = {made_.last(), in.tick,           in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed),
+         {},           in.removal.spindle};
   for (std::size_t t = 1; t < done.removed.size(); ++t) {
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }
@@ -547,21 +549,22 @@ bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noe
 /// Computes how far the head can advance with the available energy, and begins the cut. Returns false if no cut can
 /// begin.
 bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noexcept {
-  if (!(in.cuts && !in.must_earn && contact.touching && springs_.count > 0)) return false;
+  if (!(in.removal.cuts && !in.removal.must_earn && contact.touching && springs_.count > 0)) return false;
   Pose from{contact.p_WG, in.X_WT.R}, to = in.X_WT;
   if (!parameters_.as_printed) {
-    if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
+    if (!(in.removal.budget > 0 && in.removal.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
-    const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
+    const double depth = glm::length(pull),
+                 bought = in.removal.budget / in.removal.specific_energy / (springs_.across * met_);
     const double stride = stride_ * P::stride * edge(), direction = std::min({bought, depth, stride});
-    if (!(direction >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
+    if (!(direction >= (in.removal.scrapes ? P::scrape : P::sweep) * edge())) return false;
     // m; the nearer the advance of the next cut is to this, the fewer ticks it must wait (FeelParameters::rest).
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (part_.rest < part_.ticks * std::max(P::rest * (1 - direction / hurry), P::min_rest)) return false;
     to.p = from.p + direction / depth * pull;
   }
   part_ = {.open = true,
-           .scrapes = in.scrapes,
+           .scrapes = in.removal.scrapes,
            .tool = tool_,
            .from = from,
            .to = to,
@@ -614,7 +617,7 @@ bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcep
   return true;
 }
 
-void VertexModel::feel(const ContactInput&, Contact& out) noexcept {
+void VertexModel::feel(const ContactInput&, Contact&, Felt& out) noexcept {
   double total = 0;
   for (std::size_t t = 1; t < springs_.tissue.size(); ++t) total += springs_.tissue[t];
   if (!(total > 0)) return;

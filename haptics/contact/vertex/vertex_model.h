@@ -82,7 +82,7 @@ class VertexModel final : public ContactModel {
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:

@@ -120,11 +120,11 @@ void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
 
 void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
-  out.gives_force = true;
+  out.spring.whole = true;
   count_ = 0;
   const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
   if (!patch_.covers(X_VT.p, head().reach + 1)) {
-    out.lost = true;
+    out.gap.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
@@ -146,33 +146,35 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
     const Touching& t = touching_[i];
     const double k = per_sample * settings_.materials[static_cast<std::size_t>(t.tissue)].stiffness / 1000 * t.hardness;
     const dvec3 push = -k * t.depth * h * t.n;
-    out.force += push;
-    out.torque += glm::cross(h * (t.x - c_), push);
-    out.stored += k * t.depth * h * t.depth * h / 2;
-    out.depth = std::max(out.depth, t.depth * h);
+    out.spring.force += push;
+    out.spring.torque += glm::cross(h * (t.x - c_), push);
+    out.spring.stored += k * t.depth * h * t.depth * h / 2;
+    out.spring.depth = std::max(out.spring.depth, t.depth * h);
   }
-  const double size = glm::length(out.force);
+  const double size = glm::length(out.spring.force);
   if (!(size > 0)) return;
-  const dvec3 n = out.force / size;
+  const dvec3 n = out.spring.force / size;
   const double approach = -glm::dot(in.moved, n) / in.dt;
-  if (approach > 0) out.force += settings_.damping * approach * n;
+  if (approach > 0) out.spring.force += settings_.damping * approach * n;
 }
 
 /// Moves the head out along the force until it just touches, and back in as far as the energy allows. Removes the
 /// voxels whose centres it covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  const double size = glm::length(contact.force);
-  if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
-  const double h = voxel(), bought = in.budget / in.specific_energy / contact.area;
-  const dvec3 out_of = contact.force / size;
-  const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
+  const double size = glm::length(contact.spring.force);
+  if (!(in.removal.cuts && !in.removal.must_earn && count_ > 0 && size > 0 && in.removal.budget > 0 &&
+        in.removal.specific_energy > 0))
+    return false;
+  const double h = voxel(), bought = in.removal.budget / in.removal.specific_energy / contact.area;
+  const dvec3 out_of = contact.spring.force / size;
+  const Pose X_WB{in.X_WT.p + std::max(0.0, contact.spring.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
   // voxels³; for each tissue, removed volume × hardness, from which the cut's energy follows
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
-  cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.spindle};
+  cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.removal.spindle};
   for (std::size_t i = 1; i < removed.size(); ++i) {
     cut.removed[i] = removed[i] * h * h * h;
     energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
@@ -185,7 +187,7 @@ PerTissue VoxelPenaltyModel::repeat(const CutLog::Made& made, std::uint64_t, Tis
   return carve(fresh, VoxelStamp(heads_[made.tool].tool, made.X_WB, settings_.frame));
 }
 
-void VoxelPenaltyModel::feel(const ContactInput&, Contact& out) noexcept {
+void VoxelPenaltyModel::feel(const ContactInput&, Contact&, Felt& out) noexcept {
   double total = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     if (touching_[i].tissue == Tissue::kAir) continue;

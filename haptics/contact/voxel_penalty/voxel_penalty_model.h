@@ -21,7 +21,7 @@ class VoxelPenaltyModel final : public PatchModel {
   void take_up(std::uint32_t tool) noexcept override { tool_ = tool; }
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
-  void feel(const ContactInput& in, Contact& out) noexcept override;
+  void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
 
  private:
   struct Head {
