@@ -33,7 +33,7 @@ constexpr std::size_t kPathMoments = 60;
 enum class Kind : std::uint8_t { kNone, kOver, kUnder, kPulp, kProtected, kCaries };
 constexpr const char* kItems[] = {
     "", "over_cut_depth_mm", "under_cut_depth_mm", "pulp_removed_mm3", "protected_removed_mm3", "residual_caries_mm3"};
-constexpr std::size_t kKinds = std::size(kItems);
+constexpr std::size_t kDefectKinds = std::size(kItems);
 
 /// True: the kind's amount is a depth, m; false: a volume, m³.
 bool by_depth(Kind kind) {
@@ -147,7 +147,7 @@ struct Region {
 class Deviations {
  public:
   /// `limits`: for each kind, the amount above which a deviation is a defect.
-  Deviations(const Preparation& in, const std::array<double, kKinds>& limits) : in_(in), limits_(limits) {
+  Deviations(const Preparation& in, const std::array<double, kDefectKinds>& limits) : in_(in), limits_(limits) {
     const bool compares = !in.ideal.distance.empty();
     const std::size_t count = in.after.distance.size();
     kind_.resize(count, Kind::kNone);
@@ -214,7 +214,7 @@ class Deviations {
 
  private:
   const Preparation& in_;
-  std::array<double, kKinds> limits_;
+  std::array<double, kDefectKinds> limits_;
   std::vector<Kind> kind_;
   std::vector<float> depth_;  // m, each voxel's distance from the target surface
 };
@@ -294,8 +294,8 @@ std::optional<Defect> at_surface(const session::ScoreItem& item, const Preparati
 std::vector<Defect> of_tissue(const EvaluatedSession& judged, const Cutters& cutters) {
   if (!judged.preparation) return {};
   const Preparation& in = *judged.preparation;
-  std::array<double, kKinds> limits{};
-  for (std::size_t k = 1; k < kKinds; ++k) {
+  std::array<double, kDefectKinds> limits{};
+  for (std::size_t k = 1; k < kDefectKinds; ++k) {
     const session::ScoreItem* item = item_of(judged.score, kItems[k]);
     limits[k] = by_depth(static_cast<Kind>(k))
                     ? std::max(item ? item->target * kMillimetre : 0, kMinDepth)
