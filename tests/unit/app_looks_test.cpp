@@ -355,11 +355,12 @@ TEST(SprayInAScene, TakesTheMotorsNozzlesAndMistakesAreNamed) {
   EXPECT_THROW(scene("{}", R"(["debris"])", R"("spindle_krpm": 300)"), Error) << "an ideal motor has no nozzles";
 }
 
-TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzles) {
+TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzlesOrAtRest) {
   const haptics::TissueVolume volume = solids(kCrownWithPulp);
   const haptics::Tool bur = load_tool("round_012");
-  const auto worked = [&](const WaterPlan& water, bool pedal) {
+  const auto worked = [&](const WaterPlan& water, bool pedal, bool rests = false) {
     DebrisView view(load_materials(), volume, water);
+    view.rest(rests);
     ServoTick tick;
     tick.X_WG.p = kMiddle + dvec3(0, 0, 4.8e-3);
     tick.pedal = pedal;
@@ -378,6 +379,9 @@ TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzles) {
   };
   WaterPlan water{load_spindle("air_turbine").nozzles, true, glm::dvec4(0)};
   const auto [work, mass] = worked(water, true);
+  const auto [rest, unmoved] = worked(water, true, /*rests=*/true);
+  EXPECT_EQ(rest.droplets_stepped + rest.film_cells_stepped + rest.film_texels + rest.particles_stepped, 0u);
+  EXPECT_EQ(unmoved.spray->sprayed.water, 0);
   EXPECT_GT(work.droplets_stepped, 0u);
   EXPECT_GT(work.film_cells_stepped, 0u);
   EXPECT_GT(work.film_texels, 0u);

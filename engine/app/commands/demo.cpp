@@ -67,9 +67,12 @@ constexpr double kUsualLength = 221;  // s, duration of the shipped scene's sess
 constexpr double kDuring =
     0.3;  // removed fraction of the caries, at which the picture "during" and the short film are made
 constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
-constexpr double kFilmed = 10;          // s, length of the short film
-constexpr double kStep = 1.0 / 25;      // s, time between two updates of the pictures
-constexpr double kPictureEvery = 10;    // s, time between two pictures "at_…"
+constexpr double kFilmed = 10;        // s, length of the short film
+constexpr double kStep = 1.0 / 25;    // s, time between two updates of the pictures
+constexpr double kPictureEvery = 10;  // s, time between two pictures "at_…"
+// Chips and water move only before and while they are drawn: from kSettling (s) before a picture "at_…", and from this
+// removed fraction before the picture "during" and its film.
+constexpr double kSettling = 3, kNearlyDuring = 0.25;
 constexpr glm::ivec2 kQuick{960, 540};  // pixels, size of one eye's picture without --film
 
 /// Running mean of the time for one piece of work, s. Starts with an estimate for two processor cores.
@@ -81,7 +84,7 @@ class Pace {
   double each() const { return each_; }
 
  private:
-  static constexpr int kRemembered = 100;
+  static constexpr int kRemembered = 250;
   double each_;
   int count_ = 0;
 };
@@ -179,7 +182,7 @@ void run(const DemoOptions& options) {
   const Nanos end_t = from_seconds(options.seconds), period = from_seconds(1 / kRate);
   // Initial estimates on two cores, s: for a second of the session, for a frame of the film with the ticks until the
   // next one, and for a stereo picture in the best quality.
-  Pace second(0.3), frame_pace(options.film ? 0.25 : 0.08), moment(4);
+  Pace second(0.15), frame_pace(options.film ? 0.25 : 0.08), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;
   Nanos last = now();
@@ -237,7 +240,8 @@ void run(const DemoOptions& options) {
   bool filming = false;
   while (tick.t + period <= end_t && session.advance(demo_hand)) {
     const double t = to_seconds(tick.t);
-    const bool films = film_began >= 0 && (options.film || t < film_began + kFilmed) && t >= next_frame;
+    const auto in_film = [&] { return film_began >= 0 && (options.film || t < film_began + kFilmed); };
+    const bool films = in_film() && t >= next_frame;
     const bool looks = t >= next_look;
     if (!looks && !films) continue;
     record();
@@ -250,7 +254,8 @@ void run(const DemoOptions& options) {
     say();
     if (looks) next_look += kStep;
     const bool before = pictures.empty();
-    const bool during = pictures.size() == 1 && tick.removed[kCaries] > kDuring * header.volumes_before[kCaries];
+    const double removed = tick.removed[kCaries] / header.volumes_before[kCaries];
+    const bool during = pictures.size() == 1 && removed > kDuring;
     if (before || during || t >= next_picture) {
       reader.read(tick.t);
       if (before) take_pictures("before", "Before", {});
@@ -268,6 +273,8 @@ void run(const DemoOptions& options) {
       }
       lap();
     }
+    const bool near_during = pictures.size() == 1 && removed > kNearlyDuring;
+    world.rest_debris(!(in_film() || near_during || t >= next_picture - kSettling));
     filming = films;
     if (films) {
       stage.show(view.update(carver), frame.origin);

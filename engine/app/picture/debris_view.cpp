@@ -126,6 +126,7 @@ render::CloudParticle cloud_particle(const debris::NewParticle& n, const dvec3& 
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool, double area, double duration) {
   if (cut.fill_radius != 0) return;
   if (water_) carve(cut, tool);
+  if (rests_) return;
   for (std::size_t t = 0; t < kTissueCount; ++t) batch_removed_[t] += cut.removed[t];
   last_ = cut;
   batch_.head_radius = tool.radius();
@@ -140,7 +141,13 @@ void DebrisView::emit_batch() {
   emit(last_, std::exchange(batch_, {}));
 }
 
+void DebrisView::rest(bool rests) {
+  if (rests) emit_batch();
+  rests_ = rests;
+}
+
 void DebrisView::add(const LoosePiece& piece) {
+  if (rests_) return;
   Cut cut;
   cut.index = piece.cut;
   cut.X_WA.p = cut.X_WB.p = piece.center_W;
@@ -224,6 +231,7 @@ void DebrisView::emit(const Cut& cut, const debris::CutContact& contact) {
 }
 
 void DebrisView::step(double dt) {
+  if (rests_) return;
   if (cloud_) return cloud_->advance(dt);
   const debris::Suction* suction = suction_ ? &*suction_ : nullptr;
   if (!water_) return debris_.step(dt, field_, suction);

@@ -75,6 +75,8 @@ class DebrisView {
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
+  /// While chips and water rest, steps do not move them, and cuts make no chips, but still change the surface.
+  void rest(bool rests);
   /// The picture of the film of water; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
   /// Adds to `work` the counts of computed droplets, cells of the film of water, and texels since the last call.
@@ -116,7 +118,8 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  int batched_ = 0;            // number of cuts in the current batch of chips
+  int batched_ = 0;  // number of cuts in the current batch of chips
+  bool rests_ = false;
   PerTissue batch_removed_{};  // m³, volume that the cuts of the current batch removed
   Cut last_;                   // the last cut of the current batch
   debris::CutContact batch_;   // contact of the current batch: last tool, mean area, sum of the durations

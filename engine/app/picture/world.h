@@ -49,6 +49,11 @@ class World {
   /// Goes back to the start of the session. `debris`: if false, there are no chips and no water from now on.
   void restart(bool debris = true);
 
+  /// Lets chips and water rest while nobody looks at them (DebrisView::rest).
+  void rest_debris(bool rests) {
+    if (debris_) debris_->rest(rests);
+  }
+
   /// Sets the tool before the first tick.
   void place(const ServoTick& tick) { tick_ = readout_ = tick; }
   // Apply one event; call them in the order of time. A cut or loose piece comes before the tick to which it belongs.
