@@ -19,9 +19,9 @@ struct LastContact {
   double relative_stiffness = 1;
 };
 
-/// What limits the removal in one tick.
+/// Limits of the removal of tissue in one tick.
 struct RemovalLimits {
-  double pedal = 0;      // pedal position 0..1; negative: backward rotation, for a tool with a thread
+  double pedal = 0;      // pedal position 0..1; negative: a tool with a thread turns backward
   bool cuts = false;     // true: the tool cuts in this tick, because its spindle rotates or its edge scrapes
   bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
   // true: earlier cuts of the scraping edge used more energy than the hand's work supplied, so it must not cut now
@@ -42,7 +42,7 @@ struct ContactInput {
   Pose X_WT;               // pose of the tool if it followed the hand exactly
   Pose X_WG;               // pose of the proxy after the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
-  bool jumped = false;     // true: the hand's pose has changed more since the last tick than a human hand can move
+  bool jumped = false;     // true: since the last tick, the hand has moved faster than a human hand can
   // true: X_WT is not the hand's pose, but that of the proxy, computed from near_planes(). The model takes it, unless
   // the tool overlaps tissue there.
   bool placed = false;
@@ -50,9 +50,9 @@ struct ContactInput {
   RemovalLimits removal;
 };
 
-/// The servo's copy of the tissue does not show the tissue at the tool.
+/// Whether the servo lacks a snapshot of the tissue at the tool, and what it does meanwhile.
 struct SnapshotGap {
-  bool lost = false;  // true: the tool has left the copy
+  bool lost = false;  // true: the tool has left the servo's snapshot
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
   bool late = false;       // true: a new snapshot is overdue for longer than a carver normally needs
@@ -70,15 +70,15 @@ struct HardWall {
 
 /// Orientation of the proxy, if the tissue also holds the tool's orientation.
 struct HeldOrientation {
-  bool held = false;  // true: the proxy has the orientation R_WG; false: that of the hand
+  bool held = false;  // true: the proxy has the orientation R_WG; false: it has the hand's orientation
   dquat R_WG{1, 0, 0, 0};
   dvec3 spindle_torque{0};  // N·m, torque that the cutting by the rotating spindle exerts on the tool; only if `held`
 };
 
-/// Springs of a contact method. Of a penalty method, they are the whole force, which replaces that of the coupling. Of
-/// another method, only torque and energy of the spring between the orientations of hand and proxy (HeldOrientation).
+/// Springs of a contact method. In a penalty method, they give the whole force, in place of the coupling. In another
+/// method, `torque` and `stored` belong to the spring between the orientations of hand and proxy (HeldOrientation).
 struct ContactSprings {
-  bool whole = false;  // true for a penalty method
+  bool whole = false;  // true: these springs give the whole force (penalty method)
   dvec3 force{0};      // N, force on the tool, including the damper's force
   dvec3 torque{0};     // N·m, torque on the tool about the head's centre
   double stored = 0;   // J, stored energy

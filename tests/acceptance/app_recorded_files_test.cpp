@@ -60,12 +60,13 @@ TEST_F(RecordedFiles, AreFoundByTheirContentAndNameNoFolder) {
   fs::rename(folder.path() / "anna", folder.path() / "pseudonym");
   fs::rename(folder.path() / "pseudonym/scans/tooth.vdb", folder.path() / "pseudonym/scans/47.vdb");
   run("replay {}/pseudonym/s.h5 --check");
-  // Away from its files, the recording finds them in the user's folder.
+  // Away from its files, the recording finds them in the user's folder and in the current folder.
   fs::create_directory(folder.path() / "elsewhere");
   fs::rename(folder.path() / "pseudonym/s.h5", folder.path() / "elsewhere/s.h5");
   const std::string check = fmt::format("replay {}/elsewhere/s.h5 --check", folder.path().string());
   EXPECT_EQ(folder.run(check).status, 2);
   EXPECT_EQ(folder.run(check, fmt::format("env TYPODONT_HOME={}/pseudonym", folder.path().string())).status, 0);
+  EXPECT_EQ(folder.run(check, fmt::format("cd {}/pseudonym &&", folder.path().string())).status, 0);
 }
 
 TEST_F(RecordedFiles, AFileThatIsSwappedAfterItsCheckIsNotRead) {

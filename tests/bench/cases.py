@@ -4,8 +4,8 @@ import json, statistics, subprocess, sys, tempfile, time
 program, seeds = sys.argv[1], int(sys.argv[2])
 
 
-def ask(*arguments):
-    return subprocess.run([program, *arguments], capture_output=True, text=True)
+def ask(*arguments, check=False):
+    return subprocess.run([program, *arguments], capture_output=True, text=True, check=check)
 
 
 def points_with_servo(folder):
@@ -17,7 +17,7 @@ def points_with_servo(folder):
     return "-" if report.returncode else f"{json.loads(report.stdout)['points']:.1f}"
 
 
-listed = ask("case", "--list").stdout
+listed = ask("case", "--list", check=True).stdout
 print("| family | difficulty | valid | median s | max s | exact plan, min | careless hand, max | expert with servo |")
 print("|---|---|---|---|---|---|---|---|")
 refused = []

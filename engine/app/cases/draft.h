@@ -65,7 +65,7 @@ struct Draft {
     const dvec3 u = glm::normalize(dvec3(1, 0, 0) - w.x * w);
     R = {u, glm::cross(w, u), w};
   }
-  /// Adds gum around the tooth, its margin `margin` above the neck (m). It is only drawn: tools pass through it.
+  /// Adds gum that is only drawn: tools pass through it. `margin`: m, height of the gum's margin above the neck.
   void cover_with_gum(double margin);
   Ordered direction(const dvec3& d) const;
   dvec3 to_W(const dvec3& p) const { return turn * R * p + offset; }

@@ -70,8 +70,8 @@ constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;        // s, length of the short film
 constexpr double kStep = 1.0 / 25;    // s, time between two updates of the pictures
 constexpr double kPictureEvery = 10;  // s, time between two pictures "at_…"
-// Chips and water move only before and while they are drawn: from kSettling (s) before a picture "at_…", and from this
-// removed fraction before the picture "during" and its film.
+// Chips and water move only while they are drawn, and shortly before: kSettling (s) before a picture "at_…"; from the
+// removed fraction kNearlyDuring of the caries until the picture "during" and the film are made.
 constexpr double kSettling = 3, kNearlyDuring = 0.25;
 constexpr glm::ivec2 kQuick{960, 540};  // pixels, size of one eye's picture without --film
 

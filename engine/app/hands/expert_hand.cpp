@@ -38,8 +38,7 @@ struct Lead {
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
   // displacement from the tool to the target. The coupling converts the lead to a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand
-  // Lead (displacement from target point to hand) = gain × displacement from tool to target point.
-  static constexpr double gain = 50;
+  static constexpr double gain = 50;             // lead before the filter / displacement from tool to target point
   // Upper limit of gain · tick duration / reaction_time. If this product is larger, the hand oscillates.
   static constexpr double steady_gain = 1.5;
   // The upper limit of the lead is adjusted until the force is as planned: d(limit)/dt = this factor (1/s) ·

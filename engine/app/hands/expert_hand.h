@@ -61,7 +61,7 @@ class ExpertHand final : public haptics::HapticDevice {
   std::size_t run_ = 0;  // index of the run's first step
   Pose run_from_;        // pose at the start of the run
   double worst_ = 0;     // m, largest distance of the tool from the line in this pass
-  double removed_ = 0;   // m³, removed before this pass began
+  double removed_ = 0;   // m³, volume that was removed before this pass
   bool back_ = false;    // true: moves back along the current run of strokes
   dvec3 lead_{0};        // m, displacement from the target point to the hand
   double beat_ = 0;      // s, duration of the current contact, or of the pause after it

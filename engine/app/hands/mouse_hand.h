@@ -1,5 +1,5 @@
 // The mouse as a hand without force. The pointer moves the tool across the picture, the wheel along the tool's axis;
-// left button: pedal; right button or Shift: tilt; middle button: no tilt.
+// left button: pedal; right button or Shift: tilts the tool; middle button: undoes the tilt.
 #pragma once
 
 #include <memory>

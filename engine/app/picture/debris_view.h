@@ -75,7 +75,8 @@ class DebrisView {
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// While chips and water rest, steps do not move them, and cuts make no chips, but still change the surface.
+  /// Stops (true) or continues the motion of chips and water. While they rest, a cut makes no chips, but changes the
+  /// surface on which the water flows.
   void rest(bool rests);
   /// The picture of the film of water; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }

@@ -130,10 +130,9 @@ Scene scene_of(const session::SessionReader& session, const ScenePlace& from) {
   place.within = folders_of(session.file());
   place.within.insert(place.within.end(), from.within.begin(), from.within.end());
   place.recordings = from.recordings + 1;
-  // Who knows a file's hash knows the file, so the listed files may be in more folders than the others.
+  // A recording reveals nothing by a file whose hash it already states, so listed files may be in more folders.
   std::vector<std::filesystem::path> searched = place.within;
-  searched.push_back(user_folder());
-  searched.push_back(std::filesystem::current_path());
+  searched.insert(searched.end(), {user_folder(), "."});
   const auto checked = checked_files(header, searched);
   place.checked = {checked, &checked->copies};
   const std::filesystem::path scene_file = place.beside / (header.files.empty() ? "scene.json" : header.files[0].path);

@@ -61,7 +61,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// missing or has changed, or if a chain of sessions that continue each other is too long.
 /// The session file is not trusted. It may refer only to files in its own folder, in the assets, or in a folder of
 /// $TYPODONT_FILES; a session in the user's folder may refer to all files there. The listed files are found by their
-/// SHA-256, also in the user's and the current folder, and private copies are read.
+/// SHA-256, also in the user's folder and in the current folder, and private copies are read.
 Scene scene_of(const session::SessionReader& session, const ScenePlace& from = {});
 
 }  // namespace typodont

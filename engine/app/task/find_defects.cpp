@@ -175,6 +175,10 @@ class Deviations {
   }
   double depth(std::size_t voxel) const { return depth_[voxel]; }
   double limit(Kind kind) const { return limits_[static_cast<std::size_t>(kind)]; }
+  /// Largest depth (m) or volume (m³) of a region.
+  double amount(const Region& region) const {
+    return by_depth(region.kind) ? region.depth : volume(region.voxels.size());
+  }
   double volume(std::size_t voxels) const { return static_cast<double>(voxels) * std::pow(in_.frame.voxel, 3); }
   glm::ivec3 at(std::size_t i) const {
     const auto z = static_cast<std::size_t>(in_.after.size.z), y = static_cast<std::size_t>(in_.after.size.y);
@@ -200,8 +204,7 @@ class Deviations {
           stack.push_back(j);
         });
       }
-      const double amount = by_depth(region.kind) ? region.depth : volume(region.voxels.size());
-      if (amount > limit(region.kind)) found.push_back(std::move(region));
+      if (amount(region) > limit(region.kind)) found.push_back(std::move(region));
     }
     return found;
   }
@@ -270,7 +273,7 @@ std::vector<DefectStroke> strokes_of(const Region& region, const Deviations& dev
     if (share > worst) worst = share, stroke.worst = cut->tick;
     stroke.amount = deep ? std::max(stroke.amount, share) : stroke.amount + share;
   }
-  const double least = deep ? deviations.limit(region.kind) : kMinFraction * deviations.volume(region.voxels.size());
+  const double least = deep ? deviations.limit(region.kind) : kMinFraction * deviations.amount(region);
   std::erase_if(strokes, [&](const DefectStroke& stroke) { return stroke.amount < least; });
   return strokes;
 }
@@ -319,10 +322,8 @@ std::vector<Defect> of_tissue(const EvaluatedSession& judged, const Cutters& cut
 
   std::vector<Defect> defects;
   for (const Region& region : regions) {
-    const bool deep = by_depth(region.kind);
-    const double unit = deep ? kMillimetre : kCubicMillimetre;
-    Defect defect{kItems[int(region.kind)], (deep ? region.depth : deviations.volume(region.voxels.size())) / unit,
-                  deviations.place(region.deepest)};
+    const double unit = by_depth(region.kind) ? kMillimetre : kCubicMillimetre;
+    Defect defect{kItems[int(region.kind)], deviations.amount(region) / unit, deviations.place(region.deepest)};
     defect.left = std::ranges::none_of(region.voxels, [&](std::size_t i) { return makers.of(i); });
     defect.strokes = strokes_of(region, deviations, makers, cutters);
     for (DefectStroke& stroke : defect.strokes) stroke.amount /= unit;
