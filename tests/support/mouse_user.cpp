@@ -42,7 +42,7 @@ std::vector<Goal> goals_of(const TaskEvaluator& judge, const haptics::TissueVolu
   now.before = now.after;
   now.ideal = session::redistanced(now.ideal);
   std::vector<Goal> goals;
-  for (const Stroke& s : plan_strokes(now, tool, kRow, kInto)) {
+  for (const Stroke& s : plan_strokes(now, tool, {.step = kRow, .into = kInto})) {
     if (goals.empty() || glm::length(s.from.p - goals.back().p) > kJoined) {
       const double over = top + tool.half() + kOver;
       if (!goals.empty()) goals.push_back({{goals.back().p.x, goals.back().p.y, over}, false});

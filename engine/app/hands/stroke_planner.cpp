@@ -37,8 +37,7 @@ constexpr double kMinFlat = 0.1e-6;
 constexpr double kFlatShare = 0.15;
 // A row ends at this distance from a wall, in tool diameters. A separate pass cuts along the wall.
 constexpr double kFromWall = 0.45;
-constexpr double kFromAround = 0.03e-3;  // m, smallest distance of the head from neighbouring teeth and gum
-constexpr double kMinTaken = 0.05;       // voxels; thinner tissue gets no stroke
+constexpr double kMinTaken = 0.05;  // voxels; thinner tissue gets no stroke
 // A point of a path is omitted if it is nearer than this to the line between its neighbours, m.
 constexpr double kOnLine = 2e-6;
 // If a part of a pass without cutting is shorter than this, the tool moves along it and is not lifted, m.
@@ -64,19 +63,19 @@ constexpr int kBisectionSteps = 7;  // number of bisection steps between two gri
 /// Plans the strokes. Positions (a, b, c) of the head's centre are in m along u, v, w; w points out of the opening.
 class StrokePlanner {
  public:
-  StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                const SurroundingsShape* around, double size, double least)
-      : size_(size),
-        min_taken_(std::max(kMinTaken / size, least / in.frame.voxel)),
+  StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, const StrokeLimits& limits)
+      : size_(limits.size),
+        min_taken_(std::max(kMinTaken / size_, limits.least / in.frame.voxel)),
         in_(in),
         tool_(tool),
-        around_(around),
+        around_(limits.around),
+        from_around_(limits.from_around),
         ideal_(in.ideal),
         left_(in.before),
         R_WT_(toward(in.axis_W)),
         axes_(R_WT_),
-        step_(step),
-        allowed_(kPlannedClear + into / in.frame.voxel) {
+        step_(limits.step),
+        allowed_(kPlannedClear + limits.into / in.frame.voxel) {
     const double h = in.frame.voxel;
     std::vector<dvec3> head, shank;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
@@ -201,12 +200,13 @@ class StrokePlanner {
         head_tree_,
         [&](const Points& sphere) {
           const dvec3 q_W = p_W + h * sphere.center;
-          const double near = h * sphere.radius + kFromAround;
+          const double near = h * sphere.radius + from_around_;
           return around_->neighbour(q_W) > near && around_->gum(q_W) > near ? Inside::kAll : Inside::kSome;
         },
         [&](const dvec3& d) {
           const dvec3 q_W = p_W + h * d;
-          return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+          return around_->neighbour(q_W) > from_around_ &&
+                 (around_->gum(q_W) > from_around_ || around_->tooth(q_W) <= 0);
         });
   }
   /// True if the head at p removes tissue.
@@ -752,6 +752,7 @@ class StrokePlanner {
   // Distance between two layers of strokes in the bulk, m.
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
+  const double from_around_;  // m, smallest distance of the head from neighbouring teeth and gum
   const session::DenseField& ideal_;
   session::DenseField left_;  // tissue that remains after the strokes planned so far
   dquat R_WT_;
@@ -779,9 +780,9 @@ dquat toward(const dvec3& axis_W) {
   return glm::angleAxis(std::atan2(s, c), turn / s);
 }
 
-std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                                 const SurroundingsShape* around, bool finish, double size, double least) {
-  return StrokePlanner(in, tool, step, into, around, size, least).plan(finish);
+std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, const StrokeLimits& limits,
+                                 bool finish) {
+  return StrokePlanner(in, tool, limits).plan(finish);
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {

@@ -18,6 +18,16 @@ struct Stroke {
   bool in_air = false;   // true: connection between two passes, without contact
 };
 
+/// What planned strokes keep to.
+struct StrokeLimits {
+  double step = 0;                            // m, distance between two passes along floor and walls
+  double into = 0;                            // m, depth to which the head may enter the ideal shape
+  const SurroundingsShape* around = nullptr;  // neighbouring teeth and gum; may be null
+  double from_around = 0;                     // m, smallest distance of the head from them
+  double size = 1;   // factor for grid distances and tolerances; 1 for a tooth, larger for a larger object
+  double least = 0;  // m; no strokes are planned for thinner tissue
+};
+
 /// The rotation that turns the tool's z axis (its shank) to the direction `axis_W`.
 dquat toward(const dvec3& axis_W);
 
@@ -26,14 +36,8 @@ dquat toward(const dvec3& axis_W);
 /// parallel to the preparation's axis and does not touch the ideal shape.
 ///   `preparation`: its ideal shape must have true distances (session::redistanced). In air, distances before the
 ///   work may be smaller than the true ones, but not larger.
-///   `step`: m, distance between two passes along floor and walls.
-///   `into`: m, depth to which the head may enter the ideal shape.
-///   `around`: neighbouring teeth and gum, which the head must not touch; may be null.
-///   `size`: factor for grid distances and tolerances; 1 for a tooth, larger for a larger object.
-///   `least`: m; no strokes are planned for thinner tissue.
-std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
-                                 double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
-                                 double size = 1, double least = 0);
+std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool,
+                                 const StrokeLimits& limits, bool finish = true);
 
 /// Removes the volume of the strokes from the tissue without a servo, as if a tool followed the strokes exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
