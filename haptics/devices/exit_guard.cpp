@@ -23,7 +23,7 @@ static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside sign
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
-std::array<struct sigaction, kSignals.size()> before{};
+std::array<struct sigaction, kSignals.size()> actions_before{};
 std::atomic<bool> forbidden{false};
 
 /// Gives the signal handlers a separate stack, so that they also run after a stack overflow.
@@ -40,7 +40,7 @@ void on_signal(int signal, siginfo_t* info, void* context) {
   release_all_devices();
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     if (kSignals[i] != signal) continue;
-    const struct sigaction& old = before[i];
+    const struct sigaction& old = actions_before[i];
     if (old.sa_flags & SA_SIGINFO) return old.sa_sigaction(signal, info, context);
     if (old.sa_handler != SIG_DFL) return old.sa_handler(signal);
     ::signal(signal, SIG_DFL);
@@ -63,9 +63,9 @@ void install_exit_guard() {
       action.sa_sigaction = on_signal;
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
-      ::sigaction(kSignals[i], nullptr, &before[i]);
+      ::sigaction(kSignals[i], nullptr, &actions_before[i]);
       // A signal that the program ignores does not end the program, so it keeps its setting.
-      if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
+      if (!(actions_before[i].sa_flags & SA_SIGINFO) && actions_before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }
   });

@@ -21,9 +21,10 @@ namespace {
 using display::BenchPlan;
 using display::BenchSpec;
 
-constexpr double kPoint = 72 / 25.4;  // points (the drawing's unit of length) per millimetre of paper
-constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
-constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of normal, small and title text
+constexpr double kPaperPoint = 72 / 25.4;  // points (the drawing's unit of length) per millimetre of paper
+constexpr double kWidth = 297 * kPaperPoint,
+                 kHeight = 210 * kPaperPoint;                         // points, size of an A4 page in landscape format
+constexpr double kTextSize = 7.5, kSmallSize = 6.5, kTitleSize = 13;  // points, heights of normal, small and title text
 
 struct Colour {
   double r, g, b;
@@ -87,7 +88,7 @@ class Page {
   }
   /// Draws text on a white background, so that lines do not cross it. `align` is 0 if the text begins at `at`, 0.5 if
   /// `at` is its middle, and 1 if it ends at `at`.
-  void text(At at, const std::string& text, double size = kText, double align = 0, bool bold = false) const {
+  void text(At at, const std::string& text, double size = kTextSize, double align = 0, bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
     cairo_text_extents(get(), text.c_str(), &extents);
@@ -109,7 +110,7 @@ class Page {
     const double dx = b.x - a.x, dy = b.y - a.y, length = std::max(1e-9, std::hypot(dx, dy));
     const At across{-dy / length * 3, dx / length * 3};
     for (const At& end : {a, b}) line({end.x - across.x, end.y - across.y}, {end.x + across.x, end.y + across.y}, 0.5);
-    text({0.5 * (a.x + b.x), 0.5 * (a.y + b.y) + 0.35 * kText}, value, kText, 0.5);
+    text({0.5 * (a.x + b.x), 0.5 * (a.y + b.y) + 0.35 * kTextSize}, value, kTextSize, 0.5);
   }
   void finish() const {
     cairo_show_page(get());
@@ -181,7 +182,7 @@ class Drawing {
     page_.colour({1, 1, 1});
     page_.fill({{0, 0}, {kWidth, 0}, {kWidth, kHeight}, {0, kHeight}});
     page_.colour(kInk);
-    page_.text({30, 34}, "Plan of a mirror bench", kTitle, 0, true);
+    page_.text({30, 34}, "Plan of a mirror bench", kTitleSize, 0, true);
     page_.text(
         {30, 47},
         fmt::format("Lengths in mm, scale 1 : {:g}. Origin: the middle of the work; x to the user's right, y away "
@@ -205,12 +206,12 @@ class Drawing {
     const dvec3 size = high - low;
     for (const double ratio : {1.0, 2.0, 2.5, 4.0, 5.0, 7.5, 10.0, 15.0, 20.0, 50.0, 100.0, 200.0, 500.0}) {
       ratio_ = ratio;
-      const double scale = 1e3 * kPoint / ratio;
+      const double scale = 1e3 * kPaperPoint / ratio;
       if (size.y * scale < side_.width - 110 && size.z * scale < side_.height - 90 &&
           size.x * scale < top_.width - 60 && size.y * scale < top_.height - 40)
         break;
     }
-    side_.scale = top_.scale = 1e3 * kPoint / ratio_;
+    side_.scale = top_.scale = 1e3 * kPaperPoint / ratio_;
     side_.middle = top_.middle = 0.5 * (low + high);
   }
 
@@ -222,7 +223,7 @@ class Drawing {
                    {view.left, view.top + view.height}},
                   0.4);
     page_.colour(kInk);
-    page_.text({view.left + 6, view.top + 13}, title, kText + 1, 0, true);
+    page_.text({view.left + 6, view.top + 13}, title, kTextSize + 1, 0, true);
   }
 
   void boxes(const View& view) const {
@@ -276,7 +277,7 @@ class Drawing {
                            double align = 0) {
       page_.colour(colour);
       const At at = view(p);
-      page_.text({at.x + dx, at.y + dy}, text, kText, align);
+      page_.text({at.x + dx, at.y + dy}, text, kTextSize, align);
     };
     const dvec3& panel_top = panel[0].z > panel[3].z ? panel[0] : panel[3];
     label(panel_top, 0, -8, kPanel,
@@ -367,8 +368,8 @@ class Drawing {
     const double left = top_.left, value = left + 92;
     const auto row = [&](const std::string& name, const std::string& text, const Colour& colour = kInk) {
       page_.colour(colour);
-      page_.text({left, y}, name, kSmall, 0, true);
-      page_.text({value, y}, text, kSmall);
+      page_.text({left, y}, name, kSmallSize, 0, true);
+      page_.text({value, y}, text, kSmallSize);
       y += 9.4;
     };
     const auto& screen = plan_.rig.screen;

@@ -26,7 +26,7 @@ double cumulative_gaussian(double x) {
 }
 
 /// Number of answers at one difference between the stimuli, and how many of these answers were "second".
-struct Level {
+struct AnswersAt {
   double difference = 0, count = 0, second = 0;
 };
 
@@ -47,9 +47,9 @@ double maximize(const std::function<double(double)>& f, double low, double high,
 class Likelihood {
  public:
   explicit Likelihood(std::span<const Judgement> judgements) {
-    std::map<double, Level> levels;
+    std::map<double, AnswersAt> levels;
     for (const Judgement& j : judgements) {
-      Level& level = levels[j.difference];
+      AnswersAt& level = levels[j.difference];
       level.difference = j.difference, level.count += 1, level.second += j.second;
     }
     double least = std::numeric_limits<double>::infinity();
@@ -142,7 +142,7 @@ class Likelihood {
     return 0.5 * (in + out);
   }
 
-  std::vector<Level> levels_;
+  std::vector<AnswersAt> levels_;
   std::vector<double> shares_;  // Φ((difference − bias) / width) at each level
   double greatest_ = 0;         // largest absolute difference between the stimuli of a trial
   double low_ = 0, high_ = 0;   // logarithms of the smallest and largest width of the psychometric function

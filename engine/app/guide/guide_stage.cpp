@@ -172,13 +172,13 @@ class GuideVoice {
 };
 
 /// Properties of the screen, read from the rig file.
-struct Look {
+struct ScreenLook {
   display::Layout layout = display::Layout::kMono;
   glm::dmat2 upright{1.0};  // orientation of the text (Hud::upright)
 };
 
-Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
-  Look look;
+ScreenLook look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
+  ScreenLook look;
   const bool in_mirror = guide.bench().rig.mirror.has_value() && guide.step() != Step::kScreen;
   if (in_mirror) look.upright = glm::dmat2(-1, 0, 0, 1);
   try {
@@ -192,7 +192,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
 }
 
 /// The text as its reader sees it upright; the marks over it stay in place.
-Picture prompt_picture(const Prompt& prompt, const glm::ivec2& size, const Look& look) {
+Picture prompt_picture(const Prompt& prompt, const glm::ivec2& size, const ScreenLook& look) {
   constexpr unsigned char kGround = 16;
   Picture picture = prompt_marks(prompt, size.x, size.y);
   std::vector<std::uint8_t> rgba(4 * picture.grey.size(), kGround);
@@ -209,7 +209,7 @@ Picture prompt_picture(const Prompt& prompt, const glm::ivec2& size, const Look&
 /// Window on the bench's screen, in the rig's stereo layout.
 class GuideScreen {
  public:
-  GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
+  GuideScreen(const ScreenLook& look, int monitor) : look_(look), device_(make_device()) {
     ring_ = gpu::FrameRing::create(device_);
     display::WindowOptions window;
     window.title = "Typodont calibration";
@@ -312,7 +312,7 @@ class GuideScreen {
     device_.destroy();
   }
 
-  Look look_;
+  ScreenLook look_;
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::unique_ptr<display::Output> output_;
@@ -550,7 +550,7 @@ class Guide {
 
   GuidedCapture& capture_;
   const GuideOptions& options_;
-  Look look_;
+  ScreenLook look_;
   Keyboard keys_;
   std::optional<GuideVoice> voice_;
 #ifdef TYPODONT_WINDOW

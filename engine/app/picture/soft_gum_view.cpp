@@ -12,7 +12,7 @@ namespace {
 
 // Radius within which a point of the soft gum moves the picture's vertices, divided by the distance between
 // neighbouring points.
-constexpr double kReach = 1.7;
+constexpr double kMovedWithin = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of halvings of an edge of the gum
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
@@ -36,7 +36,7 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
                    [](const render::Vertex& v) { return v.tissue[0] == Tissue::kGingiva; })) {
     return;
   }
-  const double reach = kReach * surface_->law().spacing;
+  const double reach = kMovedWithin * surface_->law().spacing;
   const auto near_points = [&](const dvec3& p_W, auto&& visit) {
     surface_->each_near(p_W - reach, p_W + reach, [&](std::uint32_t point) {
       const dvec3 off = surface_->points()[point].p_W - p_W;

@@ -256,8 +256,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   // Blocks far from the jaw are recognised by the distance to the jaw at their middle: inside a block, this distance
   // differs from its value at the middle by at most `reach`: half the diagonal times the largest gradient.
   constexpr int kBlock = 8;
-  constexpr double kSteepest = 1.7;  // largest gradient of the distance to gum; that to bone has 1
-  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h * kSteepest;
+  constexpr double kGumSteepest = 1.7;  // largest gradient of the distance to gum; that to bone has 1
+  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h * kGumSteepest;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const RowTooth* nearest = nullptr;
     const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
