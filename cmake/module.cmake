@@ -1,13 +1,9 @@
-# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [PCH header …]): adds a static library
-# typodont_NAME.
+# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …]): adds a static library typodont_NAME.
 function(typodont_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;PCH" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(typodont_${name} STATIC ${ARG_SOURCES})
   target_link_libraries(typodont_${name} PUBLIC typodont_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} UNITY_BUILD_BATCH_SIZE 18)
-  if(ARG_PCH)
-    target_precompile_headers(typodont_${name} PRIVATE ${ARG_PCH})
-  endif()
 endfunction()
 
 # typodont_library(NAME HEADERS header …): makes the module NAME available to other programs as Typodont::NAME. Installs
