@@ -85,7 +85,7 @@ class OffsetModel : public PatchModel {
     bool at_max_step = false;
     // voxels, head's centre as the contacts alone would hold it, without a speed limit
     dvec3 held_at{0};
-    // voxels, where the hand pulls the head's centre, corrected because the cutting edges grip the tissue
+    // voxels, where the hand pulls the head's centre; while the force's change is limited, a nearer point
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };

@@ -78,10 +78,6 @@ struct StepLimitParameters {
   static constexpr double free_slew = 14;
   // N/s, limit of the force's rate for a head that slips without cutting, for example off a ridge
   static constexpr double slip_slew = 60;
-  // N/s, largest rate of change of the cutting edges' lateral force
-  static constexpr double grip_slew = 9;
-  // largest lateral force of the cutting edges divided by the force that presses them
-  static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // factor by which the limit of the force's rate may be exceeded
   static constexpr int rounds = 4;           // largest number of iterations that enforce the limit of the force's rate
   // s; energy that cuts used beyond the motor's work, divided by the motor's power. Above this, the bur is slowed down.

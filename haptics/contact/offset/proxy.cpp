@@ -11,22 +11,6 @@ namespace {
 using P = StepLimitParameters;
 using Q = SearchParameters;
 
-/// Grip of the cutting edges: a pressed, rotating head at `from` lags behind `target` along the surface (normal n), up
-/// to a limit. Returns target + lag. The lag changes by at most `most`. `moved`: motion of the hand. In voxels.
-dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
-  const dvec3 pull = from - target;
-  const double pushed = glm::dot(pull, n);
-  if (!(pushed > 0)) return target;
-  const dvec3 sideways = pull - pushed * n;
-  const double length = glm::length(sideways);
-  const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // Limits the change of the lag (vector along the surface from the target to the head) since the last tick.
-  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
-  const double size = glm::length(change);
-  if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
-  return target + lag;
-}
-
 /// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: at least `max_step`. More
 /// if all points of the segment from 0 to `step` are far from `shift`, so that a stuck head can still sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
@@ -355,9 +339,6 @@ void OffsetModel::search_around(const ContactInput& in, const dvec3& c, bool cen
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
-  if (in.last.normal_force > 0 && in.removal.cuts && !in.removal.scrapes) {
-    s.led_to = held_target(p.start, p.target, in.last.normal, p.shift, P::grip_slew * p.step_per_slew);
-  }
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.allowed_depth, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
