@@ -3,7 +3,7 @@ function(typodont_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(typodont_${name} STATIC ${ARG_SOURCES})
   target_link_libraries(typodont_${name} PUBLIC typodont_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} UNITY_BUILD_BATCH_SIZE 18)
+  set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY})
 endfunction()
 
 # typodont_library(NAME HEADERS header …): makes the module NAME available to other programs as Typodont::NAME. Installs

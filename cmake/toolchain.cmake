@@ -32,6 +32,7 @@ target_compile_definitions(typodont_options INTERFACE GLM_FORCE_DEPTH_ZERO_TO_ON
 add_compile_options(
   "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wpedantic;$<$<CXX_COMPILER_ID:GNU>:-Werror>;-Wshadow;-Wconversion;-Wno-sign-conversion;-Wnon-virtual-dtor;-Woverloaded-virtual>"
   -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 18)  # files of a module that are compiled at once
 if(TYPODONT_UNITY)  # there, a class may have members with types of its own file
   add_compile_options("$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>")
 endif()

@@ -57,9 +57,9 @@ struct Joining {
 /// than a tooth, so all lengths of the motion increase in proportion.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
-ExpertGrip grip_of(const Scene& scene, double voxel, double from_around) {
+ExpertGrip grip_of(const Scene& scene, double voxel, double clearance) {
   ExpertGrip grip;
-  grip.from_around = from_around;
+  grip.clearance = clearance;
   grip.size = std::max(1.0, voxel / kVoxelOfATooth);
   for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
@@ -293,16 +293,17 @@ class Plan {
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
                            double min_thickness) const {
     const bool coarse = tool.coarse();
-    StrokeLimits limits;
-    limits.step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
-                             grip_.size * ToolChoice::min_pass,
-                             grip_.size * (coarse ? ToolChoice::max_coarse_pass : ToolChoice::max_pass));
-    limits.into = grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance);
-    limits.around = around_;
-    limits.from_around = grip_.from_around;
-    limits.size = grip_.size;
-    limits.least = by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut);
-    return plan_strokes(now, tool, limits, finish);
+    StrokeOptions options;
+    options.step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
+                              grip_.size * ToolChoice::min_pass,
+                              grip_.size * (coarse ? ToolChoice::max_coarse_pass : ToolChoice::max_pass));
+    options.into = grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance);
+    options.around = around_;
+    options.clearance = grip_.clearance;
+    options.size = grip_.size;
+    options.least = by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut);
+    options.finish = finish;
+    return plan_strokes(now, tool, options);
   }
   /// Converts `strokes` to steps, and appends these to the plan.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
@@ -759,9 +760,9 @@ class Plan {
 
 }  // namespace
 
-Expert::Expert(const Scene& scene, const haptics::TissueVolume& start, double from_around)
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start, double clearance)
     : scene_(scene),
-      grip_(grip_of(scene, start.frame().voxel, from_around)),
+      grip_(grip_of(scene, start.frame().voxel, clearance)),
       judge_(scene, start),
       around_(monitored_shape(scene.surroundings)),
       whole_(0) {

@@ -36,17 +36,17 @@ struct ExpertLeg {
   bool rough = false;   // true: bulk removal with a coarse tool and wide tolerance
 };
 
-/// Distance of planned cuts from neighbouring teeth and gum, m: if they are followed exactly, and by a hand with tremor
-/// and servo.
-inline constexpr double kExactDistance = 0.03e-3, kHandDistance = 0.08e-3;
+/// m, smallest distance of planned cuts from neighbouring teeth and gum: if the plan is followed exactly; if a
+/// trembling hand moves the tool through the servo.
+inline constexpr double kExactClearance = 0.03e-3, kHandClearance = 0.08e-3;
 
 /// Size of the treated object, distances and forces, which scale the motion.
 struct ExpertGrip {
   // Factor on all lengths of the motion; 1 for a tooth.
   double size = 1;
-  double from_around = kExactDistance;  // m, smallest distance of the head from neighbouring teeth and gum
-  double force = 1;                     // N, mean force that the task requires
-  double lead = 1e-3;                   // m, distance of the hand ahead of the tool at the mean force
+  double clearance = 0;  // m, smallest distance of the head from neighbouring teeth and gum
+  double force = 1;      // N, mean force that the task requires
+  double lead = 1e-3;    // m, distance of the hand ahead of the tool at the mean force
   double max_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
@@ -61,9 +61,9 @@ struct FilledSpot {
 /// fillings in layers and carves them.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. `from_around`: kExactDistance or kHandDistance. Throws Error if the
+  /// `start`: the tissue at the session's start. `clearance`: kExactClearance or kHandClearance. Throws Error if the
   /// task has no target shape (ideal).
-  Expert(const Scene& scene, const haptics::TissueVolume& start, double from_around);
+  Expert(const Scene& scene, const haptics::TissueVolume& start, double clearance);
   /// Plans one layer of filling, or all cutting and carving. If no tool improves the result, the first call throws
   /// Error, and later calls return an empty plan.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);

@@ -63,19 +63,16 @@ constexpr int kBisectionSteps = 7;  // number of bisection steps between two gri
 /// Plans the strokes. Positions (a, b, c) of the head's centre are in m along u, v, w; w points out of the opening.
 class StrokePlanner {
  public:
-  StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, const StrokeLimits& limits)
-      : size_(limits.size),
-        min_taken_(std::max(kMinTaken / size_, limits.least / in.frame.voxel)),
+  StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, const StrokeOptions& options)
+      : options_(options),
+        min_taken_(std::max(kMinTaken / options.size, options.least / in.frame.voxel)),
         in_(in),
         tool_(tool),
-        around_(limits.around),
-        from_around_(limits.from_around),
         ideal_(in.ideal),
         left_(in.before),
         R_WT_(toward(in.axis_W)),
         axes_(R_WT_),
-        step_(limits.step),
-        allowed_(kPlannedClear + limits.into / in.frame.voxel) {
+        allowed_(kPlannedClear + options.into / in.frame.voxel) {
     const double h = in.frame.voxel;
     std::vector<dvec3> head, shank;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
@@ -90,7 +87,7 @@ class StrokePlanner {
     add_tree(std::move(shank), shank_tree_);
   }
 
-  std::vector<Stroke> plan(bool finish) {
+  std::vector<Stroke> plan() {
     if (!find_bounds()) return {};
     if (auto way = close_fit()) take(*way, /*closed=*/false);
     find_layers();
@@ -98,13 +95,13 @@ class StrokePlanner {
       rows(layer);
       for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
     }
-    if (!finish || layers_.empty()) return std::move(strokes_);
+    if (!options_.finish || layers_.empty()) return std::move(strokes_);
     bulk_ = false;
     // Cuts along the walls, first at the heights of the floor's flat
     // parts, then upwards: a long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
-    for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
+    for (double height = layers_.back().height; height < layers_.front().height; height += options_.step) {
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     }
     return std::move(strokes_);
@@ -191,7 +188,7 @@ class StrokePlanner {
       entered_.store(entering, std::memory_order_relaxed);
       return false;
     }
-    return first_entering(shank_tree_, 0) == shank_tree_.size() && (!around_ || clears_surroundings(world(p)));
+    return first_entering(shank_tree_, 0) == shank_tree_.size() && (!options_.around || clears_surroundings(world(p)));
   }
   /// True if the head at p_W (m) does not touch neighbouring teeth and gum. Gum inside the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
@@ -200,13 +197,14 @@ class StrokePlanner {
         head_tree_,
         [&](const Points& sphere) {
           const dvec3 q_W = p_W + h * sphere.center;
-          const double near = h * sphere.radius + from_around_;
-          return around_->neighbour(q_W) > near && around_->gum(q_W) > near ? Inside::kAll : Inside::kSome;
+          const double near = h * sphere.radius + options_.clearance;
+          return options_.around->neighbour(q_W) > near && options_.around->gum(q_W) > near ? Inside::kAll
+                                                                                            : Inside::kSome;
         },
         [&](const dvec3& d) {
           const dvec3 q_W = p_W + h * d;
-          return around_->neighbour(q_W) > from_around_ &&
-                 (around_->gum(q_W) > from_around_ || around_->tooth(q_W) <= 0);
+          return options_.around->neighbour(q_W) > options_.clearance &&
+                 (options_.around->gum(q_W) > options_.clearance || options_.around->tooth(q_W) <= 0);
         });
   }
   /// True if the head at p removes tissue.
@@ -656,17 +654,18 @@ class StrokePlanner {
     return height;
   }
 
-  /// Positions across the floor of the passes along it, m: `step_` apart, and one in each slot between two of these.
+  /// Positions across the floor of the passes along it, m: `options_.step` apart, and one in each slot between two of
+  /// these.
   std::vector<double> floor_passes(bool along_x) const {
     const int columns = along_x ? count_.x : count_.y, rows = along_x ? count_.y : count_.x;
     std::vector<double> passes;
     std::vector<std::uint8_t> has(static_cast<std::size_t>(rows));  // 1: a pass is at this row of the grid
-    for (double b = 0.5 * step_; b < rows * grid_; b += step_) {
+    for (double b = 0.5 * options_.step; b < rows * grid_; b += options_.step) {
       passes.push_back(b);
       has[static_cast<std::size_t>(std::min(std::lround(b / grid_), rows - 1L))] = 1;
     }
     const auto in = [&](const Layer& layer, int a, int b) { return layer.in[along_x ? cell(a, b) : cell(b, a)] != 0; };
-    const auto reach = static_cast<int>(std::ceil(step_ / grid_));
+    const auto reach = static_cast<int>(std::ceil(options_.step / grid_));
     const auto passed = [&](const Layer& layer, int a, int b) {
       for (int j = std::max(b - reach, 0); j <= std::min(b + reach, rows - 1); ++j) {
         if (!has[static_cast<std::size_t>(j)]) continue;
@@ -730,34 +729,32 @@ class StrokePlanner {
     }
     std::vector<double> flat;
     for (const auto& [height, level] : levels)
-      if (level.columns * grid_ * step_ > std::max(kMinFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+      if (level.columns * grid_ * options_.step >
+          std::max(kMinFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
         flat.push_back(level.highest + on_line_);
     return flat;
   }
 
-  const double size_;       // factor for lengths: 1 for a tooth, larger if the treated object is larger
+  const StrokeOptions options_;
   const double min_taken_;  // voxels; thinner tissue gets no stroke
-  const double grid_ = size_ * kGrid;
-  const double down_ = size_ * kDown;
-  const double hop_ = size_ * kHop;
-  const double straight_ = size_ * kStraight;
-  const double ramp_ = size_ * kRamp;
-  const double on_line_ = size_ * kOnLine;
-  const double same_level_ = size_ * kSameLevel;
-  const double floor_of_column_ = size_ * kFloorOfColumn;
+  const double grid_ = options_.size * kGrid;
+  const double down_ = options_.size * kDown;
+  const double hop_ = options_.size * kHop;
+  const double straight_ = options_.size * kStraight;
+  const double ramp_ = options_.size * kRamp;
+  const double on_line_ = options_.size * kOnLine;
+  const double same_level_ = options_.size * kSameLevel;
+  const double floor_of_column_ = options_.size * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
   const bool coarse_ = tool_.coarse();
-  const double bridged_ = size_ * (coarse_ ? kCoarseBridged : kBridged);
+  const double bridged_ = options_.size * (coarse_ ? kCoarseBridged : kBridged);
   // Distance between two layers of strokes in the bulk, m.
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
-  const SurroundingsShape* around_;
-  const double from_around_;  // m, smallest distance of the head from neighbouring teeth and gum
   const session::DenseField& ideal_;
   session::DenseField left_;  // tissue that remains after the strokes planned so far
   dquat R_WT_;
   glm::dmat3 axes_;  // the axes u, v, w as columns
-  double step_;      // m, distance between neighbouring passes of the tool
   double allowed_;   // voxels, largest depth to which the head may enter the target shape
   mutable std::atomic<std::size_t> entered_{SIZE_MAX};  // sphere of the head that last entered the target shape
   Tree head_tree_, shank_tree_;                         // points relative to the head's centre
@@ -780,9 +777,9 @@ dquat toward(const dvec3& axis_W) {
   return glm::angleAxis(std::atan2(s, c), turn / s);
 }
 
-std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, const StrokeLimits& limits,
-                                 bool finish) {
-  return StrokePlanner(in, tool, limits).plan(finish);
+std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool,
+                                 const StrokeOptions& options) {
+  return StrokePlanner(in, tool, options).plan();
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {

@@ -256,7 +256,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   // Blocks far from the jaw are recognised by the distance to the jaw at their middle: inside a block, this distance
   // differs from its value at the middle by at most `reach`: half the diagonal times the largest gradient.
   constexpr int kBlock = 8;
-  constexpr double kGumSteepest = 1.7;  // largest gradient of the distance to gum; that to bone has 1
+  constexpr double kGumSteepest = 1.7;  // largest slope of the distance function of gum; that of bone is 1
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h * kGumSteepest;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const RowTooth* nearest = nullptr;

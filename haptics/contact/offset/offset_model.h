@@ -85,7 +85,8 @@ class OffsetModel : public PatchModel {
     bool at_max_step = false;
     // voxels, head's centre as the contacts alone would hold it, without a speed limit
     dvec3 held_at{0};
-    // voxels, where the hand pulls the head's centre; while the force's change is limited, a nearer point
+    // voxels, point to which the head's centre is pulled: `target`, or a nearer point if the force would change too
+    // fast
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
