@@ -114,6 +114,9 @@ WIDE = r"""
 """
 
 
+AFTER_TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
 def check(browser, page, language, pictures):
     problems = []
     target = browser.ask("Target.createTarget", url="about:blank")["targetId"]
@@ -124,7 +127,7 @@ def check(browser, page, language, pictures):
     browser.ask("Emulation.setDeviceMetricsOverride", width=1000, **width)
     browser.ask("Page.navigate", url=pathlib.Path(page).absolute().as_uri())
     browser.run("new Promise(done => document.readyState === 'complete' ? done() : addEventListener('load', done))")
-    browser.run("new Promise(done => setTimeout(done, 400))")
+    browser.run(AFTER_TWO_FRAMES)
 
     # What a screen reader is told.
     nodes = browser.ask("Accessibility.getFullAXTree")["nodes"]
@@ -191,7 +194,7 @@ def check(browser, page, language, pictures):
         for _ in range(4):
             browser.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", code="ArrowLeft", windowsVirtualKeyCode=37)
             browser.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowDown", code="ArrowDown", windowsVirtualKeyCode=40)
-        browser.run("new Promise(done => setTimeout(done, 300))")
+        browser.run(AFTER_TWO_FRAMES)
         if browser.run(look) == before:
             problems.append("arrow keys do not turn the view")
         if browser.run("scrollY") != top:
