@@ -550,5 +550,18 @@ TEST(MissingPatch, AHandThatJumpsThroughASheetAgainAndAgainIsPulledBackByTheFull
   }
 }
 
+TEST(MissingPatch, AHandThatIsManyPatchesAheadDoesNotMoveTheHeadThroughASheet) {
+  // The head follows patch by patch, at most 0.9 mm per tick, so it needs up to 20 ticks. No patch is late meanwhile.
+  const haptics::ServoSettings settings = test::probe_settings("offset");
+  test::HapticBench bench(
+      R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 1]}}}]})", settings);
+  for (const double from : {6e-3, 10e-3, 14e-3, 17e-3}) {
+    for (int i = 0; i < 3; ++i) bench.tick({dvec3(0, 0, 0.2)});
+    for (int i = 0; i < 20; ++i) bench.tick({dvec3(0, 0, from)});
+    for (int i = 0; i < 100; ++i) bench.tick({dvec3(0, 0, from - 19e-3)});
+    EXPECT_NEAR(bench.last.X_WG.p.z, 0.5e-3 + 0.6e-3, 1e-6) << from;
+  }
+}
+
 }  // namespace
 }  // namespace typodont
