@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/units.h"
@@ -25,12 +26,19 @@ using test::HapticBench;
 constexpr double kRadius = 0.5e-3, kBore = 0.525e-3, kLength = 6e-3, kIn = 4e-3;  // m, of the peg
 const dvec3 kAxis(0.013e-3, 0.007e-3, 0);                                         // m, off the voxels' centres
 
-ServoSettings cylinder(double diameter, double length) {
-  ServoSettings s = test::probe_settings("offset");
+/// Contact models that give planes. In mesh_lod, only a bur touches with its whole head, here one that stands still.
+struct HoldingModel {
+  const char* name;
+  double voxel_mm;
+};
+constexpr HoldingModel kModels[] = {{"offset", 0.05}, {"offset", 0.1}, {"mesh_lod", 0.1}};
+
+ServoSettings cylinder(double diameter, double length, const char* model = "offset") {
+  ServoSettings s = test::probe_settings(model);
   s.tool.shape = haptics::HeadShape::kCylinder;
   s.tool.diameter = diameter;
   s.tool.length = length;
-  s.tool.cuts = false;
+  s.tool.cuts = model == std::string_view("mesh_lod");
   return s;
 }
 
@@ -167,14 +175,15 @@ double stir(Peg& peg, std::uint32_t& faults) {
 }
 
 TEST(Turn, APegInABoreTiltsByItsPlayOnlyAndDoesNotPassTheWall) {
-  for (const double voxel_mm : {0.05, 0.1}) {
+  for (const auto& [model, voxel_mm] : kModels) {
+    SCOPED_TRACE(fmt::format("{}, voxel {} mm", model, voxel_mm));
     std::uint32_t faults = 0;
-    Peg peg(voxel_mm, cylinder(2 * kRadius, kLength));
+    ServoSettings s = cylinder(2 * kRadius, kLength, model);
+    Peg peg(voxel_mm, s);
     EXPECT_LT(stir(peg, faults), 20e-6);
     EXPECT_EQ(faults, 0u);
-    ServoSettings without = cylinder(2 * kRadius, kLength);
-    without.gives_torque = false;
-    Peg free(voxel_mm, without);
+    s.gives_torque = false;
+    Peg free(voxel_mm, s);
     EXPECT_GT(stir(free, faults), 0.1e-3) << "a proxy with the hand's orientation passes the wall";
   }
 }
@@ -210,8 +219,8 @@ TEST(Turn, AStillHandThatHoldsAPegTiltedFeelsNoBuzzAndTheTorqueOfItsPlay) {
 }
 
 TEST(Turn, FrictionInABoreIsThatOfTwoContactsThatCarryTheTorque) {
-  for (const double voxel_mm : {0.05, 0.1}) {
-    ServoSettings s = cylinder(2 * kRadius, kLength);
+  for (const auto& [model, voxel_mm] : kModels) {
+    ServoSettings s = cylinder(2 * kRadius, kLength, model);
     s.friction = true;
     for (const double angle : {1.1 * kDegree, 1.2 * kDegree}) {
       Peg peg(voxel_mm, s);
@@ -222,8 +231,8 @@ TEST(Turn, FrictionInABoreIsThatOfTwoContactsThatCarryTheTorque) {
       // and the static one; the walls' slope acts with the pull.
       const double push = glm::length(now.tau_T_W) / depth_of(now.X_WG);
       const double friction = -now.f_T_W.z + std::tan(tilt_of(now.X_WG.R)) * push;
-      EXPECT_GT(friction, 0.95 * 2 * 0.15 * push) << voxel_mm << ", " << angle / kDegree;
-      EXPECT_LT(friction, 1.05 * 2 * 0.2 * push) << voxel_mm << ", " << angle / kDegree;
+      EXPECT_GT(friction, 0.95 * 2 * 0.15 * push) << model << ", " << voxel_mm << ", " << angle / kDegree;
+      EXPECT_LT(friction, 1.05 * 2 * 0.2 * push) << model << ", " << voxel_mm << ", " << angle / kDegree;
     }
   }
 }
@@ -231,10 +240,10 @@ TEST(Turn, FrictionInABoreIsThatOfTwoContactsThatCarryTheTorque) {
 TEST(Turn, AnOffsetPullJamsThePegWhereTwoPointContactSaysSo) {
   // A pull P at the distance e from the axis presses both contacts with P e / depth. So the peg jams if
   // 2 μ e / depth > 1 (Whitney 1982), with static friction 0.2.
-  const auto moved = [](double voxel_mm, double of_limit) {
-    ServoSettings s = cylinder(2 * kRadius, kLength);
+  const auto moved = [](const HoldingModel& model, double of_limit) {
+    ServoSettings s = cylinder(2 * kRadius, kLength, model.name);
     s.friction = true;
-    Peg peg(voxel_mm, s);
+    Peg peg(model.voxel_mm, s);
     const double e = of_limit * kIn / (2 * 0.2), pull = 0.3, mass = 0.1, inertia = 5e-5, dt = 1e-3;
     const double play = std::atan(2 * (kBore - kRadius) / kIn), turn = pull * e / haptics::TurnParameters::stiffness;
     peg.lead({peg.hand.p, tilted(play + turn, {1, 0, 0})});
@@ -252,9 +261,9 @@ TEST(Turn, AnOffsetPullJamsThePegWhereTwoPointContactSaysSo) {
     return peg.bench.last.X_WG.p.z - before;
   };
   // the friction spring alone yields by 0.3 mm
-  for (const double voxel_mm : {0.05, 0.1}) {
-    EXPECT_GT(moved(voxel_mm, 0.6), 1e-3) << voxel_mm;
-    EXPECT_LT(moved(voxel_mm, 1.4), 0.4e-3) << voxel_mm;
+  for (const HoldingModel& model : kModels) {
+    EXPECT_GT(moved(model, 0.6), 1e-3) << model.name << ", " << model.voxel_mm;
+    EXPECT_LT(moved(model, 1.4), 0.4e-3) << model.name << ", " << model.voxel_mm;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "haptics/contact/mesh_lod/head_contact.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace typodont::haptics::mesh_lod {
@@ -94,6 +95,7 @@ void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) 
       head_, list_.points, c_, {hip, R_WT_}, kAllowedDepth * head_.radius(), give,
       [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double far) { return far; },
       [] { return true; });
+  gives_ = give;
   leading_out_ = !list_.points.empty() && !give && follower_.led_out();
   count_ = 0;
   if (list_.points.empty()) return;
@@ -104,6 +106,23 @@ void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) 
                                                   list_.areas[hold.point].tissue, false};
   }
   list_ahead(grid);
+}
+
+int HeadContact::near_planes(std::span<NearPlane, kMaxNearPlanes> planes) noexcept {
+  if (!listed_ || list_.points.empty()) return 0;
+  distances_.find(head_, list_.points, {c_, R_WT_}, margin());
+  const auto end = nearest_.begin() + static_cast<std::ptrdiff_t>(distances_.size());
+  const auto most = static_cast<std::ptrdiff_t>(std::min(distances_.size(), planes.size()));
+  std::iota(nearest_.begin(), end, 0u);
+  const auto is_nearer = [&](std::uint32_t a, std::uint32_t b) { return distances_.distance(a) < distances_.distance(b); };
+  if (nearest_.begin() + most < end) std::nth_element(nearest_.begin(), nearest_.begin() + most, end, is_nearer);
+  for (std::ptrdiff_t k = 0; k < most; ++k) {
+    const std::uint32_t i = nearest_[static_cast<std::size_t>(k)];
+    const double gap = distances_.distance(i);
+    planes[static_cast<std::size_t>(k)] = {list_.points[distances_.point(i)] - c_, -distances_.normal_W(i),
+                                           gives_ ? std::max(gap, 0.0) : gap + kAllowedDepth * head_.radius()};
+  }
+  return static_cast<int>(most);
 }
 
 double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept {

@@ -13,7 +13,7 @@ namespace typodont::haptics::mesh_lod {
 /// list is made in parts, one part per tick.
 class HeadContact final : public SurfaceContact {
  public:
-  explicit HeadContact(const Tool& tool) : head_(tool) {}
+  explicit HeadContact(const Tool& tool) : head_(tool), nearest_(HeadPoints::kMost) {}
 
   double radius() const noexcept override { return head_.radius(); }
   double reach() const noexcept override { return head_.reach(); }
@@ -34,6 +34,7 @@ class HeadContact final : public SurfaceContact {
     return HeadLister::is_free(grid, head_, X_W);
   }
   PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept override;
+  int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) noexcept override;
 
  private:
   double margin() const noexcept { return vertex::FollowParameters::margin * head_.radius(); }
@@ -49,10 +50,12 @@ class HeadContact final : public SurfaceContact {
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};
+  std::vector<std::uint32_t> nearest_;  // near_planes(): order of the points, nearest first
   HeadLister lister_;
   HeadPoints list_;  // list of contact points that is in use
   HeadPoints next_;  // the next list, which lister_ makes while list_ is valid
   bool listed_ = false;
+  bool gives_ = false;  // argument `give` of the last follow()
   // contact points in the current mesh that the carver thread has listed; null: none
   HeadPoints* prepared_ = nullptr;
 };

@@ -189,7 +189,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  const dvec3 hip = in.X_WT * ends_[tool_], end = in.X_WT.R * ends_[tool_];
+  const dvec3 end = in.X_WT.R * ends_[tool_], goal = in.X_WT.p + end;
+  const dvec3 hip = in.placed ? hip_ + in.moved : goal;
   if (!holds(in.X_WG * ends_[tool_], point().reach() + kNearby)) {
     placed_ = moved_freely_ = false;
     out.p_WG = in.X_WG.p;
@@ -220,9 +221,9 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     take_over(switched && !parameters_.maps);
   }
   const dvec3 before = point().place();
-  point().follow(grid(), hip, give);
+  point().follow(grid(), goal, give);
   out.leading_out = out.leading_out || point().leading_out();
-  withdraw(in, hip);
+  withdraw(in, goal);
   hip_ = hip;
   cutting_ = cutting_ && in.removal.cuts && !fresh;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
@@ -243,8 +244,12 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.wall.stiffness = wall_stiffness_;
 }
 
-/// Moves a bur that stands still in its own cut back along its path, towards the hand.
-void MeshLodModel::withdraw(const ContactInput& in, const dvec3& hip) noexcept {
+int MeshLodModel::near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept {
+  return placed_ && offset_ == dvec3(0) ? points_[tool_]->near_planes(planes) : 0;
+}
+
+/// Moves a bur that stands still in its own cut back along its path, towards `goal`.
+void MeshLodModel::withdraw(const ContactInput& in, const dvec3& goal) noexcept {
   const double h = settings_.frame.voxel;
   const dvec3 c = point().place();
   if (!in_own_cut_) return path_.begin(c / h);
@@ -252,7 +257,7 @@ void MeshLodModel::withdraw(const ContactInput& in, const dvec3& hip) noexcept {
   if (in.removal.cuts || behind() || !point().touching()) return;
   if (whole_head(tool_set(settings_)[tool_]) && RetreatPath::turned(in.X_WT.R, end_.R)) return;
   const double most = glm::length(in.moved) + kEase * in.dt / settings_.stiffness;
-  point().sink_to(h * path_.withdrawn(c / h, hip / h, most / h));
+  point().sink_to(h * path_.withdrawn(c / h, goal / h, most / h));
 }
 
 void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
@@ -272,7 +277,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
 /// Limits how fast a bur's force changes. Otherwise the force would jump when contacts end while the hand is far from
 /// the bur, or when a new snapshot shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
-  eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
+  eases_ = parameters_.ramp > 0 && !in.placed && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
   last_R_ = in.X_WT.R;
   const double most = moved + kEase * in.dt / settings_.stiffness;

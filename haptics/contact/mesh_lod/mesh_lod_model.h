@@ -48,6 +48,7 @@ class MeshLodModel final : public ContactModel {
   bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
+  int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   bool estimates_volume() const noexcept override { return true; }
   void feel(const ContactInput& in, Contact& contact, Felt& out) noexcept override;
@@ -79,7 +80,7 @@ class MeshLodModel final : public ContactModel {
   /// Chooses the level of detail for this tick. Returns true if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
-  void withdraw(const ContactInput& in, const dvec3& hip) noexcept;
+  void withdraw(const ContactInput& in, const dvec3& goal) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
   void ease(const ContactInput& in, bool give) noexcept;
 

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "haptics/contact/contact_model.h"
 #include "haptics/contact/mesh_lod/triangle_grid.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -71,6 +72,8 @@ class SurfaceContact {
   virtual bool is_free(const TriangleGrid& grid, const Pose& X_W) const noexcept = 0;
   /// Area (m²) of each tissue's surface that touches or overlaps the head, projected along the unit vector `direction`.
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& direction) noexcept = 0;
+  /// Writes the planes near the head after the last follow(), as ContactModel::near_planes(); x is relative to place().
+  virtual int near_planes(std::span<NearPlane, kMaxNearPlanes> /*planes*/) noexcept { return 0; }
 
  protected:
   // A surface point is in contact if the ratio of its distance from the head to the head's radius is below this.
