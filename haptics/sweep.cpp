@@ -6,7 +6,6 @@
 
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/cut_front.h"
-#include "haptics/implant_tool.h"
 
 namespace typodont::haptics {
 

@@ -1,8 +1,7 @@
-#include "haptics/natural_surface.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/tissue_volume.h"
 #include "haptics/volume/leaf_key.h"
 
 namespace typodont::haptics {

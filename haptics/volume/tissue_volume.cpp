@@ -21,7 +21,6 @@
 #include "engine/base/voxels.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/lanes.h"
-#include "haptics/natural_surface.h"
 #include "haptics/volume/leaf_rows.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"

@@ -15,9 +15,9 @@
 #include "haptics/contact/tissue_patch.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/cutting/cut_front.h"
-#include "haptics/implant_tool.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/tool.h"
 #include "tests/support/heads.h"
 
 namespace typodont {

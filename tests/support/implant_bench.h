@@ -10,9 +10,9 @@
 
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
-#include "haptics/implant_tool.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
+#include "haptics/tool.h"
 
 namespace typodont::test {
 

@@ -57,6 +57,21 @@ TEST(Cutting, VolumeIsProportionalToForceWithinOnePercent) {
     EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
 }
 
+TEST(Cutting, WithoutPowerTheContactIsRigidAndWithoutResistanceTheBurMovesFreely) {
+  const auto press = [](double pedal, double specific_energy) {
+    MaterialTable materials = test::plain_materials();
+    materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = specific_energy;
+    const Json tissue = Json::parse(box(0.1), "tissue");
+    HapticBench bench(haptics::TissueVolume(haptics::read_solids(tissue)), drill(1.2_mm, 1000), materials);
+    for (int i = 0; i < 200; ++i) bench.tick({{0, 0, 3.2_mm - i * 10.0_um}}, pedal);  // 10 mm/s, ends 1.9 mm deep
+    return bench.last;
+  };
+  const double surface = 2.5_mm + 0.6_mm;
+  const ServoTick rigid = press(0, 8e9), free = press(1, 1e3);
+  EXPECT_NEAR(rigid.X_WG.p.z, surface, 1e-9);
+  EXPECT_LT(free.depth, 10.001_um) << "more than the hand's motion in a tick";
+}
+
 /// A random head that is not a ball, and its poses before and after a motion of 1 to 50 voxels of 0.1 mm, with or
 /// without rotation.
 struct RandomWay {

@@ -6,7 +6,7 @@
 #include "engine/app/hands/expert_hand.h"
 #include "engine/base/clock.h"
 #include "engine/base/units.h"
-#include "haptics/implant_tool.h"
+#include "haptics/tool.h"
 
 namespace typodont {
 

@@ -11,7 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/implant.h"
-#include "haptics/implant_tool.h"
+#include "haptics/tool.h"
 
 namespace typodont {
 

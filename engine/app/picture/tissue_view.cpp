@@ -9,7 +9,7 @@
 #include "engine/base/vectors.h"
 #include "engine/render/look.h"
 #include "engine/render/sphere_directions.h"
-#include "haptics/natural_surface.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont {
 

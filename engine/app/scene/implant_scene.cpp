@@ -15,7 +15,7 @@
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/described.h"
-#include "haptics/implant_tool.h"
+#include "haptics/tool.h"
 
 namespace typodont {
 

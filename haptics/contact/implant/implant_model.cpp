@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "haptics/coupling/passivity.h"
-#include "haptics/implant_tool.h"
+#include "haptics/tool.h"
 
 namespace typodont::haptics::implant {
 

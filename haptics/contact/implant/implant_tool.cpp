@@ -1,5 +1,3 @@
-#include "haptics/implant_tool.h"
-
 #include <fmt/format.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/described.h"
+#include "haptics/tool.h"
 
 namespace typodont::haptics {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "haptics/implant_tool.h"
+#include "haptics/tool.h"
 
 namespace typodont::haptics::implant {
 

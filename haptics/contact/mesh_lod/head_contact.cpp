@@ -114,7 +114,9 @@ int HeadContact::near_planes(std::span<NearPlane, kMaxNearPlanes> planes) noexce
   const auto end = nearest_.begin() + static_cast<std::ptrdiff_t>(distances_.size());
   const auto most = static_cast<std::ptrdiff_t>(std::min(distances_.size(), planes.size()));
   std::iota(nearest_.begin(), end, 0u);
-  const auto is_nearer = [&](std::uint32_t a, std::uint32_t b) { return distances_.distance(a) < distances_.distance(b); };
+  const auto is_nearer = [&](std::uint32_t a, std::uint32_t b) {
+    return distances_.distance(a) < distances_.distance(b);
+  };
   if (nearest_.begin() + most < end) std::nth_element(nearest_.begin(), nearest_.begin() + most, end, is_nearer);
   for (std::ptrdiff_t k = 0; k < most; ++k) {
     const std::uint32_t i = nearest_[static_cast<std::size_t>(k)];
