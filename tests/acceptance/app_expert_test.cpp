@@ -116,19 +116,6 @@ TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScores
   EXPECT_LT(percent(start), 1);
 }
 
-TEST(ExpertHand, TheRecordingOfAnExpertIsReplayedBitForBit) {
-  const test::ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write(
-      "scene.json",
-      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]},
-      "tool": "cylinder_010", "spindle": "air_turbine", "parts": ["haptics"],
-      "task": {"goal": "cut", "ideal": {"remove": [{"box": {"center_mm": [0, 0, 1.3], "size_mm": [2, 1.2, 0.6]}}]}}})");
-  const test::Ran ran = expect_ok(
-      folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5 --json", folder.path().string())));
-  EXPECT_GT(Json::parse(ran.out, "servo")["cuts"].number(), 500);
-  expect_ok(folder.run(fmt::format("replay {}/out.h5 --check", folder.path().string())));
-}
-
 /// A cup of 16 mm in a block of bone, with voxels of 0.8 mm, as a hip is reamed.
 TEST(ExpertHand, InLargeVoxelsItFinishesAndPressesWithTheForceOfTheTask) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);

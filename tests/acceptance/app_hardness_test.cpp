@@ -149,7 +149,7 @@ TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes
   folder.write("kept.json", R"({"tissue": {"volume": "kept.vdb"}, "tool": "round_012", "parts": ["render"]})");
 
   // The mesh has the stroke's colour in its middle and the tissue's beside it.
-  ASSERT_EQ(folder.run("mesh " + (folder / "kept.json") + " --out " + (folder / "m.obj")).status, 0);
+  expect_ok(folder.run("mesh " + (folder / "kept.json") + " --out " + (folder / "m.obj")));
   std::istringstream lines(test::read_text(folder / "m.obj"));
   int middle = 0, beside = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -167,10 +167,8 @@ TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes
   folder.write("rig.json", R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4,-3,2],
     "lower_right": [4,-3,2], "upper_left": [-4,3,2]}, "pixels": [160, 120], "layout": "mono"},
     "head": {"eye_center_mm": [0, 0, 400], "ipd_mm": 64}})");
-  ASSERT_EQ(
-      folder.run("render " + (folder / "kept.json") + " --rig " + (folder / "rig.json") + " --out " + (folder / "out"))
-          .status,
-      0);
+  expect_ok(folder.run("render " + (folder / "kept.json") + " --rig " + (folder / "rig.json") + " --out " +
+                       (folder / "out")));
   const render::Picture picture = render::read_png(folder / "out/screen.png");
   const auto redness = [&](int y) {  // red divided by green along the middle third of a row
     double r = 0, g = 0;
@@ -227,9 +225,7 @@ TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {
       "hand.csv",
       "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,24,1,0,0,0,0\n0.3,0,0,21,1,0,0,0,0\n0.6,0,0,21,1,0,0,0,0\n");
   const std::string session = folder / "s.h5";
-  ASSERT_EQ(
-      folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session).status,
-      0);
+  expect_ok(folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session));
   const ReplayResult replay = replay_session(session::SessionReader(session));
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   const auto last = session::SessionReader(session).ticks().back();

@@ -30,30 +30,20 @@ constexpr const char* kScene = R"({"name": "block", "description": "A block of e
  "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render", "debris", "record", "score"],
  "task": {"goal": {"en": "Drill a hole."}, "steps": [{"en": "Touch it.", "done": "touch"}, {"en": "Drill.", "done": "drill"}]}})";
 
-/// `typodont` on this desktop, its messages in a file.
+/// `typodont` on this desktop. TYPODONT_TEST: Ctrl+F12 acts as if the GPU had been reset.
 class Program {
  public:
-  Program(const ProgramFolder& folder, const std::string& arguments = "") : err_(folder / "err.txt") {
-    process_ = fork();
-    if (process_ == 0) {
-      setenv("TYPODONT_HOME", (folder / "home").c_str(), 1);
-      setenv("LC_ALL", "C", 1);
-      setenv("TYPODONT_TEST", "1", 1);  // Ctrl+F12: as if the GPU had been reset
-      execl("/bin/sh", "sh", "-c", fmt::format("exec {} {} >/dev/null 2>{}", TYPODONT_PROGRAM, arguments, err_).c_str(),
-            static_cast<char*>(nullptr));
-      _exit(127);
-    }
-  }
+  explicit Program(const ProgramFolder& folder, const std::string& arguments = "")
+      : folder_(folder),
+        process_(folder.start(arguments, fmt::format("DISPLAY={} LC_ALL=C TYPODONT_HOME={} TYPODONT_TEST=1",
+                                                     std::getenv("DISPLAY"), folder / "home"))) {}
   ~Program() {
-    if (process_ > 0 && waitpid(process_, nullptr, WNOHANG) == 0) {
-      kill(process_, SIGKILL);
-      waitpid(process_, nullptr, 0);
-    }
+    if (process_ > 0) folder_.finish(process_, SIGKILL);
   }
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  std::string said() const { return read_text(err_); }
+  std::string said() const { return folder_.said(); }
   /// Waits for a line of the program's messages that contains `words`. Returns the text after them. `minutes`: longest
   /// time to wait. Work of low priority hardly runs on a busy machine, so it needs more.
   std::string wait_for(const std::string& words, double minutes = 1.5) const {
@@ -82,8 +72,8 @@ class Program {
   }
 
  private:
-  std::string err_;
-  pid_t process_ = -1;
+  const ProgramFolder& folder_;
+  pid_t process_;
 };
 
 /// The user's folder and the keyboard, on any desktop.
@@ -209,6 +199,10 @@ struct OperatorWindow : ProgramWindow {
     Desktop::xdotool("search --name Typodont windowfocus");
     std::this_thread::sleep_for(300ms);
   }
+  /// The program with its window.
+  struct Opened : Program {
+    explicit Opened(OperatorWindow& test) : Program(test.folder) { test.open(*this); }
+  };
   /// Returns the height of the start page's window in pixels; the screen limits it.
   static int window_height() {
     const std::string window = Desktop::xdotool("search --name '^Typodont$'");
@@ -298,8 +292,7 @@ struct OperatorWindow : ProgramWindow {
 };
 
 TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone) {
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   EXPECT_TRUE(eventually([&] { return colours({460, 180}, {860, 480}) > 200; })) << "no picture of the exercise";
   start_the_block(program);
   press("minus");
@@ -323,8 +316,7 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
 
 TEST_F(OperatorWindow, TheKeysForCasesMakeOneWhileTheWindowTakesOtherKeysAndItIsSelected) {
   folder.write("home/limits.json", R"({"families": ["access-front"], "max_difficulty": 0.3})");
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   press("F12");
   press("ctrl+l");  // the case is being made, and the window changes its language
   const std::string made = program.wait_for("case made: ", 5);
@@ -340,8 +332,7 @@ TEST_F(OperatorWindow, TheKeysForCasesMakeOneWhileTheWindowTakesOtherKeysAndItIs
 
 TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
   let_the_hand_rest();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   start_the_block(program);
   press("Escape");
   program.wait_for("session ended");
@@ -350,8 +341,7 @@ TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
 
 TEST_F(OperatorWindow, AClickWithinTheFrameInWhichADragEndsIsNotLost) {
   let_the_hand_rest();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const int height = window_height();
   start_the_block(program);
   Desktop::xdotool("mousemove 640 300 mousedown 1");
@@ -364,8 +354,7 @@ TEST_F(OperatorWindow, AClickWithinTheFrameInWhichADragEndsIsNotLost) {
 
 TEST_F(OperatorWindow, TerminatingTheProgramDuringASessionSavesTheRecording) {
   let_the_hand_rest();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   start_the_block(program);
   program.terminate();
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
@@ -380,8 +369,7 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
     {"en": "3", "done": "redo"}, {"en": "4", "done": "view"}, {"en": "5", "done": "speed"}, {"en": "6", "done": "hold"}]}})");
   folder.write("home/scenes/zz_block.json", scene);
   let_the_hand_rest();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   start_the_block(program);
   program.wait_for("step 1 done");
   std::this_thread::sleep_for(4s);  // the hand has come to rest
@@ -399,8 +387,7 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
 
 TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   write_resting_hand();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const std::vector<std::string> own = windows();
   choose_block_and_script();
   press("Return");  // the address is typed
@@ -444,8 +431,7 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
 
 TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsResultIsShown) {
   write_resting_hand();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const std::vector<std::string> own = windows();
   choose_block_and_script();
   press("Return");  // the address is typed
@@ -484,8 +470,7 @@ TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsRes
 
 TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   let_the_hand_rest();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   start_the_block(program);
   press("ctrl+r");
   press("F10");
@@ -498,8 +483,7 @@ TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
 }
 
 TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTerminal) {
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   press("F8");
   program.wait_for("computer checked: ");
   press("F10");
@@ -577,8 +561,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
   put("../jaw", (shipped.parent_path() / "../jaw").string());
   put("\"voxel_mm\": 0.15", "\"voxel_mm\": 0.3");
   folder.write("home/scenes/zz_jaw.json", jaw);
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   press("ctrl+Up");
   press("ctrl+j");
   program.wait_for("jaw loaded: ");
@@ -614,8 +597,7 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   int number = 0;
   for (const DicomImage& image : slices_of(tooth.scan(), tooth.size, tooth.spacing, {}))
     write(scan / fmt::format("{}_{:03}", kPatientId, number++), dicom_bytes(image));
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
   EXPECT_TRUE(drop_on(window, {scan.string(), (folder / "hand.csv")}));
   program.wait_for("Drop one file, one folder, or the meshes of one mouth.");
@@ -684,8 +666,7 @@ TEST_F(OperatorWindow, ADroppedSurfaceScanIsCarvedAsItIs) {
     }
   }
   const std::filesystem::path file = write_stl("scanner.stl", scan);
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
   const render::Picture start = desktop.screen(kScreen);
   EXPECT_TRUE(drop_on(window, {file.string()}));
@@ -751,8 +732,7 @@ TEST_F(OperatorWindow, ARaggedScanIsDroppedImportedAndCarvedWithTheMouseAlone) {
     std::this_thread::sleep_for(300ms);
     Desktop::xdotool("click 1");
   };
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const std::string window = Desktop::xdotool("search --name '^Typodont$'");
   const int height = window_height();
   const render::Picture start = desktop.screen(kScreen);
@@ -786,8 +766,7 @@ TEST_F(OperatorWindow, AnIntraoralScanIsLaidOverAJawByThreePairsOfClicks) {
   const Pose X_CS{dvec3(0.02, -0.03, 0.05), glm::angleAxis(2.0, glm::normalize(dvec3(1, 2, -1)))};
   const std::filesystem::path mesh = write_stl("crowns.stl", scanned(X_CS, 1)),
                               scan = write_nrrd("jaw.nrrd", jaw().phantom(), bytes_as<float>(jaw().scan()), "float");
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
   EXPECT_TRUE(drop_on(window, {scan.string()}));
   program.wait_for("labels computed: coarse");
@@ -825,8 +804,7 @@ TEST_F(OperatorWindow, LowerJawUpperJawAndBiteDroppedTogetherBecomeOneMouthThatI
   const std::vector<std::string> files{write_stl("lower.stl", test::true_surface()).string(),
                                        write_stl("upper.stl", test::moved(test::upper_jaw(), X_KW)).string(),
                                        write_stl("my bite.stl", test::bite_scan()).string()};
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
   const render::Picture start = desktop.screen(kScreen);
   EXPECT_TRUE(drop_on(window, files));
@@ -870,8 +848,7 @@ TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
     EXPECT_EQ(program.wait_for_end(), 1) << program.said();
   };
   for (const std::function<void(Program&)>& end : {std::function(terminated), std::function(failed)}) {
-    Program program(folder);
-    open(program);
+    Opened program(*this);
     ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
     end(program);
     const std::string exercise = program.wait_for("kept as an exercise: ");
@@ -882,8 +859,7 @@ TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
 }
 
 TEST_F(OperatorWindow, LeavingUnsavedWorkAsksWhetherToKeepOrDiscardIt) {
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
   press("F10");
   program.wait_for("session ended");
@@ -943,8 +919,7 @@ TEST_F(OperatorWindow, TheListOfSessionsComputesMissingScores) {
                                    folder / "hand.csv", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5")));
   const Ran scored = expect_ok(folder.run(fmt::format(
       "report {} --json --out {}", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5", folder / "r.html")));
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   press("F7");
   const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ", 15);
   EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number(), 0.051);
@@ -959,8 +934,7 @@ TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
               {2, 17.5, 1},
               {4, 16.8, 1},
               {100, 13.5, 1}});  // drills until it is told to end
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   choose_block_and_script();
   press("F5");
   program.wait_for("step 2 done");
@@ -979,8 +953,7 @@ TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
 
 TEST_F(OperatorWindow, KeysMakeAFilmAndALearningCurveAndCancelledWorkLeavesNoFile) {
   shorten_the_session();
-  Program program(folder);
-  open(program);
+  Opened program(*this);
   choose_block_and_script();
   press("F5");
   const std::filesystem::path report = program.wait_for("report written: ");

@@ -1,7 +1,6 @@
 // Tests how the commands treat recordings that are damaged, come from other persons, have gaps, or could not be
 // written.
 #include <gmock/gmock.h>
-#include <hdf5.h>
 
 #include <functional>
 #include <map>
@@ -12,6 +11,7 @@
 #include "engine/base/json.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
+#include "tests/support/hdf5_edit.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -41,12 +41,11 @@ class Recordings : public testing::Test {
   std::string at() const { return folder.path().string(); }
   Ran check() { return folder.run(fmt::format("replay {}/s.h5 --check", at())); }
 
-  void change(const std::function<void(hid_t)>& work) {
+  /// Changes a copy of the good recording.
+  template <class Work>
+  void change(Work&& work) {
     std::filesystem::copy_file(folder / "good.h5", file, std::filesystem::copy_options::overwrite_existing);
-    const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-    ASSERT_GE(h5, 0);
-    work(h5);
-    ASSERT_GE(H5Fclose(h5), 0);
+    change_hdf5(file, work);
   }
   void set_text(const char* path, const std::string& text) {
     change([&](hid_t h5) {
@@ -59,15 +58,10 @@ class Recordings : public testing::Test {
       H5Dclose(dataset), H5Sclose(space), H5Tclose(type);
     });
   }
-  void set(const char* path, hsize_t row, hid_t type, const void* value) {
-    change([&](hid_t h5) {
-      const hid_t dataset = H5Dopen2(h5, path, H5P_DEFAULT), space = H5Dget_space(dataset);
-      const hsize_t one = 1;
-      const hid_t memory = H5Screate_simple(1, &one, nullptr);
-      H5Sselect_hyperslab(space, H5S_SELECT_SET, &row, nullptr, &one, nullptr);
-      EXPECT_GE(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, value), 0);
-      H5Sclose(memory), H5Sclose(space), H5Dclose(dataset);
-    });
+  template <class T>
+  void set(const char* path, hsize_t row, T value) {
+    change([](hid_t) {});
+    set_hdf5(file, path, row, value);
   }
   /// Writes the same session without these ticks and cuts, as after a full disk.
   void leave_out(std::uint64_t first_tick, std::uint64_t ticks) {
@@ -86,11 +80,6 @@ class Recordings : public testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
   const std::filesystem::path file = folder / "s.h5";
 };
-
-TEST_F(Recordings, TheReplayIsIdenticalToTheRecordingInEveryColumn) {
-  const Ran ran = expect_ok(check());
-  EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
-}
 
 TEST_F(Recordings, AReplayWithChangedSettingsStatesWhatWasComparedWithWhat) {
   const std::string command = fmt::format("replay {} --with '{{\"friction\": false}}' --check", file.string());
@@ -138,7 +127,7 @@ TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   ASSERT_GT(whole.cuts().size(), 100u);
   const hsize_t cut = 50, tick = 900;
   const auto expect = [&](const char* path, hsize_t row, double value, const std::string& words) {
-    set(path, row, H5T_NATIVE_DOUBLE, &value);
+    set(path, row, value);
     expect_exit(check(), 1, words);
   };
   expect("cuts/b_x_m", cut, whole.cuts()[cut].X_WB.p.x + 1e-9, "b_x_m of cut 51");
@@ -199,8 +188,7 @@ TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("no: the score trusts this file"));
   EXPECT_EQ(report("--verify").status, 0);
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("yes, identical in every column"));
-  const double removed = 0;
-  set("cuts/removed_enamel_m3", 50, H5T_NATIVE_DOUBLE, &removed);
+  set("cuts/removed_enamel_m3", 50, 0.0);
   expect_exit(report("--verify"), 1, "the replay differs: removed_enamel_m3 of cut 51");
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("differs from this recording: removed_enamel_m3 of cut 51"));
 }
@@ -233,11 +221,9 @@ TEST_F(Recordings, CutsInsertedFromAnotherSessionAreDetected) {
 }
 
 TEST_F(Recordings, EveryCommandExitsWithTwoOnDamagedNumbers) {
-  const std::uint64_t index = 3;
-  const double radius = 0.4;
   const std::vector<std::function<void()>> damages = {
-      [&] { set("cuts/index", 20, H5T_NATIVE_UINT64, &index); },
-      [&] { set("cuts/fill_radius_m", 20, H5T_NATIVE_DOUBLE, &radius); },
+      [&] { set("cuts/index", 20, std::uint64_t{3}); },
+      [&] { set("cuts/fill_radius_m", 20, 0.4); },
   };
   for (const auto& damage : damages) {
     damage();

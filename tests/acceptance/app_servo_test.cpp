@@ -134,21 +134,6 @@ TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsItsWork)
   }
 }
 
-TEST(ServoCommand, SavedTissueCanBeUsedAsAScene) {
-  ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", drill_scene());
-  press(folder, 1.0);
-  ASSERT_EQ(folder
-                .run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --save {0}/after.vdb",
-                                 folder.path().string()))
-                .status,
-            0);
-  folder.write("again.json", R"({"tissue": {"volume": "after.vdb"}, "tool": {"shape": "sphere", "diameter_mm": 1.2}})");
-  folder.write("still.csv", std::string(kHeader) + "0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
-  expect_ok(
-      folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string())));
-}
-
 std::string tray_scene() {
   return R"({"name": "tray", "tissue": {"voxel_mm": 0.1, "solids": [
     {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
@@ -249,11 +234,9 @@ TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   }
 }
 
-class LiveSessionWith : public testing::TestWithParam<const char*> {};
-
-TEST_P(LiveSessionWith, AScriptedHandIsRecordedAndReplaysBitForBit) {
+TEST(LiveSession, WithAnIntermediateSurfaceReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", drill_scene(fmt::format(R"(, "model": {})", GetParam())));
+  folder.write("scene.json", drill_scene(R"(, "model": {"offset": {"intermediate_surface": {}}})"));
   std::int64_t cuts = 0;
   for (int seconds = 1; seconds <= 64 && cuts <= 50; seconds *= 4) {
     // On a busy machine, the carver thread gets little processor time and makes few cuts in a second. The test then
@@ -267,9 +250,6 @@ TEST_P(LiveSessionWith, AScriptedHandIsRecordedAndReplaysBitForBit) {
   }
   EXPECT_GT(cuts, 50);
 }
-INSTANTIATE_TEST_SUITE_P(Models, LiveSessionWith,
-                         testing::Values(R"("offset")", R"({"offset": {"intermediate_surface": {}}})"));
-
 TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());

@@ -447,11 +447,8 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
   folder.write("other.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,"
                "-1.5,0,1.6,1,0,0,0,1\n");
-  ASSERT_EQ(folder
-                .run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " +
-                     (folder / "ideal.h5"))
-                .status,
-            0);
+  expect_ok(folder.run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " +
+                       (folder / "ideal.h5")));
   folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
   const auto percent_of = [&](const std::string& hand) {
     expect_ok(

@@ -1,10 +1,8 @@
 // Tests `typodont sound` as users run it: the program, its files, and its exit statuses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <regex>
 
@@ -16,6 +14,7 @@
 #include "engine/base/units.h"
 #include "engine/render/picture.h"
 #include "tests/support/audio_signals.h"
+#include "tests/support/program.h"
 
 namespace typodont::audio {
 namespace {
@@ -25,27 +24,16 @@ using ::testing::HasSubstr;
 
 class SoundCommand : public ::testing::Test {
  protected:
-  struct Result {
-    int status;
-    std::string out, err;
-  };
-  Result run(const std::string& arguments) {
-    const auto out = folder_ / "stdout", err = folder_ / "stderr";
-    const std::string line =
-        std::string(TYPODONT_PROGRAM) + " sound " + arguments + " > " + out.string() + " 2> " + err.string();
-    const int status = std::system(line.c_str());
-    return {WEXITSTATUS(status), read_text(out), read_text(err)};
+  Ran run(const std::string& arguments) const { return folder_.run("sound " + arguments); }
+  std::string path(const std::string& name) const { return folder_ / name; }
+  /// Returns the number of files, without the program's output.
+  std::ptrdiff_t files_left() const {
+    const std::filesystem::directory_iterator files(folder_.path());
+    return std::count_if(begin(files), end(files),
+                         [](const auto& e) { return e.path().filename().string()[0] != '.'; });
   }
-  std::string path(const std::string& name) { return (folder_ / name).string(); }
-  std::size_t files_left() {
-    std::size_t count = 0;
-    for (const auto& e : std::filesystem::directory_iterator(std::filesystem::path(path("x")).parent_path())) {
-      const auto name = e.path().filename().string();
-      count += name != "stdout" && name != "stderr";
-    }
-    return count;
-  }
-  Folder folder_;
+
+  ProgramFolder folder_{TYPODONT_PROGRAM};
 };
 
 const std::string kMicromotor = "assets/sounds/micromotor_steady.wav";

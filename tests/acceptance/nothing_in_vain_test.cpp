@@ -333,9 +333,7 @@ TEST_F(Work, NeighbourTeethAreMeshedOnlyOnce) {
 
 TEST_F(Work, AMinimisedWindowDrawsNoFrameUntilItIsRestored) {
   hand(208, 8, 1, 120);  // to and fro before the eyes: every frame differs from the last
-  folder.write("rig.json", R"({"display": "window", "screen": {"corners_mm": {"lower_left": [5, -15, 200],
-    "lower_right": [45, -15, 200], "upper_left": [5, 15, 200]}, "pixels": [320, 240], "layout": "mono"},
-    "head": {"eye_center_mm": [25, 0, 500], "ipd_mm": 63}})");
+  folder.write("rig.json", rig_at(25));
   const test::Desktop desktop;
   const pid_t child = folder.start(
       fmt::format("run {} --rig {} --hand script:{} --pedal none --audio none: --record {}",

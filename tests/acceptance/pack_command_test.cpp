@@ -27,9 +27,8 @@ class PackCommand : public ::testing::Test {
 };
 
 TEST_F(PackCommand, TheSummaryAgreesWithTheWrittenPacking) {
-  const auto ran = folder.run("pack " + scene() + " --spheres 1500 --seed 3 --json --out " + folder / "p.h5" +
-                              " --preview " + folder / "p.png");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("pack " + scene() + " --spheres 1500 --seed 3 --json --out " + folder / "p.h5" +
+                                        " --preview " + folder / "p.png"));
   const Json json = Json::parse(ran.out, "summary");
   const SpherePacking p = session::load_packing(folder / "p.h5");
   EXPECT_EQ(json["spheres"].integer(), 1500);
@@ -45,14 +44,12 @@ TEST_F(PackCommand, ClosedMeshesArePackedAndOpenOnesRefused) {
   const std::string tetrahedron = "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\n";
   folder.write("closed.obj", tetrahedron + "f 1 4 3\n");
   folder.write("open.obj", tetrahedron);
-  const auto closed =
-      folder.run("pack " + scene(R"({"mesh": {"file": "closed.obj"}})") + " --spheres 200 --out " + folder / "m.h5");
-  EXPECT_EQ(closed.status, 0) << closed.err;
+  expect_ok(
+      folder.run("pack " + scene(R"({"mesh": {"file": "closed.obj"}})") + " --spheres 200 --out " + folder / "m.h5"));
   EXPECT_EQ(session::load_packing(folder / "m.h5").size(), 200u);
-  const auto open =
-      folder.run("pack " + scene(R"({"mesh": {"file": "open.obj"}})") + " --spheres 200 --out " + folder / "o.h5");
-  EXPECT_EQ(open.status, 2);
-  EXPECT_THAT(open.err, HasSubstr("open.obj"));
+  expect_exit(
+      folder.run("pack " + scene(R"({"mesh": {"file": "open.obj"}})") + " --spheres 200 --out " + folder / "o.h5"), 2,
+      "open.obj");
   EXPECT_FALSE(std::filesystem::exists(folder / "o.h5"));
 }
 
@@ -110,9 +107,8 @@ class FitMaterial : public ::testing::Test {
   std::string ticks(const std::string& scene, double to_z) {
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5.9,1,0,0,0,1\n2,0,0," +
                                  std::to_string(to_z) + ",1,0,0,0,1\n");
-    const auto ran =
-        folder.run("servo " + scene + " --no-timing --hand " + folder / "hand.csv" + " --out " + folder / "ticks.csv");
-    EXPECT_EQ(ran.status, 0) << ran.err;
+    expect_ok(
+        folder.run("servo " + scene + " --no-timing --hand " + folder / "hand.csv" + " --out " + folder / "ticks.csv"));
     return folder / "ticks.csv";
   }
   test::ProgramFolder folder{TYPODONT_PROGRAM};
@@ -122,9 +118,8 @@ TEST_F(FitMaterial, ARecordedForceCurveGivesDensitiesForTheSceneAndAPlot) {
   const std::string block = scene("scene.json", "[8, 8, 4]");
   // The recorded block is twice as hard as the scene says.
   const std::string hard = scene("hard.json", "[8, 8, 4]", R"(, "density": {"cancellous_bone": 0.1})");
-  const auto ran = folder.run("fit-material " + ticks(hard, 4.0) + " --scene " + block + " --json --out " +
-                              folder / "m.json" + " --plot " + folder / "fit.svg");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("fit-material " + ticks(hard, 4.0) + " --scene " + block + " --json --out " +
+                                        folder / "m.json" + " --plot " + folder / "fit.svg"));
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_GT(json["force_max_N"].number(), 1);
   EXPECT_GT(json["fitted_spheres"].integer(), 5);
@@ -166,9 +161,8 @@ TEST_F(FitMaterial, ATableOfTheSevenDocumentedColumnsFromOtherCodeGivesTheHardne
     const double rate = kPi * deep * (2 * kR - deep) * kFeed;  // mm³/s
     table += fmt::format("{},0.4,-0.2,{},0,0,{}\n", t, z, kHardness * 3 * rate * newtons_per_watt);
   }
-  const auto ran = folder.run("fit-material " + folder.write("machine.csv", table) + " --scene " + block +
-                              " --json --out " + folder / "m.json");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("fit-material " + folder.write("machine.csv", table) + " --scene " + block +
+                                        " --json --out " + folder / "m.json"));
   const Json material = Json::load(folder / "m.json");
   // Equation 14 changes a sphere by its part of the overlap, so spheres at the rim keep the hardness of the start, 1.
   std::vector<double> hardness;
@@ -193,7 +187,7 @@ TEST_F(FitMaterial, ACurveWithoutContactAndADivergingStepAreRefusedWithAReasonAn
 }
 
 TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
-  ASSERT_EQ(folder.run("pack " + scene() + " --spheres 300 --out " + folder / "p.h5").status, 0);
+  expect_ok(folder.run("pack " + scene() + " --spheres 300 --out " + folder / "p.h5"));
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
   folder.write("other.json", R"({"name": "other", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
       "solid": {"sphere": {"radius_mm": 1.9}}}]}, "tool": "round_012", "model": {"packing": {"file": "p.h5"}}})");
@@ -206,8 +200,7 @@ TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
 
 TEST_F(PackCommand, WithoutARigTheSceneOfTheHipIsDrawnWithItsOwnRig) {
   const std::string look = " --eye left --size 64x48 --quality bare --out " + folder / "hip";
-  const auto ran = folder.run("render acetabular-reaming --json" + look);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("render acetabular-reaming --json" + look));
   EXPECT_THAT(Json::parse(ran.out, "frame")["rig"].string(), testing::EndsWith("rigs/hip.json"));
   folder.write("bad.json", R"({"tissue": {"voxel_mm": 1, "solids": []}, "tool": "round_012", "rig": "nowhere"})");
   EXPECT_THAT(folder.run("render " + folder / "bad.json" + look).err, HasSubstr("nowhere: found no such file"));
@@ -221,8 +214,7 @@ TEST_F(PackCommand, TheViewOfTheSpheresShowsAllSpheresAndIsRefusedForOtherModels
   folder.write("spheres.json", R"({"name": "s", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
       "solid": {"sphere": {"center_mm": [6.8, 6, 18], "radius_mm": 2}}}]}, "tool": "round_012",
       "model": {"packing": {"spheres": 500}}})");
-  const auto ran = folder.run("render " + folder / "spheres.json" + look);
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  expect_ok(folder.run("render " + folder / "spheres.json" + look));
   const Json frame = Json::load(folder / "look/frame.json");
   EXPECT_EQ(frame["spheres"].integer(), 500);
   EXPECT_GT(frame["timing"]["frames_per_second"].number(), 0);

@@ -145,23 +145,12 @@ TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {
 
 /// A mono WAV of 16 bits.
 void write_tone(const std::filesystem::path& file, std::uint32_t samples) {
-  std::ofstream out(file, std::ios::binary);
-  const auto u32 = [&](std::uint32_t v) { out.write(reinterpret_cast<const char*>(&v), 4); };
-  const auto u16 = [&](std::uint16_t v) { out.write(reinterpret_cast<const char*>(&v), 2); };
-  out << "RIFF";
-  u32(36 + 2 * samples);
-  out << "WAVEfmt ";
-  u32(16);
-  u16(1);
-  u16(1);
-  u32(48000);
-  u32(96000);
-  u16(2);
-  u16(16);
-  out << "data";
-  u32(2 * samples);
-  for (std::uint32_t i = 0; i < samples; ++i)
-    u16(static_cast<std::uint16_t>(static_cast<std::int16_t>(8000 * std::sin(0.1 * i))));
+  const auto bytes = [](auto number) { return std::string(reinterpret_cast<const char*>(&number), sizeof number); };
+  const std::uint16_t one = 1, two = 2, bits = 16;
+  std::string wav = "RIFF" + bytes(36 + 2 * samples) + "WAVEfmt " + bytes(16u) + bytes(one) + bytes(one) +
+                    bytes(48000u) + bytes(96000u) + bytes(two) + bytes(bits) + "data" + bytes(2 * samples);
+  for (std::uint32_t i = 0; i < samples; ++i) wav += bytes(static_cast<std::int16_t>(8000 * std::sin(0.1 * i)));
+  std::ofstream(file, std::ios::binary) << wav;
 }
 
 TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {

@@ -283,6 +283,7 @@ TEST(IntermediateSurface, TheLedgerHoldsAndNoTickAllocates) {
     EXPECT_GT(bench.last.cuts, 0u);
     const test::NoAlloc guard;
     for (int i = 0; i < 50; ++i) bench.servo.tick({bench.t + i * 1'000'000, {{0, 0, kTop + 0.4e-3}}, 1}, out, cut);
+    EXPECT_EQ(guard.count(), 0u) << hz;
   }
 }
 

@@ -124,6 +124,9 @@ struct MeasureWorsening {
   const char* name;
   double target;  // target in the measure's unit
   void (*set)(ScoreInput&, double value);
+  Best best = Best::kAtMost;
+  bool is_size = false;  // never below zero
+  double step = 1;       // number of its units in one step for which also an integer changes
 };
 const MeasureWorsening kMeasures[] = {
     {"residual_caries_mm3", 0, [](ScoreInput& in, double v) { in.after[kCaries] = v * 1e-9; }},
@@ -133,13 +136,13 @@ const MeasureWorsening kMeasures[] = {
     {"over_cut_depth_mm", 0, [](ScoreInput& in, double v) { in.cavity->over.depth = v * 1e-3; }},
     {"under_cut_depth_mm", 0, [](ScoreInput& in, double v) { in.cavity->under.depth = v * 1e-3; }},
     {"contour_rms_um", 0, [](ScoreInput& in, double v) { in.cavity->contour = v * 1e-6; }},
-    {"floor_depth_mm", 2, [](ScoreInput& in, double v) { in.cavity->floor_depth = v * 1e-3; }},
+    {"floor_depth_mm", 2, [](ScoreInput& in, double v) { in.cavity->floor_depth = v * 1e-3; }, Best::kNear},
     {"floor_flatness_um", 0, [](ScoreInput& in, double v) { in.cavity->floor_flatness = v * 1e-6; }},
     {"floor_tilt_deg", 0, [](ScoreInput& in, double v) { in.cavity->floor_tilt = v * 3.14159265358979 / 180; }},
-    {"taper_deg", 6, [](ScoreInput& in, double v) { in.cavity->taper = v * 3.14159265358979 / 180; }},
-    {"axial_depth_mm", 1, [](ScoreInput& in, double v) { in.cavity->wall_depth = v * 1e-3; }},
-    {"isthmus_mm", 1.5, [](ScoreInput& in, double v) { in.cavity->isthmus = v * 1e-3; }},
-    {"wall_thickness_mm", 2, [](ScoreInput& in, double v) { in.cavity->wall_thickness = v * 1e-3; }},
+    {"taper_deg", 6, [](ScoreInput& in, double v) { in.cavity->taper = v * 3.14159265358979 / 180; }, Best::kNear},
+    {"axial_depth_mm", 1, [](ScoreInput& in, double v) { in.cavity->wall_depth = v * 1e-3; }, Best::kNear},
+    {"isthmus_mm", 1.5, [](ScoreInput& in, double v) { in.cavity->isthmus = v * 1e-3; }, Best::kNear},
+    {"wall_thickness_mm", 2, [](ScoreInput& in, double v) { in.cavity->wall_thickness = v * 1e-3; }, Best::kAtLeast},
     {"margin_roughness_um", 0, [](ScoreInput& in, double v) { in.cavity->margin_roughness = v * 1e-6; }},
     {"cup_center_mm", 0, [](ScoreInput& in, double v) { in.cavity->cup_offset = v * 1e-3; }},
     {"cup_radius_mm", 30,
@@ -152,17 +155,20 @@ const MeasureWorsening kMeasures[] = {
     {"neighbour_removed_mm3", 0, [](ScoreInput& in, double v) { in.damage->neighbour_volume = v * 1e-9; }},
     {"protected_removed_mm3", 0, [](ScoreInput& in, double v) { in.cavity->kept_removed = v * 1e-9; }},
     {"pulp_removed_mm3", 0, [](ScoreInput& in, double v) { in.after[kPulp] = in.before[kPulp] - v * 1e-9; }},
-    {"pulp_distance_mm", 1, [](ScoreInput& in, double v) { in.cavity->pulp_distance = v * 1e-3; }},
+    {"pulp_distance_mm", 1, [](ScoreInput& in, double v) { in.cavity->pulp_distance = v * 1e-3; }, Best::kAtLeast},
     {"pulp_exposed_mm2", 0, [](ScoreInput& in, double v) { in.cavity->pulp_exposed = v * 1e-6; }},
     {"lesions_found_percent", 100,
-     [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
-    {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); }},
-    {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }},
+     [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); },
+     Best::kAtLeast},
+    {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); },
+     Best::kAtMost, false, 5},
+    {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }, Best::kAtLeast},
     {"sites_within_1mm_percent", 100,
      [](ScoreInput& in, double v) {
        in.explore->sites.assign(1000, {0, 0.0011, 0});
        for (std::size_t i = 0; static_cast<double>(i) < 10 * v; ++i) in.explore->sites[i].reading = 0.0009;
-     }},
+     },
+     Best::kAtLeast},
     {"probing_force_N", 0.3,
      [](ScoreInput& in, double v) {
        in.explore->sites.assign(1, {0, 0, 0});
@@ -172,18 +178,21 @@ const MeasureWorsening kMeasures[] = {
      [](ScoreInput& in, double v) {
        in.implant->phases.assign(1000, {});
        for (std::size_t i = 0; i < 1000; ++i) in.implant->phases[i].done = static_cast<double>(i) < 10 * v;
-     }},
+     },
+     Best::kAtLeast},
     {"implant_entry_mm", 0.3, [](ScoreInput& in, double v) { in.implant->bed.entry_error = v * 1e-3; }},
     {"implant_apex_mm", 0.5, [](ScoreInput& in, double v) { in.implant->bed.apex_error = v * 1e-3; }},
     {"implant_angle_deg", 1, [](ScoreInput& in, double v) { in.implant->bed.axis_error = v * 3.14159265358979 / 180; }},
-    {"bed_depth_mm", 12, [](ScoreInput& in, double v) { in.implant->bed.depth = v * 1e-3; }},
-    {"bed_diameter_mm", 4.2, [](ScoreInput& in, double v) { in.implant->bed.diameter = v * 1e-3; }},
+    {"bed_depth_mm", 12, [](ScoreInput& in, double v) { in.implant->bed.depth = v * 1e-3; }, Best::kNear, true},
+    {"bed_diameter_mm", 4.2, [](ScoreInput& in, double v) { in.implant->bed.diameter = v * 1e-3; }, Best::kNear, true},
     {"bed_ovality_mm", 0, [](ScoreInput& in, double v) { in.implant->bed.ovality = v * 1e-3; }},
     {"cortical_perforation_percent", 0, [](ScoreInput& in, double v) { in.implant->bed.perforated = v / 100; }},
-    {"canal_distance_mm", 2, [](ScoreInput& in, double v) { in.implant->bed.canal_distance = v * 1e-3; }},
-    {"neighbour_distance_mm", 1.5, [](ScoreInput& in, double v) { in.implant->bed.neighbour_distance = v * 1e-3; }},
-    {"insertion_torque_Ncm", 35, [](ScoreInput& in, double v) { in.implant->insertion_torque = v / 100; }},
-    {"bone_contact_percent", 90, [](ScoreInput& in, double v) { in.implant->bone_contact = v / 100; }},
+    {"canal_distance_mm", 2, [](ScoreInput& in, double v) { in.implant->bed.canal_distance = v * 1e-3; },
+     Best::kAtLeast},
+    {"neighbour_distance_mm", 1.5, [](ScoreInput& in, double v) { in.implant->bed.neighbour_distance = v * 1e-3; },
+     Best::kAtLeast},
+    {"insertion_torque_Ncm", 35, [](ScoreInput& in, double v) { in.implant->insertion_torque = v / 100; }, Best::kNear},
+    {"bone_contact_percent", 90, [](ScoreInput& in, double v) { in.implant->bone_contact = v / 100; }, Best::kAtLeast},
     {"over_force_s", 0, [](ScoreInput& in, double v) { in.implant->over_force = v; }},
     {"pulp_heating_K", 3, [](ScoreInput& in, double v) { in.heat->pulp_max = 37 + v; }},
     {"bone_temperature_C", 44, [](ScoreInput& in, double v) { in.implant->hottest = v; }},
@@ -192,14 +201,35 @@ const MeasureWorsening kMeasures[] = {
     {"path_length_mm", 100, [](ScoreInput& in, double v) { in.hand.path_length = v * 1e-3; }},
     {"time_s", 600, [](ScoreInput& in, double v) { in.hand.time = v; }},
     {"contact_time_s", 300, [](ScoreInput& in, double v) { in.hand.contact_time = v; }},
-    {"strokes", 10, [](ScoreInput& in, double v) { in.hand.strokes = static_cast<int>(std::ceil(v)); }},
+    {"strokes", 10, [](ScoreInput& in, double v) { in.hand.strokes = static_cast<int>(std::ceil(v)); }, Best::kAtMost,
+     false, 5},
     {"tremor_rms_um", 100, [](ScoreInput& in, double v) { in.hand.tremor_rms = v * 1e-6; }},
 };
 
-bool is_implants(std::string_view name) {
-  constexpr std::string_view kStarts[] = {"implant_",           "bed_",       "cortical_", "canal_",
-                                          "neighbour_distance", "insertion_", "bone_",     "over_force"};
-  return std::any_of(std::begin(kStarts), std::end(kStarts), [&](auto start) { return name.starts_with(start); });
+/// A session that has every measure, for the law of the measure `name`.
+ScoreInput measured(Random& random, std::string_view name) {
+  constexpr std::string_view kExplore[] = {"lesions_found", "explored", "false_finds", "sites_within", "probing_force"};
+  constexpr std::string_view kImplant[] = {"implant_",           "bed_",       "cortical_", "canal_",
+                                           "neighbour_distance", "insertion_", "bone_",     "over_force"};
+  const auto starts = [&](std::string_view start) { return name.starts_with(start); };
+  ScoreInput in = perfect(random, false);
+  if (std::ranges::any_of(kExplore, starts)) {
+    in.explore.emplace();
+    in.explore->lesions = in.explore->found = 1000;
+    in.explore->explored = 1;
+    return in;
+  }
+  in.cavity.emplace();
+  in.cavity->has_ideal = true;
+  in.cavity->wanted = in.cavity->done = 1e-9;
+  in.damage = DamageMeasures{true, true, 0, 0, {}};
+  if (name == "pulp_heating_K") in.heat.emplace().pulp = true;
+  if (std::ranges::any_of(kImplant, starts)) {
+    in.implant.emplace();
+    in.implant->phases.assign(1, {});
+    in.implant->phases.front().done = in.implant->placed = in.implant->bed.found = true;
+  }
+  return in;
 }
 
 TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
@@ -210,54 +240,18 @@ TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
     EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
   Random random(4);
   for (const MeasureWorsening& m : kMeasures) {
-    const bool explores = std::string_view(m.name).find("found") != std::string_view::npos ||
-                          m.name == std::string_view("explored_percent") || m.name == std::string_view("false_finds") ||
-                          m.name == std::string_view("sites_within_1mm_percent") ||
-                          m.name == std::string_view("probing_force_N");
-    const bool at_least =
-        m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
-        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("sites_within_1mm_percent") ||
-        m.name == std::string_view("explored_percent") || m.name == std::string_view("implant_phases_percent") ||
-        m.name == std::string_view("canal_distance_mm") || m.name == std::string_view("neighbour_distance_mm") ||
-        m.name == std::string_view("bone_contact_percent");
-    const bool near = m.name == std::string_view("floor_depth_mm") || m.name == std::string_view("taper_deg") ||
-                      m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm") ||
-                      m.name == std::string_view("bed_depth_mm") || m.name == std::string_view("bed_diameter_mm") ||
-                      m.name == std::string_view("insertion_torque_Ncm");
     for (const double way : {1.0, -1.0}) {
-      if (way < 0 ? !(at_least || near) : at_least) continue;
-      ScoreInput in = perfect(random, false);
-      if (explores) {
-        in.explore.emplace();
-        in.explore->lesions = 1000;
-        in.explore->found = 1000;
-        in.explore->explored = 1;
-      } else {
-        in.cavity.emplace();
-        in.cavity->has_ideal = true;
-        in.cavity->wanted = in.cavity->done = 1e-9;
-        in.damage = DamageMeasures{true, true, 0, 0, {}};
-        if (m.name == std::string_view("pulp_heating_K")) in.heat.emplace().pulp = true;
-        if (is_implants(m.name)) {
-          in.implant.emplace();
-          in.implant->phases.assign(1, {});
-          in.implant->phases.front().done = in.implant->placed = in.implant->bed.found = true;
-        }
-      }
-      const ScoreRule rule{m.name, m.target, 10, 7, at_least ? Best::kAtLeast : near ? Best::kNear : Best::kAtMost,
-                           "",     true};
+      if (m.best != Best::kNear && (way > 0) != (m.best == Best::kAtMost)) continue;
+      ScoreInput in = measured(random, m.name);
+      const ScoreRule rule{m.name, m.target, 10, 7, m.best, "", true};
       m.set(in, m.target);
       const Score full = score(in, std::array{rule});
       ASSERT_EQ(full.items.size(), 1u) << m.name;
       EXPECT_NEAR(full.points, full.full, 1e-9) << m.name;
       double last = full.points;
       for (double off = 0.4; off < 40; off *= 1.7) {  // in steps for which also integer counts change
-        const bool a_size = at_least || m.name == std::string_view("bed_diameter_mm") ||
-                            m.name == std::string_view("bed_depth_mm");  // this measure is never below zero
-        if (way < 0 && a_size && m.target - off < 0) break;
-        m.set(in, m.target +
-                      way * off *
-                          (m.name == std::string_view("false_finds") || m.name == std::string_view("strokes") ? 5 : 1));
+        if (way < 0 && (m.best == Best::kAtLeast || m.is_size) && m.target - off < 0) break;
+        m.set(in, m.target + way * off * m.step);
         const double points = score(in, std::array{rule}).points;
         EXPECT_LT(points, last) << m.name << " off by " << way * off;
         last = points;

@@ -54,6 +54,7 @@ class Rig {
   virtual void attack(Attack attack) = 0;
   virtual dvec3 force() const = 0;    // N, of the motors on the hand
   virtual dvec3 at_wall() const = 0;  // m, the deepest point of the hand's way
+  virtual int pongs() const { return 0; }
 
  protected:
   /// Returns 0 where the hand turns outside the tissue, and 2 where it turns inside. SimTime begins at 1 s. At first
@@ -71,6 +72,7 @@ class HaplyRig : public Rig {
   std::unique_ptr<HapticDevice> open() override { return make_haply(std::make_unique<Wire>(*this), "emulated", {}); }
   dvec3 force() const override { return gone_ ? dvec3(0) : service_.force; }
   dvec3 at_wall() const override { return at(2); }
+  int pongs() const override { return service_.pongs; }
   void attack(Attack attack) override {
     attack_ = attack;
     if (attack == Attack::kClosed) to_client_ += HaplyService::frame("", 1, 8);
@@ -144,8 +146,7 @@ class HaplyRig : public Rig {
 class ArmRig : public Rig {
  public:
   ArmRig(SimTime& time, ArmProtocol protocol, std::uint32_t seed)
-      : Rig(time), protocol_(protocol), arm_(plain_arm()), board_(time, protocol, arm_, seed) {
-    board_.watchdog = false;  // whatever lets go is the host's doing
+      : Rig(time), protocol_(protocol), arm_(test::weightless_arm()), board_(time, protocol, arm_, seed) {
     board_.hand = [](double t) { return angles(swing(t)); };
   }
   std::unique_ptr<HapticDevice> open() override {
@@ -162,11 +163,6 @@ class ArmRig : public Rig {
   }
 
  private:
-  static Arm plain_arm() {
-    Arm arm = read_arm("assets/devices/woody_2019.json");
-    arm.mass_b = arm.mass_c = 0;  // so that zero force is zero current
-    return arm;
-  }
   static dvec3 angles(double swing) { return {0.02 * swing, 0.06 * swing, 1.5707963 + 0.01 * swing}; }
 
   ArmProtocol protocol_;
@@ -180,6 +176,7 @@ struct Outcome {
   bool stayed_zero = true;     // from then on until the hand was free
   bool came_back = false;      // force again in a later contact
   bool ended = false;          // read() said that the device is gone
+  std::uint32_t faults = 0;    // of the device, after the attack began
   double longest_read = 0;     // s, after the attack began
   double shortest_tick = 1;    // s between two samples, the same
   double worst_force = 0;      // N
@@ -246,6 +243,7 @@ Outcome run(Rig& rig, SimTime& time, Attack attack, Nanos after, double begins, 
   while (time.true_now() < end) {
     const Nanos before = time.true_now();
     const bool alive = hand.read(sample);
+    if (attacked) out.faults |= hand.faults();
     if (attacked && before >= began + 1'000'000) {
       out.longest_read = std::max(out.longest_read, to_seconds(time.true_now() - before));
       if (last > 0 && alive) out.shortest_tick = std::min(out.shortest_tick, to_seconds(sample.t - last));
@@ -278,10 +276,18 @@ Outcome run(Rig& rig, SimTime& time, Attack attack, Nanos after, double begins, 
 constexpr double kTwoMilliseconds = 0.0021;  // as seen in steps of 0.1 ms
 constexpr double kSpaced = 0.49e-3;          // s: two samples are at least half a period apart
 
-/// `make` builds the rig. `goes_on`: the contact must continue as without the attack; otherwise the force must become
-/// zero. `ends`: whether read() must report that the device is gone; if it has no value, both are allowed.
+/// An attack, and what must follow.
+struct Row {
+  const char* title;
+  Attack attack;
+  bool goes_on = false;              // the contact continues as without the attack; otherwise the force becomes zero
+  std::optional<bool> ends = false;  // read() reports that the device is gone; without a value, both are allowed
+  std::uint32_t faults = 0;          // that it must report
+};
+
 template <class Make>
-void campaign(Attack attack, bool goes_on, std::optional<bool> ends, Make make) {
+void campaign(const Row& row, Make make) {
+  const auto& [title, attack, goes_on, ends, faults] = row;
   Outcome reference;
   {
     SimTime time;
@@ -304,6 +310,9 @@ void campaign(Attack attack, bool goes_on, std::optional<bool> ends, Make make) 
     ASSERT_LT(o.longest_read, 0.15);
     ASSERT_GT(o.shortest_tick, kSpaced);
     ASSERT_EQ(o.ended, ends.value_or(o.ended));
+    ASSERT_EQ((o.faults & bits(Fault::kDeviceLost)) != 0, o.ended);
+    ASSERT_EQ(o.faults & faults, faults);
+    ASSERT_EQ(rig->pongs() > 0, attack == Attack::kPings || attack == Attack::kPingsAlone);
     if (goes_on) {
       ASSERT_LT(o.off_reference, 0.3);  // two milliseconds of that hand's way
     } else {
@@ -317,65 +326,40 @@ void campaign(Attack attack, bool goes_on, std::optional<bool> ends, Make make) 
   }
 }
 
-void haply(Attack attack, bool goes_on, bool ends) {
-  campaign(attack, goes_on, ends, [](SimTime& time) { return std::make_unique<HaplyRig>(time); });
+class HaplyAttacks : public testing::TestWithParam<Row> {};
+TEST_P(HaplyAttacks, AreNotFeltOrSetTheForceToZeroUntilTheHandIsFree) {
+  campaign(GetParam(), [](SimTime& time) { return std::make_unique<HaplyRig>(time); });
 }
-
-TEST(HaplyAttacks, AFloodOfPingsBetweenStatesIsNotFelt) {
-  haply(Attack::kPings, true, false);
-}
-TEST(HaplyAttacks, AFloodOfPingsAndNoStateIsALostDevice) {
-  haply(Attack::kPingsAlone, false, true);
-}
-TEST(HaplyAttacks, UnrequestedStatesDoNotSpeedUpTheServoAndAreNotFelt) {
-  haply(Attack::kUnasked, true, false);
-}
-TEST(HaplyAttacks, AFloodOfInvalidDataSetsTheForceToZero) {
-  haply(Attack::kRubbish, false, false);
-}
-TEST(HaplyAttacks, AServiceThatFallsSilentIsALostDevice) {
-  haply(Attack::kSilence, false, true);
-}
-TEST(HaplyAttacks, AServiceThatSaysGoodbyeIsALostDevice) {
-  haply(Attack::kClosed, false, true);
-}
-TEST(HaplyAttacks, AConnectionThatBreaksIsALostDevice) {
-  haply(Attack::kGone, false, true);
-}
-TEST(HaplyAttacks, AStateOfNansSetsTheForceToZeroUntilTheHandIsFree) {
-  haply(Attack::kNotANumber, false, false);
-}
-TEST(HaplyAttacks, AJumpingStateSetsTheForceToZeroUntilTheHandIsFree) {
-  haply(Attack::kLeap, false, false);
-}
-TEST(HaplyAttacks, FragmentedStatesAreNotFelt) {
-  haply(Attack::kPieces, true, false);
-}
-TEST(HaplyAttacks, AStalledProcessHasNoForceUntilTheHandIsFree) {
-  haply(Attack::kStalledServo, false, false);
-}
+INSTANTIATE_TEST_SUITE_P(Service, HaplyAttacks,
+                         testing::Values(Row{"AFloodOfPingsBetweenStatesIsNotFelt", Attack::kPings, true},
+                                         Row{"AFloodOfPingsAndNoStateIsALostDevice", Attack::kPingsAlone, false, true},
+                                         Row{"UnrequestedStatesDoNotSpeedUpTheServoAndAreNotFelt", Attack::kUnasked,
+                                             true},
+                                         Row{"AFloodOfInvalidDataSetsTheForceToZero", Attack::kRubbish, false, false,
+                                             bits(Fault::kBadInput)},
+                                         Row{"AServiceThatFallsSilentIsALostDevice", Attack::kSilence, false, true},
+                                         Row{"AServiceThatSaysGoodbyeIsALostDevice", Attack::kClosed, false, true},
+                                         Row{"AConnectionThatBreaksIsALostDevice", Attack::kGone, false, true},
+                                         Row{"AStateOfNansSetsTheForceToZeroUntilTheHandIsFree", Attack::kNotANumber},
+                                         Row{"AJumpingStateSetsTheForceToZeroUntilTheHandIsFree", Attack::kLeap},
+                                         Row{"FragmentedStatesAreNotFelt", Attack::kPieces, true},
+                                         Row{"AStalledProcessHasNoForceUntilTheHandIsFree", Attack::kStalledServo}),
+                         [](const auto& param) { return param.param.title; });
 
 class ArmAttacks : public testing::TestWithParam<ArmProtocol> {
  protected:
-  void attack(Attack attack, bool goes_on, std::optional<bool> ends) {
-    campaign(attack, goes_on, ends, [](SimTime& time) { return std::make_unique<ArmRig>(time, GetParam(), 1); });
+  static void attack(const Row& row) {
+    campaign(row, [](SimTime& time) { return std::make_unique<ArmRig>(time, GetParam(), 1); });
   }
 };
-
 TEST_P(ArmAttacks, UnrequestedReportsDoNotSpeedUpTheServoAndAreNotFelt) {
-  attack(Attack::kUnasked, true, false);
+  attack({"", Attack::kUnasked, true});
 }
 TEST_P(ArmAttacks, AFloodOfInvalidDataSetsTheForceToZero) {
-  attack(Attack::kRubbish, false, std::nullopt);  // now and then rubbish is a place where the arm could be
+  attack({"", Attack::kRubbish, false, std::nullopt});  // now and then rubbish is a place where the arm could be
 }
-std::string name_of_arm(const testing::TestParamInfo<ArmProtocol>& info) {
-  constexpr const char* kNames[] = {"HidV1", "HidV2", "RawHid", "Text"};
-  return kNames[static_cast<int>(info.param)];
-}
-INSTANTIATE_TEST_SUITE_P(Arms, ArmAttacks,
-                         testing::Values(ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid,
-                                         ArmProtocol::kText),
-                         name_of_arm);
+INSTANTIATE_TEST_SUITE_P(Arms, ArmAttacks, testing::ValuesIn(test::kArmProtocols),
+                         [](const auto& param) { return test::name_of(param.param); });
 
 }  // namespace
 }  // namespace typodont::haptics

@@ -209,22 +209,6 @@ class MockHid {
 const Bytes kSpaceMouseDescriptor{0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0xc0};
 const Bytes kArmDescriptor{0x06, 0xab, 0xff, 0x0a, 0x00, 0x02, 0xa1, 0x01, 0xc0};
 
-TEST(Umockdev, ASpaceMouseIsFoundListedAndSteers) {
-  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "", kSpaceMouseDescriptor);
-  const auto found = list_devices();
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].kind, "6-DoF mouse");
-  EXPECT_EQ(found[0].model, "SpaceNavigator");
-  EXPECT_TRUE(found[0].permitted);
-  auto hand = open_hand("spacemouse:", {});
-  HandSample sample;
-  for (int i = 0; i < 300; ++i) {
-    if (i % 10 == 0) mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0});
-    ASSERT_TRUE(hand->read(sample));
-  }
-  EXPECT_GT(sample.X_WT.p.x, 0.005);
-}
-
 TEST(Umockdev, AnArmIsFoundOpenedUsedAndLost) {
   struct Board : MockHid {
     Board() : MockHid(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor) {}

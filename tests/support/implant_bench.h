@@ -129,6 +129,11 @@ struct ImplantSession {
     tool = which;
     for (int i = 0; i < 600 && (i < 20 || tick.tool != which); ++i) tip_at({0, 0, 8});
   }
+  /// Takes this tool and lowers it onto the bone.
+  void land_with(std::uint32_t which) {
+    take(which);
+    land();
+  }
   /// Lowers the tool onto the bone.
   void land(double x_mm = 0, double y_mm = 0) {
     for (int i = 0; i <= 400; ++i) tip_at({x_mm, y_mm, 3.0 - 3.0 * i / 400});

@@ -35,12 +35,6 @@ bool has_chinese_font() {
   return display::can_write("已");
 }
 
-std::size_t placeholders(std::string_view text) {
-  std::size_t count = 0;
-  for (std::size_t at = 0; (at = text.find("{}", at)) != std::string_view::npos; ++at) ++count;
-  return count;
-}
-
 /// Returns texts with a tool, a speed, a force and the longest hint of a session.
 Hud hud_in(Language language) {
   Hud hud;
@@ -62,22 +56,12 @@ int letters(const Writing::Panel& panel) {
   return count;
 }
 
-TEST(HudTexts, ExistInThreeLanguagesWithTheSamePlaceholders) {
-  int texts = 0;
-  for (const std::string& key : keys_over_pictures()) {
-    if (!key.starts_with("hud.")) continue;
-    ++texts;
-    const std::string_view english = session::text(key, Language::kEnglish);
-    for (const Language language : kLanguages) {
-      const std::string_view text = session::text(key, language);
-      EXPECT_FALSE(text.empty()) << key;
-      EXPECT_EQ(placeholders(text), placeholders(english)) << key;
-      if (language != Language::kEnglish) {
-        EXPECT_NE(text, english) << key;
+TEST(HudTexts, DifferFromTheEnglishOnesInTheOtherLanguages) {
+  for (const std::string& key : keys_over_pictures())
+    for (const Language language : {Language::kGerman, Language::kChinese})
+      if (key.starts_with("hud.")) {
+        EXPECT_NE(session::text(key, language), session::text(key, Language::kEnglish)) << key;
       }
-    }
-  }
-  EXPECT_GT(texts, 30);
 }
 
 TEST(HudTexts, UseOnlyCharactersOfTheFont) {

@@ -151,6 +151,7 @@ TEST(Binaural, NeverAllocatesWhileItSounds) {
   const NoAlloc guard;
   ears.turn(at(1));
   ears.render(x, y);
+  EXPECT_EQ(guard.count(), 0u);
 }
 
 }  // namespace

@@ -108,39 +108,23 @@ class Recording : public ::testing::Test {
   Folder folder_;
 };
 
-TEST_F(Recording, OfSilenceIsRefused) {
-  EXPECT_THAT(refusal(std::vector<double>(48000, 0.0)), HasSubstr("silence"));
-  EXPECT_THAT(refusal(std::vector<double>(48000, 0.3)), HasSubstr("silence"));  // a constant is none either
-}
-
-TEST_F(Recording, WithClippingIsRefused) {
-  auto x = sound_of(resonance(0.8, 1.0, 0.5), 48000, 1);
-  for (double& v : x) v = std::clamp(v, -0.9, 0.9);
-  EXPECT_THAT(refusal(x, of_order("20")), HasSubstr("clipping"));
-}
-
-TEST_F(Recording, OfAPureToneIsRefused) {
-  std::vector<double> x(48000);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.5 * std::sin(0.3 * static_cast<double>(i));
-  EXPECT_THAT(refusal(x), HasSubstr("one tone at 22"));
-}
-
-TEST_F(Recording, TooShortForTheOrderIsRefusedAndSaysWhichOrderWouldDo) {
+TEST_F(Recording, ThatCannotBeFittedIsRefusedWithTheReason) {
+  const auto sound = sound_of(resonance(0.8, 1.0), 48000, 1);
+  auto clipped = sound_of(resonance(0.8, 1.0, 0.5), 48000, 1), no_number = sound;
+  for (double& v : clipped) v = std::clamp(v, -0.9, 0.9);
+  no_number[1234] = std::nan("");
+  std::vector<double> tone(48000);
+  for (std::size_t i = 0; i < tone.size(); ++i) tone[i] = 0.5 * std::sin(0.3 * static_cast<double>(i));
+  FitOptions magic;
+  magic.method = "magic";
+  for (const double constant : {0.0, 0.3})
+    EXPECT_THAT(refusal(std::vector<double>(48000, constant)), HasSubstr("silence"));
+  EXPECT_THAT(refusal(clipped, of_order("20")), HasSubstr("clipping"));
+  EXPECT_THAT(refusal(tone), HasSubstr("one tone at 22"));
   EXPECT_THAT(refusal(sound_of(resonance(0.8, 1.0), 1000, 1)), HasSubstr("an order of at most 100"));
-}
-
-TEST_F(Recording, WithASampleThatIsNoNumberIsRefusedWithItsPlace) {
-  auto x = sound_of(resonance(0.8, 1.0), 48000, 1);
-  x[1234] = std::nan("");
-  EXPECT_THAT(refusal(x), HasSubstr("sample 1234"));
-}
-
-TEST_F(Recording, AskedForInAnUnknownWayIsRefused) {
-  const auto x = sound_of(resonance(0.8, 1.0), 48000, 1);
-  FitOptions options;
-  options.method = "magic";
-  EXPECT_THAT(refusal(x, options), HasSubstr("burg, yule-walker or modified-covariance"));
-  EXPECT_THAT(refusal(x, of_order("12.5")), HasSubstr("--order"));
+  EXPECT_THAT(refusal(no_number), HasSubstr("sample 1234"));
+  EXPECT_THAT(refusal(sound, magic), HasSubstr("burg, yule-walker or modified-covariance"));
+  EXPECT_THAT(refusal(sound, of_order("12.5")), HasSubstr("--order"));
 }
 
 TEST_F(Recording, IsTrimmedOfSilenceAtBothEnds) {

@@ -71,6 +71,12 @@ class FakeBackend final : public StreamBackend {
   Card& card_;
 };
 
+struct OutputOnADevice : testing::Test {
+  Card card;
+  DeviceOutput output{std::make_unique<FakeBackend>(card), "", {}};
+  Marker marker;
+};
+
 TEST(Output, OfAnUnknownAddressIsRefusedNamingTheChoices) {
   for (const char* address : {"wav:", "speaker", "none:x", ""}) {
     EXPECT_THAT(test::refusal([&] { AudioOutput::open(address); }), HasSubstr("none:"));
@@ -103,12 +109,9 @@ TEST(Output, ToAFileContainsEverySampleAndTicksAtTheirTimes) {
   }
 }
 
-TEST(Output, OnADeviceATickSoundsWithinOneBufferAndTwoMilliseconds) {
+TEST_F(OutputOnADevice, ATickSoundsWithinOneBufferAndTwoMilliseconds) {
   // The card's clock is wrong by 40 ppm. The scheduler delays its callbacks by 0.1 ms on average, and sometimes by 2
   // ms.
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
   const Nanos start = now();
   std::mt19937 random(3);
   std::exponential_distribution<double> late(1 / 100e3);
@@ -140,10 +143,7 @@ TEST(Output, OnADeviceATickSoundsWithinOneBufferAndTwoMilliseconds) {
   for (const double d : delays) EXPECT_NEAR(d, mean, 1e-4);
 }
 
-TEST(Output, ToAStereoDeviceGivesBothEarsTheOneVoice) {
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
+TEST_F(OutputOnADevice, ToAStereoDeviceGivesBothEarsTheOneVoice) {
   marker.ticks = {0};
   output.start(marker.source(), 0);
   card.play(now(), 2);
@@ -190,10 +190,7 @@ TEST(Output, OfTwoChannelsGoesToTheFirstTwoOfADeviceOrAsTheirMeanToItsOnlyOne) {
   for (const float v : card.played) ASSERT_EQ(v, -0.125f);
 }
 
-TEST(Output, ALostDeviceIsReportedAndReopenedAtItsNewRate) {
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
+TEST_F(OutputOnADevice, ALostDeviceIsReportedAndReopenedAtItsNewRate) {
   output.start(marker.source(), 0);
   card.play(now());
   output.advance(100'000'000);
@@ -219,10 +216,7 @@ TEST(Output, ALostDeviceIsReportedAndReopenedAtItsNewRate) {
   EXPECT_EQ(output.sample_rate(), 44100);
 }
 
-TEST(Output, ToADeviceThatOnlyStopsCallingCountsAsLost) {
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
+TEST_F(OutputOnADevice, ToADeviceThatOnlyStopsCallingCountsAsLost) {
   output.start(marker.source(), 0);
   output.advance(300'000'000);
   EXPECT_EQ(output.stats().losses, 0u);
@@ -230,10 +224,7 @@ TEST(Output, ToADeviceThatOnlyStopsCallingCountsAsLost) {
   EXPECT_EQ(output.stats().losses, 1u);
 }
 
-TEST(Output, UnderrunsAreCountedAndReported) {
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
+TEST_F(OutputOnADevice, UnderrunsAreCountedAndReported) {
   output.start(marker.source(), 0);
   card.play(now(), 1, true);
   testing::internal::CaptureStderr();
@@ -242,10 +233,7 @@ TEST(Output, UnderrunsAreCountedAndReported) {
   EXPECT_EQ(output.stats().underruns, 1u);
 }
 
-TEST(Output, DoesNotAllocateInTheCallback) {
-  Card card;
-  DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
-  Marker marker;
+TEST_F(OutputOnADevice, DoesNotAllocateInTheCallback) {
   output.start(marker.source(), 0);
   std::vector<float> out(512);
   const NoAlloc guard;

@@ -359,6 +359,7 @@ TEST(JsonMessages, NameLineAndColumnOfInvalidJson) {
             "x.json: line 3, column 7: found text that is not JSON, expected valid JSON");
   EXPECT_THAT(refusal([] { Json::parse("{\"a\": [1, 2,\n", "x.json"); }), HasSubstr("x.json: line 2, column 1"));
   EXPECT_THAT(refusal([] { Json::parse("", "x.json"); }), HasSubstr("x.json: line 1, column 1"));
+  EXPECT_THAT(refusal([] { Json::parse(std::string(100000, '['), "x.json"); }), HasSubstr("nested"));
 }
 
 TEST(JsonMessages, NameLineAndKeyOfNumbersOutsideTheRangeOfDouble) {

@@ -155,13 +155,6 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   EXPECT_EQ(schema["properties"]["marks"]["items"]["properties"].keys().size(), 1u);
 }
 
-TEST(Json, GarbageIsAnErrorWithALine) {
-  EXPECT_THAT(refusal([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }), HasSubstr("x.json: line 3"));
-  EXPECT_THAT(refusal([] { Json::parse(R"({"a": 1, "a": 2})", "x.json"); }), HasSubstr("the key twice"));
-  EXPECT_THAT(refusal([] { Json::parse(std::string(100000, '['), "x.json"); }), HasSubstr("nested"));
-  EXPECT_THAT(refusal([] { Json::parse(R"({"a": 1e999})", "x.json"); }), HasSubstr("x.json"));
-}
-
 TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
   const auto file = temporary("nan.csv", "t_s,x_mm\n0,1\n0.1,nan\n");
   EXPECT_THAT(refusal([&] {

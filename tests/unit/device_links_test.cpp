@@ -209,19 +209,6 @@ TEST(HidArm, JointAnglesAreCorrectForEveryProtocolAndPassEveryLayer) {
   }
 }
 
-TEST(HidArm, ItsOwnWatchdogSetsZeroHalfASecondAfterTheHostWasKilled) {
-  test::SimTime time;
-  const Arm arm = read_arm("assets/devices/woody.json");
-  test::EmulatedArm board(time, ArmProtocol::kHidV1, arm, 1);
-  board.hand = [](double) { return dvec3(0, 0, kPi / 2); };
-  auto link = board.connect();
-  link->write(encode(ArmProtocol::kHidV1, {1, 0, 0}).span());  // and then the program sends nothing
-  time.advance(400'000'000);
-  EXPECT_GT(glm::length(board.force()), 0);
-  time.advance(200'000'000);
-  EXPECT_EQ(glm::length(board.force()), 0);
-}
-
 /// Emulates the Haply service on a real loopback socket.
 class HaplyServer {
  public:
@@ -278,70 +265,6 @@ TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
                 testing::HasSubstr("another program holds this device"));
   }
   claim("haply-test", "the service");
-}
-
-/// Emulates the same service in memory and in simulated time.
-class HaplyLink : public Link {
- public:
-  HaplyLink(test::SimTime& time, HaplyService& service) : time_(time), service_(service) {}
-  int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    if (service_.extra == "gone") return -1;
-    if (out_.empty()) {
-      time_.advance(timeout);
-      return 0;
-    }
-    const std::size_t n = std::min(buffer.size(), out_.size());
-    std::copy_n(out_.begin(), n, buffer.begin());
-    out_.erase(0, n);
-    return static_cast<int>(n);
-  }
-  bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    if (service_.extra == "gone") return false;
-    out_ += service_.feed({bytes.begin(), bytes.end()});
-    return true;
-  }
-  Nanos now() noexcept override { return time_.now(); }
-
- private:
-  test::SimTime& time_;
-  HaplyService& service_;
-  std::string out_;
-};
-
-TEST(Haply, FragmentsPingsAndRandomBytesBetweenStatesAreHandled) {
-  test::SimTime time;
-  HaplyService service;
-  auto device = make_haply(std::make_unique<HaplyLink>(time, service), "test", {});
-  HandSample sample;
-  ASSERT_TRUE(device->read(sample));
-  service.fragments = 7;
-  service.extra = HaplyService::frame("hello", 1, 9);
-  service.position.x = 0.05;
-  device->write({1, 2, 3}, dvec3(0));
-  ASSERT_TRUE(device->read(sample));
-  EXPECT_EQ(sample.X_WT.p.x, 0.05);
-  EXPECT_EQ(service.pongs, 1);
-  EXPECT_EQ(service.force, dvec3(1, 2, 3));
-  EXPECT_EQ(device->faults(), 0u);
-
-  service.extra = HaplyService::frame("{\"inverse3\":[{]");
-  device->write({1, 2, 3}, dvec3(0));
-  ASSERT_TRUE(device->read(sample));
-  EXPECT_TRUE(device->faults() & bits(Fault::kBadInput));
-}
-
-TEST(Haply, AServiceThatClosesOrVanishesIsALostDevice) {
-  for (const std::string& end : {HaplyService::frame("", 1, 8), std::string("gone")}) {
-    test::SimTime time;
-    HaplyService service;
-    auto device = make_haply(std::make_unique<HaplyLink>(time, service), "test", {});
-    HandSample sample;
-    ASSERT_TRUE(device->read(sample));
-    service.extra = end;
-    device->write({1, 0, 0}, dvec3(0));
-    EXPECT_FALSE(device->read(sample));
-    EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
-  }
 }
 
 /// A link with reports that arrive at given times.

@@ -14,7 +14,6 @@
 #include "haptics/sweep.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/program.h"
-#include "tests/support/undo_redo.h"
 
 namespace typodont {
 namespace {
@@ -97,54 +96,6 @@ TEST(VoxelColors, OfFilesAreThoseThatWereSavedAlsoDeepInside) {
   EXPECT_EQ(test::read_text(file).find("color"), std::string::npos) << "tissue without colours names none";
   EXPECT_NE(TissueVolume::load(file).hash(), volume.hash());
   std::filesystem::remove(file);
-}
-
-TEST(VoxelColors, AreUndoneAndRedoneWithTheirStrokeAndKeptByCuts) {
-  TissueVolume volume = block();
-  haptics::Tool bur;
-  bur.diameter = bur.length = 1.2_mm;
-  std::vector<std::uint64_t> hashes{volume.hash()};
-  std::vector<std::vector<VoxelColor>> colors{colors_of(volume)};
-  for (int i = 0; i < 6; ++i) {
-    volume.begin_stroke();
-    if (i % 2 == 0) {
-      paint_ball(volume, {0.3_mm * i, 0, 2.0_mm}, 0.8_mm, static_cast<VoxelColor>(0x9001 + 4000 * i));
-      EXPECT_FALSE(colors_of(volume) == colors.back());
-    } else {
-      volume.carve(haptics::Sweep(bur, {{0, 0.1_mm * i, 2.8_mm}}, {{0.5_mm, 0, 2.2_mm}}, volume.frame()));
-      EXPECT_TRUE(colors_of(volume) == colors.back());
-    }
-    hashes.push_back(volume.hash());
-    colors.push_back(colors_of(volume));
-  }
-  test::expect_undone_and_redone(volume, hashes, colors, colors_of);
-}
-
-TEST(VoxelColors, AFillingHasTheColourOfItsTissueUntilItIsCutOut) {
-  TissueVolume volume = block(R"(,
-    {"tissue": "dentin", "color": [0.2, 0.3, 0.9], "solid": {"box": {"size_mm": [5, 5, 5]}}})");
-  haptics::Tool bur, plugger;
-  bur.diameter = bur.length = 1.4_mm;
-  plugger.shape = haptics::HeadShape::kRoundEndCylinder;
-  plugger.diameter = 1.0_mm, plugger.length = 3.0_mm;
-  plugger.cuts = false;
-  plugger.fill = Tissue::kComposite;
-  plugger.fill_rate = 2 * kCubicMillimetre;
-  plugger.fill_reach = 0.6_mm;
-  const Pose hole{{0, 0, 2.3_mm}};
-  volume.carve(haptics::Sweep(bur, hole, hole, volume.frame()));
-  const std::vector<VoxelColor> before = colors_of(volume);
-  haptics::Carver carver(volume.clone(), std::array{plugger, bur});
-  Cut cut;
-  cut.index = 1;
-  cut.X_WA.p = {0, 0, 1.8_mm};
-  cut.X_WB.p = {0, 0, 9.0_mm};
-  cut.fill_radius = 0.5_mm;
-  carver.apply(cut);
-  EXPECT_EQ(carver.volume().color_at(volume.frame().to_voxels({0, 0, 1.9_mm})), glm::vec4(0));
-  EXPECT_FALSE(colors_of(carver.volume()) == before);
-  carver.volume().carve(haptics::Sweep(bur, hole, hole, volume.frame()));
-  EXPECT_TRUE(colors_of(carver.volume()) == before);
 }
 
 }  // namespace

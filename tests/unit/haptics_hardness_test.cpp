@@ -289,10 +289,11 @@ TEST(Hardness, UniformHardnessGivesTheSameTicksAndNeedsNoMemory) {
   EXPECT_EQ(plain.patch().hardness.size(), 0u);
 }
 
-/// Labels and hardness of a box around all tissue, as a patch keeps them.
+/// Labels, hardness and colours of a box around all tissue.
 struct Bytes {
   std::vector<Tissue> labels;
   std::vector<std::uint8_t> hardness;
+  std::vector<VoxelColor> colors;
   bool operator==(const Bytes&) const = default;
 };
 Bytes bytes_of(const TissueVolume& volume) {
@@ -300,8 +301,9 @@ Bytes bytes_of(const TissueVolume& volume) {
   volume.bounds(lo, hi);
   const glm::ivec3 size = hi - lo + 1;
   const auto count = static_cast<std::size_t>(size.x * size.y * size.z);
-  Bytes bytes{std::vector<Tissue>(count), std::vector<std::uint8_t>(count)};
+  Bytes bytes{std::vector<Tissue>(count), std::vector<std::uint8_t>(count), std::vector<VoxelColor>(count)};
   volume.copy_for_patch(lo, size, nullptr, bytes.labels.data(), bytes.hardness.data());
+  volume.copy_colors(lo, size, bytes.colors.data());
   return bytes;
 }
 
@@ -370,7 +372,7 @@ TEST(Hardness, ValuesOutOfRangeAreRefusedAndZeroBecomesTheSmallestValue) {
   EXPECT_EQ(hardness_byte(1), kOwnHardness);
 }
 
-TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
+TEST(Hardness, AndColourAreUndoneAndRedoneWithTheirStrokeAndTheColourIsKeptByCuts) {
   TissueVolume volume = sampled(block());
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
@@ -380,7 +382,7 @@ TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
     volume.begin_stroke();
     if (i % 2 == 0) {
       volume.paint(Tissue::kCaries, *haptics::capsule({0, 0, 2.2_mm}, {0.3_mm * i, 0, 2.0_mm}, 0.8_mm),
-                   static_cast<std::uint8_t>(40 * (i + 1)));
+                   static_cast<std::uint8_t>(40 * (i + 1)), static_cast<VoxelColor>(0x9001 + 4000 * i));
     } else {
       const Pose a{{0, 0.1_mm * i, 2.8_mm}}, b{{0.5_mm, 0, 2.2_mm}};
       volume.carve(Sweep(bur, a, b, volume.frame()));
@@ -388,11 +390,12 @@ TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
     hashes.push_back(volume.hash());
     bytes.push_back(bytes_of(volume));
     ASSERT_NE(hashes[hashes.size() - 2], hashes.back());
+    EXPECT_EQ(bytes.back().colors == bytes[bytes.size() - 2].colors, i % 2 == 1);
   }
   test::expect_undone_and_redone(volume, hashes, bytes, bytes_of);
 }
 
-TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
+TEST(Hardness, AFillingHasItsOwnHardnessAndColourAndCuttingItOutRestoresTheTissues) {
   Tool plugger;
   plugger.shape = haptics::HeadShape::kRoundEndCylinder;
   plugger.diameter = 1.0_mm;
@@ -403,7 +406,7 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   plugger.fill_reach = 0.6_mm;
   Tool bur;
   bur.diameter = bur.length = 1.4_mm;
-  TissueVolume volume = sampled(block("0.4"));
+  TissueVolume volume = sampled(block(R"(0.4, "color": [0.2, 0.3, 0.9])"));
   const Pose hole{{0, 0, 2.3_mm}};
   volume.carve(Sweep(bur, hole, hole, volume.frame()));
   const Bytes before = bytes_of(volume);
@@ -425,6 +428,7 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   std::uint8_t filled = 0;
   carver.volume().copy(glm::ivec3(glm::round(in_filling)), glm::ivec3(1), nullptr, nullptr, &filled);
   EXPECT_EQ(filled, kOwnHardness);
+  EXPECT_EQ(carver.volume().color_at(in_filling), glm::vec4(0));
 
   // The volume comes from a file. It is then cut, in the patch and in the volume.
   const std::filesystem::path file =

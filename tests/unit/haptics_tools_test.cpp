@@ -49,45 +49,37 @@ void run(HapticBench& bench, int ticks, double z, double pedal, std::uint32_t to
   }
 }
 
-TEST(ToolTray, AToolIsChangedImmediatelyWithoutContactAndRotation) {
+/// What the hand does for some ticks, which tool it asks for, and which it then has.
+struct Phase {
+  int ticks;
+  double z;  // m
+  std::uint32_t asks, has;
+};
+struct Change {
+  const char* title;
+  std::vector<Phase> phases;
+};
+class ToolTrayWithoutRotation : public testing::TestWithParam<Change> {};
+TEST_P(ToolTrayWithoutRotation, ChangesTheToolWhenItMay) {
   HapticBench bench(kBlock, four_tools());
-  run(bench, 5, 5.0_mm, 0, 0);
-  EXPECT_EQ(bench.last.tool, 0u);
-  bench.tick({{0, 0, 5.0_mm}}, 0, 3);
-  EXPECT_EQ(bench.last.tool, 3u);
-  run(bench, 3, 5.0_mm, 0, 2);
-  EXPECT_EQ(bench.last.tool, 2u);
+  for (const Phase& phase : GetParam().phases) {
+    run(bench, phase.ticks, phase.z, 0, phase.asks);
+    EXPECT_EQ(bench.last.tool, phase.has) << "at " << phase.z;
+    EXPECT_EQ(bench.last.faults, 0u);
+    EXPECT_EQ(glm::length(bench.last.f_T_W) > 0.04, phase.z < 2.55_mm);
+  }
 }
-
-TEST(ToolTray, AnInvalidToolNumberChangesNothing) {
-  HapticBench bench(kBlock, four_tools());
-  run(bench, 5, 5.0_mm, 0, 77);
-  EXPECT_EQ(bench.last.tool, 0u);
-  EXPECT_EQ(bench.last.faults, 0u);
-}
-
-TEST(ToolTray, AToolInContactStaysInTheHandUntilItIsFree) {
-  HapticBench bench(kBlock, four_tools());
-  run(bench, 50, 2.8_mm, 0, 0);
-  run(bench, 200, 2.5_mm, 0, 0);
-  ASSERT_GT(glm::length(bench.last.f_T_W), 0.04);
-  run(bench, 100, 2.5_mm, 0, 3);
-  EXPECT_EQ(bench.last.tool, 0u);
-  run(bench, 8, 2.65_mm, 0, 3);
-  EXPECT_EQ(bench.last.tool, 3u);
-}
-
-TEST(ToolTray, AToolThatWouldTouchTissueWaitsUntilThereIsRoom) {
-  HapticBench bench(kBlock, four_tools());
-  run(bench, 50, 2.7_mm, 0, 0);   // 0.1 mm above the block
-  run(bench, 100, 2.7_mm, 0, 1);  // 0.1 mm inside it
-  EXPECT_EQ(bench.last.tool, 0u);
-  run(bench, 100, 3.5_mm, 0, 2);  // half a millimetre of the cylinder's end inside
-  EXPECT_EQ(bench.last.tool, 0u);
-  run(bench, 30, 4.05_mm, 0, 2);
-  EXPECT_EQ(bench.last.tool, 2u);
-  EXPECT_EQ(bench.last.faults, 0u);
-}
+INSTANTIATE_TEST_SUITE_P(
+    Changes, ToolTrayWithoutRotation,
+    testing::Values(
+        Change{"ImmediatelyWithoutContact", {{5, 5.0_mm, 0, 0}, {1, 5.0_mm, 3, 3}, {3, 5.0_mm, 2, 2}}},
+        Change{"NotToAnInvalidNumber", {{5, 5.0_mm, 77, 0}}},
+        Change{"NotInContactUntilItIsFree",
+               {{50, 2.8_mm, 0, 0}, {200, 2.5_mm, 0, 0}, {100, 2.5_mm, 3, 0}, {8, 2.65_mm, 3, 3}}},
+        // 0.1 mm above the block, and 0.1 mm inside it; then half a millimetre of the cylinder's end is inside
+        Change{"NotToOneThatWouldTouchTissueUntilThereIsRoom",
+               {{50, 2.7_mm, 0, 0}, {100, 2.7_mm, 1, 0}, {100, 3.5_mm, 2, 0}, {30, 4.05_mm, 2, 2}}}),
+    [](const auto& change) { return change.param.title; });
 
 TEST(ToolTray, ATurningDrillStaysInTheHandUntilItHasRunDown) {
   HapticBench bench(kBlock, four_tools());

@@ -34,6 +34,7 @@ std::filesystem::path saved(const NewExercise& exercise) {
 
 struct Exercise : testing::Test {
   test::ProgramFolder folder{""};
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   void SetUp() override { setenv("TYPODONT_HOME", folder.path().c_str(), 1); }
   void TearDown() override { unsetenv("TYPODONT_HOME"); }
 };
@@ -50,7 +51,6 @@ constexpr std::initializer_list<const char*> kBoxFaces = {"1 4 3 2", "5 6 7 8", 
 const std::string kCorner = obj_of({"0 0 0", "4 0 0", "0 4 0", "0 0 4"}, {"1 3 2", "1 2 4", "1 4 3", "2 3 4"});
 
 TEST_F(Exercise, ContainsThePaintAtItsPosition) {
-  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3},
                                             {Tissue::kCaries, {0, 0, 2e-3}, {1e-3, 0, 2e-3}, 1e-3}};
   const auto file = saved({.name = "My caries", .goal = "Take it out.", .base = &base, .strokes = strokes});
@@ -86,7 +86,6 @@ TEST_F(Exercise, EveryShippedOneStandsUnderAHeadingAndTheTutorialIsFirst) {
 }
 
 TEST_F(Exercise, EveryStrokeKeepsTheHardnessAndTheColourItWasPaintedWith) {
-  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const std::vector<PaintStroke> strokes = {
       {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3, 1, 0.8},
       {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 0.5e-3, 1, 0.2, voxel_color({0.2, 0.1, 0.05})}};
@@ -103,7 +102,6 @@ TEST_F(Exercise, EveryStrokeKeepsTheHardnessAndTheColourItWasPaintedWith) {
 }
 
 TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessStepsAndRules) {
-  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   NewExercise made{.name = "Soft", .goal = "Take it out.", .steps = {"Feel it.", "Drill it."}, .base = &base};
   made.stiffness[static_cast<std::size_t>(Tissue::kCaries)] = 0.5;
   made.rules = rule_choices(base);
@@ -139,7 +137,6 @@ TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessStepsAndRules) {
 }
 
 TEST_F(Exercise, ThePictureOfTheResultShowsWhereItWasCutTooDeep) {
-  const Scene plain = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   std::string text = kBase;
   text.insert(text.rfind('}'), R"(, "task": {"goal": "g", "ideal": {"remove": [
     {"box": {"center_mm": [0, 0, 3], "size_mm": [2, 2, 2]}}]}})");
@@ -159,7 +156,7 @@ TEST_F(Exercise, ThePictureOfTheResultShowsWhereItWasCutTooDeep) {
   const auto red = [](const std::uint8_t* c) { return c[0] > 2 * c[1] && c[0] > 2 * c[2] && c[0] > 60; };
   const auto ground = [](const std::uint8_t* c) { return c[0] == 32 && c[1] == 32 && c[2] == 33; };
   const haptics::TissueVolume left = deeper();
-  const session::ReportOptions compared = result_of(aimed, left), alone = result_of(plain, left);
+  const session::ReportOptions compared = result_of(aimed, left), alone = result_of(base, left);
   EXPECT_TRUE(compared.ideal);
   EXPECT_FALSE(alone.ideal);
   EXPECT_GT(pixels(picture_of_result(compared), red), 300);
@@ -173,7 +170,6 @@ TEST_F(Exercise, ThePictureOfTheResultShowsWhereItWasCutTooDeep) {
 }
 
 TEST_F(Exercise, AnInvalidRuleIsNamedWithItsDisplayedNameAndReplacesNothing) {
-  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const std::string first = test::read_text(saved({.name = "Refused", .goal = "First.", .base = &base}));
   const auto refused = [&](const char* rule, const auto& set, const haptics::TissueVolume* ideal) {
     NewExercise made{.name = "Refused", .goal = "g", .base = &base, .ideal = ideal};
@@ -213,7 +209,6 @@ TEST_F(Exercise, AnInvalidRuleIsNamedWithItsDisplayedNameAndReplacesNothing) {
 }
 
 TEST_F(Exercise, AMeshCanBeTheIdealAndAnInvalidOneIsRefusedBeforeAnyFileIsWritten) {
-  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   // Writes the block with its top cut down to z = 2 mm.
   folder.write("lower.obj",
                obj_of({"-3 -3 -3", "3 -3 -3", "3 3 -3", "-3 3 -3", "-3 -3 2", "3 -3 2", "3 3 2", "-3 3 2"}, kBoxFaces));
@@ -248,30 +243,6 @@ TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
   EXPECT_NEAR(top.x, 6.8, 0.3);
   EXPECT_NEAR(top.y, 6.0, 0.3);
   EXPECT_NEAR(top.z, 20.2, 2) << "the band lies above it";
-
-  Progress cancelled;
-  cancelled.cancel();
-  tooth.name = "Another";
-  EXPECT_THROW(import_tooth(tooth, cancelled), Cancelled);
-  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
-}
-
-TEST_F(Exercise, AFailedImportDoesNotChangeAnOlderExerciseOfTheSameName) {
-  folder.write("corner.obj", kCorner);
-  NewTooth tooth{.input = folder / "corner.obj", .name = "Corner"};
-  tooth.options.voxel = 0.5e-3;
-  Progress progress;
-  import_tooth(tooth, progress);
-  const auto files = [&] {
-    return std::pair(test::read_text(folder / "scenes/Corner.json"), test::read_text(folder / "scenes/Corner.vdb"));
-  };
-  folder.write("scenes/Corner.json", "a note of the user, which is no scene");
-  const auto before = files();
-  EXPECT_GT(before.second.size(), 1000u);
-  tooth.options.voxel = 0.6e-3;
-  EXPECT_THROW(import_tooth(tooth, progress), Error);
-  EXPECT_EQ(files(), before);
 }
 
 TEST_F(Exercise, AToothWhoseSceneCannotBeWrittenLeavesNoFile) {
@@ -308,6 +279,39 @@ std::string open_sheet(double scale) {
       obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, a + 3, a + 4, a, a + 4, a + 1);
     }
   return obj;
+}
+
+TEST_F(Exercise, AFailedOrCancelledImportChangesNoFile) {
+  for (const bool scanned : {false, true}) {
+    folder.write("tooth.obj", scanned ? open_sheet(1) : kCorner);
+    NewTooth tooth{.input = folder / "tooth.obj", .name = "Tooth", .as_scanned = scanned};
+    if (!scanned) tooth.options.voxel = 0.5e-3;
+    Progress progress, cancelled;
+    import_tooth(tooth, progress);
+    const std::string extension = scanned ? ".stl" : ".vdb";
+    const auto files = [&] {
+      return std::pair(test::read_text(folder / "scenes/Tooth.json"),
+                       test::read_text(folder / ("scenes/Tooth" + extension)));
+    };
+    folder.write("scenes/Tooth.json", "a note of the user, which is no scene");
+    const auto before = files();
+    if (scanned) {
+      EXPECT_EQ(before.second.size(), 84u + 12 * 50);
+    }
+    EXPECT_GT(before.second.size(), scanned ? 0u : 1000u);
+    if (scanned)
+      folder.write("tooth.obj", open_sheet(1.5));
+    else
+      tooth.options.voxel = 0.6e-3;
+    EXPECT_THROW(import_tooth(tooth, progress), Error);
+    EXPECT_EQ(files(), before);
+    cancelled.cancel();
+    tooth.name = "Another";
+    EXPECT_THROW(import_tooth(tooth, cancelled), Cancelled);
+    for (const std::string& end : {std::string(".json"), extension})
+      EXPECT_FALSE(std::filesystem::exists(folder / ("scenes/Another" + end))) << end;
+    std::filesystem::remove(folder / "scenes/Tooth.json");
+  }
 }
 
 TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
@@ -359,28 +363,6 @@ TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
   EXPECT_NEAR(extent(kMillimetre), 12, 1e-4);
   EXPECT_NEAR(extent(2), 24, 1e-4);
   EXPECT_THROW(extent(1e-4), Error) << "too small in the unit that was given";
-}
-
-TEST_F(Exercise, AFailedImportOfAScannedSurfaceDoesNotChangeAnOlderExercise) {
-  folder.write("sheet.obj", open_sheet(1));
-  NewTooth tooth{.input = folder / "sheet.obj", .name = "Scan", .as_scanned = true};
-  Progress progress;
-  import_tooth(tooth, progress);
-  folder.write("scenes/Scan.json", "a note of the user, which is no scene");
-  const auto files = [&] {
-    return std::pair(test::read_text(folder / "scenes/Scan.json"), test::read_text(folder / "scenes/Scan.stl"));
-  };
-  const auto before = files();
-  EXPECT_EQ(before.second.size(), 84u + 12 * 50);
-  folder.write("sheet.obj", open_sheet(1.5));
-  EXPECT_THROW(import_tooth(tooth, progress), Error);
-  EXPECT_EQ(files(), before);
-  Progress cancelled;
-  cancelled.cancel();
-  tooth.name = "Another";
-  EXPECT_THROW(import_tooth(tooth, cancelled), Cancelled);
-  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.stl"));
 }
 
 TEST_F(Exercise, FilesOfTheRequestedKindAreListedAndAnUnreadableFolderIsEmpty) {

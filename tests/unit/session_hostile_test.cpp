@@ -1,15 +1,14 @@
 // Tests session files that were made to do harm: they refer to other files, or state impossible values.
 #include <gmock/gmock.h>
-#include <hdf5.h>
 
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <span>
 
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
+#include "tests/support/hdf5_edit.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -35,28 +34,11 @@ class HostileFile : public testing::Test {
     std::ofstream(secret_) << std::string(kSecret) + std::string(4096, 's');
   }
 
-  /// Changes the finished file with HDF5's own functions, so that every checksum is right.
-  void change(const std::function<void(hid_t)>& work) {
-    const hid_t h5 = H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-    ASSERT_GE(h5, 0);
-    work(h5);
-    ASSERT_GE(H5Fclose(h5), 0);
+  template <class Work>
+  void change(Work&& work) {
+    typodont::test::change_hdf5(file_, work);
   }
-  template <class T>
-  void set(const std::string& path, hsize_t row, T value) {
-    change([&](hid_t h5) {
-      const hid_t dataset = H5Dopen2(h5, path.c_str(), H5P_DEFAULT), space = H5Dget_space(dataset);
-      const hsize_t one = 1;
-      const hid_t memory = H5Screate_simple(1, &one, nullptr);
-      H5Sselect_hyperslab(space, H5S_SELECT_SET, &row, nullptr, &one, nullptr);
-      hid_t type = H5T_NATIVE_DOUBLE;
-      if constexpr (std::is_same_v<T, std::uint64_t>) type = H5T_NATIVE_UINT64;
-      if constexpr (std::is_same_v<T, std::int64_t>) type = H5T_NATIVE_INT64;
-      if constexpr (std::is_same_v<T, std::uint32_t>) type = H5T_NATIVE_UINT32;
-      EXPECT_GE(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, &value), 0);
-      H5Sclose(memory), H5Sclose(space), H5Dclose(dataset);
-    });
-  }
+
   std::string message() const {
     return refusal([&] { (void)SessionReader(file_).ticks(); });
   }
@@ -162,7 +144,7 @@ TEST_F(HostileFile, EveryImpossibleValueIsNamedWithItsPlace) {
   std::filesystem::copy_file(file_, folder_ / "good.h5");
   const auto expect = [&](const std::string& path, hsize_t row, auto value, const std::string& words) {
     std::filesystem::copy_file(folder_ / "good.h5", file_, std::filesystem::copy_options::overwrite_existing);
-    set(path, row, value);
+    typodont::test::set_hdf5(file_, path, row, value);
     EXPECT_THAT(message(), HasSubstr(words)) << path << " = " << value;
   };
   expect("cuts/index", 7, std::uint64_t{3}, "cuts, row 7, index: found 3, expected above 7");

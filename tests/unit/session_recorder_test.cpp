@@ -22,6 +22,21 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
+void write_session(const std::filesystem::path& file, std::span<const ServoTick> ticks, const SessionHeader& header) {
+  SessionWriter writer(file, header);
+  writer.append(ticks);
+  ASSERT_TRUE(writer.finish({}));
+}
+/// Options of a writer whose disk has `free` bytes.
+struct Disk {
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  Disk() {
+    options.free_bytes = [this] { return free; };
+  }
+  Disk(const Disk&) = delete;
+};
+
 TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(3001, 1);
@@ -86,11 +101,7 @@ TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
 TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(2000, 4);
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(ticks);
-    ASSERT_TRUE(writer.finish({}));
-  }
+  write_session(folder / "s.h5", ticks, some_header());
   const auto back = SessionReader(folder / "s.h5").ticks();
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -113,11 +124,7 @@ TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   ticks[1].X_WT.p = {1e308, -1e308, std::numeric_limits<double>::infinity()};
   ticks[2].X_WT.R = {0, -0.0, 1e-310, std::nextafter(1.0, 2.0)};
   ticks[3].f_T_W = {-0.0, 1.0 / 3.0, std::nextafter(0.1, 1.0)};
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(ticks);
-    ASSERT_TRUE(writer.finish({}));
-  }
+  write_session(folder / "s.h5", ticks, some_header());
   const auto back = SessionReader(folder / "s.h5").ticks();
   ASSERT_EQ(back.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(same_for_replay(ticks[i], back[i])) << i;
@@ -156,11 +163,7 @@ TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 2;
   SessionHeader header = some_header();
   header.tools = {"round_012", "explorer", "flame_012"};
-  {
-    SessionWriter writer(folder / "s.h5", header);
-    writer.append(ticks);
-    ASSERT_TRUE(writer.finish({}));
-  }
+  write_session(folder / "s.h5", ticks, header);
   const SessionReader session(folder / "s.h5");
   const auto back = session.ticks();
   ASSERT_EQ(back.size(), ticks.size());
@@ -348,11 +351,9 @@ TEST(SessionWriter, ARecordingThatIsNamedByItsStartLeavesAnOlderOneUntilThen) {
 
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
-  WriterOptions options;
-  std::uint64_t free = 1u << 30;
-  options.free_bytes = [&] { return free; };
-  SessionWriter writer(folder / "s.h5", some_header(), options);
-  free = (4u << 20) - 1;
+  Disk disk;
+  SessionWriter writer(folder / "s.h5", some_header(), disk.options);
+  disk.free = (4u << 20) - 1;
   writer.append(random_ticks(1000, 8));
   writer.append(random_cuts(5, 9));
   writer.flush();
@@ -376,13 +377,11 @@ TEST(SessionWriter, ADiskThatIsAlmostFullIsRefusedAtTheStartAndLeavesNothing) {
 
 TEST(SessionWriter, AFillingDiskIsReportedWhileEntriesStillFit) {
   TemporaryFolder folder;
-  std::uint64_t free = 1u << 30;
-  WriterOptions options;
-  options.free_bytes = [&] { return free; };
-  SessionWriter writer(folder / "s.h5", some_header(), options);
+  Disk disk;
+  SessionWriter writer(folder / "s.h5", some_header(), disk.options);
   const auto ticks = random_ticks(2700, 30);
   const auto record = [&](std::size_t first, std::uint64_t room) {
-    free = room;
+    disk.free = room;
     writer.append(std::span(ticks).subspan(first, 900));
     writer.flush();
   };
@@ -400,19 +399,17 @@ TEST(SessionWriter, AFillingDiskIsReportedWhileEntriesStillFit) {
 
 TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   TemporaryFolder folder;
-  std::uint64_t free = 1u << 30;
-  WriterOptions options;
-  options.free_bytes = [&] { return free; };
+  Disk disk;
   // number of ticks that are written together: nine tenths of half a second at 1 kHz
   constexpr std::size_t kChunk = 450;
   const auto ticks = random_ticks(3 * kChunk, 30);
   {
-    SessionWriter writer(folder / "s.h5", some_header(), options);
+    SessionWriter writer(folder / "s.h5", some_header(), disk.options);
     writer.append(std::span(ticks).first(kChunk));
-    free = 1000;
+    disk.free = 1000;
     writer.append(std::span(ticks).subspan(kChunk, kChunk));
     EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskFull);
-    free = 1u << 30;
+    disk.free = 1u << 30;
     writer.append(std::span(ticks).subspan(2 * kChunk, kChunk));
     EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording);
     EXPECT_FALSE(writer.finish({})) << "something is missing, and it says so";
@@ -432,18 +429,16 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
 /// A disk may be full to the last byte, so that every write fails. A limit of the file size stands for such a disk.
 TEST(SessionWriter, OnADiskWithoutASingleFreeByteItWaitsForRoom) {
   TemporaryFolder folder;
-  std::uint64_t free = 1u << 30;
-  WriterOptions options;
-  options.free_bytes = [&] { return free; };
+  Disk disk;
   const auto ticks = random_ticks(1000, 31);
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
   {
-    SessionWriter writer(folder / "s.h5", some_header(), options);
+    SessionWriter writer(folder / "s.h5", some_header(), disk.options);
     writer.append(std::span(ticks).first(300));
     writer.flush();
-    free = 0;
+    disk.free = 0;
     const rlimit full{0, before.rlim_max};
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
     for (const std::size_t from : {300, 500}) {
@@ -452,7 +447,7 @@ TEST(SessionWriter, OnADiskWithoutASingleFreeByteItWaitsForRoom) {
     }
     setrlimit(RLIMIT_FSIZE, &before);
     EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskFull) << writer.status().message;
-    free = 1u << 30;
+    disk.free = 1u << 30;
     writer.append(std::span(ticks).subspan(700));
     writer.flush();
     EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording) << writer.status().message;
@@ -467,15 +462,13 @@ TEST(SessionWriter, OnADiskWithoutASingleFreeByteItWaitsForRoom) {
 
 TEST(SessionWriter, PicturesLostToAFullDiskAreCountedAndTheRecordingIsIncomplete) {
   TemporaryFolder folder;
-  std::uint64_t free = 1u << 30;
-  WriterOptions options;
-  options.free_bytes = [&] { return free; };
+  Disk disk;
   SessionResult result;
   result.pictures = {{"before", "", {1, 2, 3}}, {"after", "", {4, 5}}};
-  SessionWriter writer(folder / "s.h5", some_header(), options);
+  SessionWriter writer(folder / "s.h5", some_header(), disk.options);
   writer.append(random_ticks(10, 31));
   writer.flush();
-  free = 1000;
+  disk.free = 1000;
   EXPECT_FALSE(writer.finish(result));
   EXPECT_FALSE(writer.finish(result)) << "asked again";
   EXPECT_THAT(writer.status().message, HasSubstr("lacks 2 pictures"));

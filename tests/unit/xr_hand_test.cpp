@@ -84,6 +84,7 @@ TEST(XrHand, NeverAllocates) {
   haptics::HandSample last{};
   test::NoAlloc guard;
   for (int i = 0; i < 2000; ++i) last = filter.next(at({0.001 * i, 0, 0}), i % 300 < 200, {0, 0, 1}, 0, kTick);
+  EXPECT_EQ(guard.count(), 0u);
   EXPECT_TRUE(is_finite(last.X_WT.p));
 }
 

@@ -26,8 +26,7 @@ EmulatedArm::EmulatedArm(SimTime& time, ArmProtocol protocol, haptics::Arm arm, 
     : time_(time), protocol_(protocol), arm_(std::move(arm)), random_(seed) {
   power_on_ = std::uniform_int_distribution<std::int64_t>(-32768, 32767)(random_);
   time_.on_step([this] {
-    // The firmware switches the motors off half a second after the last command; without power they are off at once.
-    if (unplugged || (watchdog && time_.true_now() - last_command_ > 500'000'000)) amperes_ = dvec3(0);
+    if (unplugged) amperes_ = dvec3(0);
     talk();
   });
 }
@@ -162,7 +161,6 @@ bool EmulatedArm::write(std::span<const std::uint8_t> bytes) {
           1e-3 * static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[1 + 2 * i] | bytes[2 + 2 * i] << 8));
     }
   }
-  last_command_ = time_.true_now();
   spoken_to_ = true;
   return true;
 }

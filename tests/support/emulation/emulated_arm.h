@@ -1,11 +1,13 @@
 // Emulates the firmware of a WoodenHaptics or Polhem board in simulated time: request-answer reports, 16-bit counters,
-// a watchdog of 0.5 s, no current limit. All possible errors can be injected.
+// no current limit. Its motors never switch off by themselves, so the host must do it. All possible errors can be
+// injected.
 #pragma once
 
 #include <deque>
 #include <functional>
 #include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "haptics/devices/arm.h"
@@ -44,7 +46,6 @@ class EmulatedArm {
   std::array<std::int64_t, 6> slip{};  // counts lost permanently
   int error = 0;                       // text protocol: error code of the board
   bool refuses_writes = false;
-  bool watchdog = true;  // false: the motors never switch off by themselves, so that the host must do it
   bool button = false;
   double chatter = 0;  // additional reports per second that it sends without request
 
@@ -62,11 +63,24 @@ class EmulatedArm {
   haptics::Arm arm_;
   std::mt19937 random_;
   dvec3 amperes_{0};
-  Nanos last_command_ = 0;
   bool spoken_to_ = false;
   std::int64_t power_on_;                          // counter values in the home position
   std::deque<std::vector<std::uint8_t>> unasked_;  // reports that were not yet read
   double talked_ = 0;                              // number of due reports of `chatter`
 };
+
+constexpr haptics::ArmProtocol kArmProtocols[] = {haptics::ArmProtocol::kHidV1, haptics::ArmProtocol::kHidV2,
+                                                  haptics::ArmProtocol::kRawHid, haptics::ArmProtocol::kText};
+inline std::string name_of(haptics::ArmProtocol protocol) {
+  constexpr const char* kNames[] = {"HidV1", "HidV2", "RawHid", "Text"};
+  return kNames[static_cast<int>(protocol)];
+}
+
+/// An arm whose bodies weigh nothing, so that zero force is zero current.
+inline haptics::Arm weightless_arm() {
+  haptics::Arm arm = haptics::read_arm("assets/devices/woody_2019.json");
+  arm.mass_b = arm.mass_c = 0;
+  return arm;
+}
 
 }  // namespace typodont::test

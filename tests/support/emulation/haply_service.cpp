@@ -69,8 +69,7 @@ std::string HaplyService::feed(const std::string& bytes) {
     const auto& values = json.at("inverse3").at(0).at("commands").at("set_cursor_force").at("values");
     force = {values.at("x").get<double>(), values.at("y").get<double>(), values.at("z").get<double>()};
     ++forces;
-    out += extra + frame(state_text(), fragments);
-    extra.clear();
+    out += frame(state_text(), fragments);
   }
 }
 

@@ -22,7 +22,6 @@ class HaplyService {
   int forces = 0;  // number of force commands
   int pongs = 0;
   bool open = false;
-  std::string extra;  // sent before the next state, e.g. a ping
   int fragments = 1;
 
  private:

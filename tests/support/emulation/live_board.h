@@ -42,7 +42,7 @@ class LiveBoard {
   void pass(double seconds) const {
     wait_for([] { return false; }, seconds);
   }
-  /// Returns true if the motors are off. The firmware switches them off by itself only if EmulatedArm::watchdog is set.
+  /// Returns true if the motors are off.
   bool lets_go() const {
     return wait_for([this] { return current() == 0; });
   }
