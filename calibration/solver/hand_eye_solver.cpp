@@ -1,8 +1,5 @@
 #include "calibration/hand_eye_solver.h"
 
-#include <ceres/ceres.h>
-#include <ceres/jet.h>
-#include <ceres/rotation.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +21,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Indices = std::vector<std::size_t>;
 
@@ -46,11 +42,6 @@ Pose pose_of(const Matrix3d& R, const Vector3d& p) {
   const Eigen::Quaterniond q(R);
   return {vec(p), glm::normalize(dquat(q.w(), q.x(), q.y(), q.z()))};
 }
-Matrix3d nearest_rotation(const Matrix3d& M) {
-  const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
 dvec3 rotation_vector(dquat q) {
   if (q.w < 0) q = -q;
   const dvec3 v(q.x, q.y, q.z);
@@ -68,53 +59,12 @@ struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of a pair (A, B): the pose Z B relative to the pose A X, as a rotation vector and a
-/// translation. Multiplied by the matrix `whitening`, so that all six numbers have equal noise.
-struct Row {
-  Pose A, B;
-  Unknowns at;  // linearisation point
-  Matrix6 whitening;
-
-  template <class T>
-  static void step(const Pose& from, const T* by, T* q, T* p) {
-    T turn[4];
-    ceres::AngleAxisToQuaternion(by, turn);
-    const T R[4] = {T(from.R.w), T(from.R.x), T(from.R.y), T(from.R.z)};
-    ceres::QuaternionProduct(turn, R, q);
-    for (int i = 0; i < 3; ++i) p[i] = from.p[i] + by[3 + i];
-  }
-
-  template <class T>
-  bool operator()(const T* x, const T* z, T* residual) const {
-    T qX[4], pX[3], qZ[4], pZ[3];
-    step(at.X, x, qX, pX);
-    step(at.Z, z, qZ, pZ);
-    const T qA[4] = {T(A.R.w), T(A.R.x), T(A.R.y), T(A.R.z)}, qB[4] = {T(B.R.w), T(B.R.x), T(B.R.y), T(B.R.z)};
-    const T pB[3] = {T(B.p.x), T(B.p.y), T(B.p.z)};
-    T predicted[4], inverse[4], measured[4], difference[4], by_arm[3], by_tracker[3], apart[3], r[6];
-    ceres::QuaternionProduct(qA, qX, predicted);
-    ceres::QuaternionProduct(qZ, qB, measured);
-    inverse[0] = predicted[0];
-    for (int i = 1; i < 4; ++i) inverse[i] = -predicted[i];
-    ceres::QuaternionProduct(inverse, measured, difference);
-    if (difference[0] < T(0)) {
-      for (T& d : difference) d = -d;
-    }
-    ceres::QuaternionToAngleAxis(difference, r);
-    ceres::UnitQuaternionRotatePoint(qA, pX, by_arm);
-    ceres::UnitQuaternionRotatePoint(qZ, pB, by_tracker);
-    for (int i = 0; i < 3; ++i) apart[i] = pZ[i] + by_tracker[i] - A.p[i] - by_arm[i];
-    ceres::UnitQuaternionRotatePoint(inverse, apart, r + 3);
-    for (int i = 0; i < 6; ++i) {
-      residual[i] = T(0);
-      for (int k = 0; k <= i; ++k) residual[i] += whitening(i, k) * r[k];
-    }
-    return true;
-  }
-  template <class T>
-  bool operator()(const T* x, T* residual) const {
-    return (*this)(x, x, residual);
-  }
+/// Normal equations of the residuals (rotation vectors and translations), which are multiplied by a matrix so that all
+/// have equal noise.
+struct Equations {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double squares = 0;
 };
 
 class Solver {
@@ -159,7 +109,7 @@ class Solver {
   // R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah 2013): singular vectors of Σ R_B ⊗ R_A (for motions an
   // eigenvector), then the nearest rotations.
   Unknowns closed_form(const Indices& rows) const {
-    Matrix9 T = Matrix9::Zero();
+    Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9, 9);
     for (const std::size_t i : rows) {
       const Matrix3d a = eigen(A_[i].R), b = eigen(B_[i].R);
       for (int r = 0; r < 3; ++r) {
@@ -168,15 +118,14 @@ class Solver {
     }
     Matrix3d R_X, R_Z;
     if (options_.motions) {
-      const Eigen::SelfAdjointEigenSolver<Matrix9> solver(0.5 * (T + T.transpose()));
-      const Eigen::Matrix<double, 9, 1> v = solver.eigenvectors().col(8);
+      const Eigen::VectorXd v = eigen_of(Eigen::MatrixXd(0.5 * (T + T.transpose()))).eigenvectors().col(8);
       R_X = Eigen::Map<const Matrix3d>(v.data());
       if (R_X.determinant() < 0) R_X = -R_X;
       R_X = nearest_rotation(R_X);
       R_Z = R_X;
     } else {
-      const Eigen::JacobiSVD<Matrix9> svd(T, Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const Eigen::Matrix<double, 9, 1> u = svd.matrixU().col(0), v = svd.matrixV().col(0);
+      const Eigen::VectorXd v = eigen_of(Eigen::MatrixXd(T.transpose().lazyProduct(T))).eigenvectors().col(8),
+                            u = T * v;
       R_Z = Eigen::Map<const Matrix3d>(u.data()), R_X = Eigen::Map<const Matrix3d>(v.data());
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
@@ -195,7 +144,7 @@ class Solver {
       }
       d.segment<3>(row) = R_Z * eigen(B_[i].p) - eigen(A_[i].p);
     }
-    const Eigen::VectorXd t = J.completeOrthogonalDecomposition().solve(d);
+    const Eigen::VectorXd t = least_norm_solution(decompose(J), d);
     const Pose X = pose_of(R_X, t.head<3>());
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
@@ -299,58 +248,71 @@ class Solver {
     for (int round = 0; round < 12; ++round) {
       const Matrix6 L = noise.llt().matrixL();
       const Matrix6 whitening = L.triangularView<Eigen::Lower>().solve(Matrix6::Identity());
-      Vector6 x = Vector6::Zero(), z = Vector6::Zero();
-      ceres::Problem problem;
-      for (const std::size_t i : rows) {
-        auto* row = new Row{A_[i], B_[i], at, whitening};
-        if (options_.motions) {
-          problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Row, 6, 6>(row), nullptr, x.data());
-        } else {
-          problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Row, 6, 6, 6>(row), nullptr, x.data(), z.data());
-        }
-      }
-      ceres::Solver::Options settings;
-      settings.linear_solver_type = ceres::DENSE_QR;
-      settings.logging_type = ceres::SILENT;
-      settings.function_tolerance = 1e-14;
-      settings.parameter_tolerance = 1e-12;
-      settings.gradient_tolerance = 1e-14;
-      ceres::Solver::Summary summary;
-      ceres::Solve(settings, &problem, &summary);
-      at.X = {at.X.p + dvec3(x[3], x[4], x[5]), glm::normalize(turned_by(x.head<3>()) * at.X.R)};
-      if (options_.motions) {
-        at.Z = at.X;
-      } else {
-        at.Z = {at.Z.p + dvec3(z[3], z[4], z[5]), glm::normalize(turned_by(z.head<3>()) * at.Z.R)};
-      }
-      covariance_of(at, rows, whitening);
+      store_covariance(fit(at, rows, whitening), rows.size());
       const Matrix6 before = noise;
       noise = noise_of(at, rows);
       if ((noise - before).norm() <= 1e-6 * before.norm()) break;
     }
   }
 
-  // Covariance (Jᵀ J)⁻¹ of the whitened residuals at the solution.
-  void covariance_of(const Unknowns& at, const Indices& rows, const Matrix6& whitening) {
-    using Jet = ceres::Jet<double, 12>;
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(parameters_, parameters_);
+  // Equations for small changes of the poses: rotation vectors and displacements of X and Z. Derivatives of a rotation
+  // vector: Barfoot 2017, section 7.1.
+  Equations equations(const Unknowns& at, const Indices& rows, const Matrix6& whitening) const {
+    Equations sum{Eigen::MatrixXd::Zero(parameters_, parameters_), Eigen::VectorXd::Zero(parameters_)};
     for (const std::size_t i : rows) {
-      const Row row{A_[i], B_[i], at, whitening};
-      Jet x[6], z[6], r[6];
-      for (int k = 0; k < 6; ++k) x[k] = Jet(0, k), z[k] = Jet(0, options_.motions ? k : 6 + k);
-      row(x, z, r);
+      const Vector6 r = residual(at, i);
+      const Vector3d turn = r.head<3>(), shift = r.tail<3>();
+      const double angle = turn.norm();
+      const double c = angle < 1e-4 ? 1.0 / 12 : (1 / angle - 0.5 / std::tan(0.5 * angle)) / angle;
+      const Matrix3d half = 0.5 * cross_matrix(turn), even = Matrix3d::Identity() + 4 * c * half * half;
+      const Matrix3d R_X = eigen(at.X.R).transpose(), R_predicted = R_X * eigen(A_[i].R).transpose();
       Eigen::Matrix<double, 6, 12> J;
-      for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
-      H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
+      J << (half - even) * R_X, Matrix3d::Zero(), (even + half) * eigen(at.Z.R * B_[i].R).transpose(),
+          Matrix3d::Zero(),  //
+          cross_matrix(shift) * R_X, -R_X, -R_predicted * cross_matrix(at.Z.R * B_[i].p), R_predicted;
+      if (options_.motions) J.leftCols<6>() += J.rightCols<6>().eval();
+      const Eigen::MatrixXd slopes = (whitening * J).leftCols(parameters_);
+      const Vector6 white = whitening * r;
+      sum.H += slopes.transpose().lazyProduct(slopes), sum.g += slopes.transpose() * white;
+      sum.squares += white.squaredNorm();
     }
+    return sum;
+  }
+
+  /// Levenberg–Marquardt. Returns the matrix H of the equations at the solution.
+  Eigen::MatrixXd fit(Unknowns& at, const Indices& rows, const Matrix6& whitening) const {
+    Equations now = equations(at, rows, whitening);
+    double damping = 1e-4;
+    for (int iteration = 0; iteration < 50 && damping < 1e8; ++iteration) {
+      Eigen::MatrixXd damped = now.H;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::VectorXd step = -definite_solution(damped, now.g);
+      const auto moved = [&](const Pose& pose, Eigen::Index first) {
+        const Vector3d turn = step.segment<3>(first), shift = step.segment<3>(first + 3);
+        return Pose{pose.p + vec(shift), glm::normalize(turned_by(turn) * pose.R)};
+      };
+      const Pose X = moved(at.X, 0);
+      const Unknowns next{X, options_.motions ? X : moved(at.Z, 6)};
+      Equations then = equations(next, rows, whitening);
+      const double gain = now.squares - then.squares;
+      const bool converged = std::abs(gain) < 1e-13 * now.squares;
+      if (gain > 0) at = next, now = std::move(then);
+      if (converged) break;
+      damping *= gain > 0 ? 0.1 : 10;
+    }
+    return now.H;
+  }
+
+  // Covariance H⁻¹ of the unknowns.
+  void store_covariance(const Eigen::MatrixXd& H, std::size_t rows) {
     // The mean of an inverse Wishart distribution is too large by the factor ν / (ν - 7).
-    const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
-    const double inflation = rows.size() < kMinForFullNoise ? 1 : nu / (nu - 7);
+    const double nu = static_cast<double>(rows) - parameters_ / 6.0;
+    const double inflation = rows < kMinForFullNoise ? 1 : nu / (nu - 7);
     // Divides rows and columns of H by the square roots of its diagonal, because the unknowns have different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
-    covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
-                  scale.asDiagonal();
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(parameters_, parameters_);
+    covariance_ = inflation * scale.asDiagonal() * least_norm_solution(decompose(scaled), unit) * scale.asDiagonal();
   }
 
   // Second moment of the arm's rotation vectors, frame S.
@@ -370,7 +332,7 @@ class Solver {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
     }
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(moment / count);
+    const auto solver = eigen_of(Matrix3d(moment / count));
     result_.main_turn = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
     result_.second_turn = std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
     axis_ = solver.eigenvectors().col(2);
