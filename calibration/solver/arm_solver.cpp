@@ -175,10 +175,10 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       }
       row += 3;
     }
-    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> nuisance(N);
-    const MatrixXd projected = J - N * nuisance.solve(J);
-    const VectorXd left = r - N * nuisance.solve(r);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
+    const Decomposition nuisance = decompose(N);
+    const MatrixXd projected = J - N.lazyProduct(least_norm_solution(nuisance, J));
+    const VectorXd left = r - N * VectorXd(least_norm_solution(nuisance, r));
+    const auto eigen = eigen_of(MatrixXd(projected.transpose().lazyProduct(projected)));
     // A combination of parameters is determined if its standard deviation is below a third of its plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
@@ -187,7 +187,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     open_axes = eigen.eigenvectors().leftCols(open);
     const double weight = 1 / (sigma * sigma);
     const VectorXd information = weight * eigen.eigenvalues().cwiseMax(0) + VectorXd::Ones(kArmParameters);
-    covariance = eigen.eigenvectors() * information.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+    covariance =
+        (eigen.eigenvectors() * information.cwiseInverse().asDiagonal()).lazyProduct(eigen.eigenvectors().transpose());
     VectorXd off(kArmParameters);
     for (std::size_t p = 0; p < kArmParameters; ++p)
       off[static_cast<Eigen::Index>(p)] = (values[p] - start[p]) / scales[p];

@@ -283,11 +283,13 @@ class Matcher {
         // Scales the unknowns, because seconds, metres and radians differ by orders of magnitude.
         Eigen::VectorXd scale(n);
         for (Eigen::Index i = 0; i < n; ++i) scale[i] = ZZ(i, i) > 0 ? 1 / std::sqrt(ZZ(i, i)) : 1;
-        const Eigen::FullPivLU<Eigen::MatrixXd> lu(scale.asDiagonal() * A);
-        if (!lu.isInvertible()) break;
-        const Eigen::MatrixXd inverse = lu.inverse() * scale.asDiagonal();
+        const Decomposition scaled = decompose(scale.asDiagonal() * A);
+        if (scaled.rank() < n) break;
+        const Eigen::MatrixXd inverse =
+            least_norm_solution(scaled, Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
         const Eigen::VectorXd step = inverse * Zr.head(n);
-        const Eigen::MatrixXd covariance = inverse * ZZ.topLeftCorner(n, n) * inverse.transpose();
+        const Eigen::MatrixXd spread = inverse.lazyProduct(ZZ.topLeftCorner(n, n));
+        const Eigen::MatrixXd covariance = spread.lazyProduct(inverse.transpose());
         solution.residual2 = squares / (3.0 * used);
         solution.noise_gain = gain / used;
         solution.samples = used;

@@ -1,4 +1,5 @@
-// Conversions between GLM and Eigen, and robust statistics of residuals. Used only by .cpp files of this module.
+// Conversions between GLM and Eigen, decompositions, and robust statistics of residuals. Used only by .cpp files of
+// this module.
 #pragma once
 
 #include <Eigen/Dense>
@@ -30,6 +31,17 @@ inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 inline Eigen::Matrix3d cross_matrix(const dvec3& v) {
   return cross_matrix(eigen(v));
 }
+
+// Decompositions. They are functions of one file, because Eigen's templates take long to compile.
+using Decomposition = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
+Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen_of(const Eigen::MatrixXd& symmetric);
+Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen_of(const Eigen::Matrix3d& symmetric);
+Decomposition decompose(const Eigen::MatrixXd& A);
+/// Least-squares solution X of A X = B with the least norm.
+Eigen::MatrixXd least_norm_solution(const Decomposition& A, const Eigen::MatrixXd& B);
+/// Solution X of A X = B for a positive definite matrix A.
+Eigen::MatrixXd definite_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
 
 /// The value in the middle of the sorted values; 0 if there are none.
 inline double median(std::vector<double> values) {

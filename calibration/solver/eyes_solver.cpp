@@ -36,14 +36,15 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   result.eyes.center = 0.5 * (left + right);
   result.eyes.ipd = glm::length(right - left);
   result.eyes.right = (right - left) / result.eyes.ipd;
-  Eigen::MatrixXd to_center(3, 6);
+  Eigen::Matrix<double, 3, 6> to_center;
   to_center << 0.5 * Eigen::Matrix3d::Identity(), 0.5 * Eigen::Matrix3d::Identity();
-  const Eigen::MatrixXd center = to_center * solved.covariance * to_center.transpose();
-  Eigen::RowVectorXd to_ipd(6);
+  const Eigen::Matrix<double, 6, 6> covariance = solved.covariance;
+  const Eigen::Matrix3d center = to_center * covariance * to_center.transpose();
+  Eigen::Matrix<double, 6, 1> to_ipd;
   const dvec3& d = result.eyes.right;
   to_ipd << -d.x, -d.y, -d.z, d.x, d.y, d.z;
   result.center_sigma = vec(center.diagonal().cwiseSqrt());
-  result.ipd_sigma = std::sqrt((to_ipd * solved.covariance * to_ipd.transpose())(0, 0));
+  result.ipd_sigma = std::sqrt(to_ipd.dot(covariance * to_ipd));
   store_residuals(result, solved);
   if (solved.open_axes.cols() > 0) {
     // Unknowns 0 to 2: left eye; 3 to 5: right eye. Each column of open_axes is a direction that is not determined. The

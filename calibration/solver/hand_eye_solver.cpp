@@ -46,11 +46,6 @@ Pose pose_of(const Matrix3d& R, const Vector3d& p) {
   const Eigen::Quaterniond q(R);
   return {vec(p), glm::normalize(dquat(q.w(), q.x(), q.y(), q.z()))};
 }
-Matrix3d nearest_rotation(const Matrix3d& M) {
-  const Eigen::JacobiSVD<Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
 dvec3 rotation_vector(dquat q) {
   if (q.w < 0) q = -q;
   const dvec3 v(q.x, q.y, q.z);

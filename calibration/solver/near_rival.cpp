@@ -108,7 +108,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
   // For two motions that differ by a displacement: splits by the residual's sign along the residuals' main direction.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  const auto axes = eigen_of(scatter);
   const dvec3 longest = vec(axes.eigenvectors().col(2));
   Indices up;
   for (const std::size_t i : looked_at) {

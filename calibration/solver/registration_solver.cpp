@@ -42,7 +42,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
     const Vector3d h = eigen(p_H[i] - centroid);
     sum += h * h.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
+  const auto solver = eigen_of(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
   // Rounding makes the small eigenvalues inexact, so they are summed again from the coordinates along their axes.
   scatter.values.head<2>().setZero();

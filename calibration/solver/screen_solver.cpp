@@ -36,13 +36,13 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
     A.row(row) << 1, touches[i].mark.u - 0.5, touches[i].mark.v - 0.5;
     P.row(row) << touches[i].p_W.x, touches[i].p_W.y, touches[i].p_W.z;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
-  if (qr.rank() < 3) {
+  const Decomposition plane = decompose(A);
+  if (plane.rank() < 3) {
     result.not_determined =
         "the marks lie on one line: the panel may turn about it, and its size across it is not determined";
     return result;
   }
-  const Eigen::MatrixXd affine = qr.solve(P);
+  const Eigen::MatrixXd affine = least_norm_solution(plane, P);
   const auto row = [&](Eigen::Index i) { return dvec3(affine(i, 0), affine(i, 1), affine(i, 2)); };
   const double width = glm::length(row(1)), height = glm::length(row(2));
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
@@ -91,7 +91,7 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
   for (const dvec3& p : touches) centre += p / static_cast<double>(touches.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const dvec3& p : touches) scatter += eigen(p - centre) * eigen(p - centre).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  const auto axes = eigen_of(scatter);
   dvec3 normal = vec(axes.eigenvectors().col(0));
   const dvec3 e1 = vec(axes.eigenvectors().col(1)), e2 = vec(axes.eigenvectors().col(2));
   if (glm::dot(normal, seen_from - centre) < 0) normal = -normal;

@@ -141,7 +141,7 @@ class SurfaceFit {
       total += w;
     }
     g(6) += kOffsetRidge * total * offset_;
-    const Vector7 x = -information().ldlt().solve(g);
+    const Vector7 x = -definite_solution(information(), g);
     const dvec3 centre_D = X_ * centroid_S_;
     const dquat turn = rotation(dvec3(x(0), x(1), x(2)) / radius_);
     X_.R = glm::normalize(turn * X_.R);
@@ -176,14 +176,14 @@ class SurfaceFit {
     }
     const auto count = static_cast<double>(cells.size());
     const Matrix7 H = information();
-    const Vector7 determined = Eigen::SelfAdjointEigenSolver<Matrix7>(H, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector7 determined = eigen_of(Eigen::MatrixXd(H)).eigenvalues();
     if (count < 10 || !(determined(0) > 1e-9 * determined(6))) {
       undetermined_ = true;
       return;
     }
     Matrix7 scores = Matrix7::Zero();
     for (const auto& [cell, score] : cells) scores += score * score.transpose();
-    const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
+    const Matrix7 inverse = definite_solution(H, Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
     // Moves the reference from the scan's centroid to the origin of D: the translation changes by −θ × centre.

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/solver/eigen_math.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 
@@ -63,8 +63,9 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
     // Regularization (ridge), far smaller than the weight of one touched point, for points that all lie in a plane.
-    inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
-    field = inverse * AE;
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(terms, terms);
+    inverse = definite_solution(AA + 1e-6 * unit, unit);
+    field = inverse.lazyProduct(AE);
     double squares = 0;
     std::vector<double> off;
     for (std::size_t i = 0; i < p_D.size(); ++i) {
