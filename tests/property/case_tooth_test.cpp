@@ -1,10 +1,14 @@
 // Parametric teeth of engine/app/cases against the published table, over many seeds.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
+#include <numeric>
 #include <tuple>
+#include <vector>
 
 #include "engine/app/assets.h"
 #include "engine/app/cases/draft.h"
@@ -63,6 +67,160 @@ TEST(CaseTooth, TheSampledCrownHasTheSizesOfItsTooth) {
     EXPECT_NEAR(high.z, tooth.crown, 0.8e-3) << type;
     EXPECT_NEAR(-low.z, tooth.root, 1.2e-3) << type;
   }
+}
+
+/// Number of cusps: maxima of the chewing surface that stand at least 0.1 mm above the saddle to a higher one.
+int cusps_of(const CaseTooth& tooth) {
+  constexpr double kStep = 0.2e-3, kProminence = 0.1e-3;  // m
+  const int nx = static_cast<int>(tooth.md / kStep), ny = static_cast<int>(tooth.bl / kStep);
+  std::vector<double> height;
+  for (int i = 0; i < nx * ny; ++i)
+    height.push_back(tooth.surface((i / ny - 0.5 * nx) * kStep, (i % ny - 0.5 * ny) * kStep));
+  // From the top downwards, each place joins the hills beside it; the lower one of two hills ends at their saddle.
+  std::vector<int> order(height.size()), hill(height.size(), -1);
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, [&](int a, int b) { return height[a] > height[b]; });
+  const auto top = [&](int i) {
+    while (hill[i] != i) i = hill[i];
+    return i;
+  };
+  int cusps = 1;  // the highest one ends at no saddle
+  for (const int i : order) {
+    hill[i] = i;
+    for (int k = 0; k < 9; ++k) {
+      const int x = i / ny + k / 3 - 1, y = i % ny + k % 3 - 1, j = x * ny + y;
+      if (x < 0 || x >= nx || y < 0 || y >= ny || hill[j] < 0) continue;
+      int low = top(i), high = top(j);
+      if (low == high) continue;
+      if (height[low] > height[high]) std::swap(low, high);
+      cusps += height[low] - height[i] > kProminence;
+      hill[low] = high;
+    }
+  }
+  return cusps;
+}
+
+TEST(CaseTooth, CrownsHaveTheirNumberOfCuspsAndUnbrokenMarginalRidges) {
+  const std::map<std::string, int> cusps{{"U3", 1}, {"U4", 2}, {"U5", 2}, {"U6", 4}, {"U7", 4}, {"U8", 3},
+                                         {"L3", 1}, {"L5", 3}, {"L6", 5}, {"L7", 4}, {"L8", 5}};
+  for (const auto& [type, number] : cusps)
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      SplitMix64 random{seed};
+      const CaseTooth tooth = make_tooth(type, kAge, random);
+      EXPECT_EQ(cusps_of(tooth), number) << type << seed;
+      if (number == 1) continue;
+      // From the buccal to the lingual side, every path over a marginal ridge stays above the pit inside.
+      for (const double side : {1.0, -1.0}) {
+        double lowest = 1;
+        for (double y = -0.2 * tooth.bl; y <= 0.2 * tooth.bl; y += 0.1e-3) {
+          double ridge = 0;
+          for (double x = 0.25; x < 0.5; x += 0.01) ridge = std::max(ridge, tooth.surface(side * x * tooth.md, y));
+          lowest = std::min(lowest, ridge);
+        }
+        double pit = 1;
+        for (double x = 0.05; x < 0.35; x += 0.01) {
+          const double at = side * x * tooth.md;
+          pit = std::min(pit, tooth.surface(at, tooth.fissure(at)));
+        }
+        EXPECT_GT(lowest, pit + 0.1e-3) << type << seed << " at " << side;
+      }
+    }
+}
+
+/// Half the width of the crown at the height z along a direction from the axis, m.
+double reach(const CaseTooth& tooth, const glm::dvec2& along, const glm::dvec2& from, double z) {
+  double low = 0, high = tooth.bl;
+  while (high - low > 1e-6) {
+    const double middle = 0.5 * (low + high);
+    (tooth.distance(dvec3(from + middle * along, z)) < 0 ? low : high) = middle;
+  }
+  return low;
+}
+
+TEST(CaseTooth, MesialAndDistalSidesDifferAsTextBooksState) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto made = [&](const std::string& type) {
+      SplitMix64 random{seed};
+      return make_tooth(type, kAge, random);
+    };
+    // The distal corner of the edge is lower and rounder; the lower central incisor is symmetric.
+    const auto corner = [&](const std::string& type) {
+      const CaseTooth tooth = made(type);
+      const double x = 0.44 * tooth.md;
+      const auto edge = [&](double at) {
+        double best = 0;
+        for (double y = -0.3 * tooth.bl; y < 0.3 * tooth.bl; y += 0.1e-3) best = std::max(best, tooth.surface(at, y));
+        return best;
+      };
+      return (edge(x) - edge(-x)) / tooth.crown;
+    };
+    for (const char* type : {"U1", "U2", "U3", "L2", "L3"}) EXPECT_GT(corner(type), 0.01) << type << seed;
+    EXPECT_GT(corner("U2"), corner("U1")) << seed;
+    EXPECT_NEAR(corner("L1"), 0, 0.005) << seed;
+    for (const char* type : {"U6", "U7", "U8", "L6", "L7", "L8"}) {
+      const CaseTooth tooth = made(type);
+      const double z = tooth.form.proximal, x = 0.3 * tooth.md;
+      const auto wide = [&](double at) { return reach(tooth, {0, 1}, {at, 0}, z) + reach(tooth, {0, -1}, {at, 0}, z); };
+      EXPECT_GT(wide(x), 1.02 * wide(-x)) << type << seed << ": narrower at the distal side";
+      if (type[0] == 'L') continue;
+      const auto diagonal = [&](const glm::dvec2& to) {
+        return reach(tooth, glm::normalize(to), {0, 0}, z) + reach(tooth, -glm::normalize(to), {0, 0}, z);
+      };
+      EXPECT_GT(diagonal({1, 1}), 1.05 * diagonal({1, -1})) << type << seed << ": a rhomboid, acute at mesiobuccal";
+    }
+    for (const char* type : {"U4", "L4"}) {
+      const CaseTooth tooth = made(type);
+      const double z = 0.4 * tooth.crown, y = 0.25 * tooth.bl, lean = tooth.form.lean * z;
+      const auto wide = [&](double at) {
+        return reach(tooth, {1, 0}, {0, at - lean}, z) + reach(tooth, {-1, 0}, {0, at - lean}, z);
+      };
+      EXPECT_GT(wide(y), 1.02 * wide(-y)) << type << seed << ": narrower at the lingual side";
+    }
+  }
+}
+
+TEST(CaseTooth, RootsHaveTheirNumberAndContinueTheTrunkWithoutASwelling) {
+  const std::map<std::string, int> roots{{"U1", 1}, {"U3", 1}, {"U4", 2}, {"U5", 1}, {"U6", 3}, {"U7", 3},
+                                         {"L1", 1}, {"L3", 1}, {"L5", 1}, {"L6", 2}, {"L7", 2}};
+  constexpr double kVoxel = 0.2e-3;
+  for (const auto& [type, number] : roots)
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      SplitMix64 random{seed};
+      const CaseTooth tooth = make_tooth(type, kAge, random);
+      const int nx = static_cast<int>(1.4 * tooth.md / kVoxel), ny = static_cast<int>(1.4 * tooth.bl / kVoxel);
+      double last = 1;  // m, width along y at the height above
+      for (double z = -0.5e-3; z > -0.8 * tooth.root; z -= 0.5e-3) {
+        std::vector<bool> solid;
+        for (int i = 0; i < nx * ny; ++i)
+          solid.push_back(tooth.distance({(i / ny - 0.5 * nx) * kVoxel, (i % ny - 0.5 * ny) * kVoxel, z}) < 0);
+        int low = ny, high = 0, parts = 0;
+        for (int i = 0; i < nx * ny; ++i)
+          if (solid[i]) low = std::min(low, i % ny), high = std::max(high, i % ny);
+        // Roots of upper molars diverge; others taper.
+        const double wide = (high - low) * kVoxel;
+        if (number < 3) {
+          EXPECT_LE(wide, last + 1.01 * kVoxel) << type << seed << " at " << z;
+        }
+        last = wide;
+        if (z - 0.5e-3 > -0.8 * tooth.root) continue;
+        for (int i = 0; i < nx * ny; ++i) {
+          if (!solid[i]) continue;
+          ++parts;
+          std::vector<int> open{i};
+          solid[i] = false;
+          while (!open.empty()) {
+            const int at = open.back(), x = at / ny, y = at % ny;
+            open.pop_back();
+            for (const auto& [u, v] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}})
+              if (u >= 0 && u < nx && v >= 0 && v < ny && solid[u * ny + v]) {
+                solid[u * ny + v] = false;
+                open.push_back(u * ny + v);
+              }
+          }
+        }
+        EXPECT_EQ(parts, number) << type << seed;
+      }
+    }
 }
 
 TEST(CaseTooth, EachRootOfAMolarBendsByTheAngleAndItsCanalFollows) {
@@ -132,7 +290,7 @@ TEST(CaseTooth, AScanOfAToothHasTheMeasuresOfThatTooth) {
     const dvec3 from(0, 0, tooth.crown - scan.crown);
     for (const dvec3& p : {dvec3(0, 0, 0.5e-3), dvec3(1e-3, 0.5e-3, 2e-3), dvec3(0, -1e-3, -2e-3)}) {
       near(scan.pulp_distance(p - from), tooth.pulp_distance(p), 0.35e-3);
-      near(scan.surface(p.x, p.y), tooth.surface(p.x, p.y) - from.z, 0.4e-3);
+      near(scan.surface(p.x, p.y), tooth.surface(p.x, p.y) - from.z, 0.5e-3);  // grooves are steep
     }
   }
 }

@@ -25,9 +25,17 @@ constexpr double kMaxDeviation = 2;
 // standard deviation of each measure among teeth of equal size, as a fraction of the measure; an estimate
 constexpr double kShape = 0.025;
 constexpr double kCusp = 0.025;        // standard deviation of a cusp's height and position, as a fraction; an estimate
-constexpr double kRootJoin = 2.4e-3;   // m, radius of the rounding where roots join
+constexpr double kRootsLeave = 5e-3;   // m, height of the part in which the roots leave the outline of the trunk
+constexpr double kTrunkEnd = 1.2e-3;   // m, radius of the rounding at the lower end of the trunk
+constexpr double kRootJoin = 1.6e-3;   // m, radius of the rounding where roots join
 constexpr double kApex = 0.6e-3;       // m, radius of the tip of each root of a tooth with several roots
 constexpr double kApexCurve = 1.4e-3;  // m, radius of the tip of a single root
+constexpr double kRootStart = 0.35;  // depth of the upper end of a root's axis, as a fraction of the furcation's depth
+// Radius of a root at half its length: 0: as at its upper end, 1: as at its tip. Roots are convex cones.
+constexpr double kTaper = 0.3;
+constexpr double kBend = 0.14;       // rad, bend of roots to distal at half their length; an estimate
+constexpr double kApexShift = 0.06;  // shift of a single root's tip to distal, as a fraction of its length; an estimate
+constexpr double kRidgeJoin = 0.9e-3;  // m, ToothHill::join of marginal and other ridges
 
 /// Ratio of the pulp chamber's area at this age to the area at 20 years (CBCT study of 2017 with 316 molars; applied to
 /// all teeth).
@@ -60,6 +68,28 @@ ToothForm resized(ToothForm form, const CaseTooth& tooth, const glm::dvec2& neck
   return form;
 }
 
+/// Outline and edges of the crown from the row of its type. Without sides, the crown is symmetric.
+void add_sides(ToothForm& form, const Json& row, double size) {
+  form.sides.skew = row["skew"].number(-0.3, 0.3);
+  const std::vector<double> narrow = row["narrow"].numbers(2), corners = row["corners_mm"].numbers(2);
+  form.sides.distal_narrow = narrow[0];
+  form.sides.lingual_narrow = narrow[1];
+  form.sides.distal_lower = row["distal_lower_mm"].number(0, 2) * kMillimetre * size;
+  form.sides.corners = glm::dvec2(corners[0], corners[1]) * kMillimetre * size;
+  // The skewed superellipse is wider along x, by the norm of its dual.
+  const double dual = form.square / (form.square - 1),
+               across = std::abs(form.sides.skew) * form.widest.y / form.widest.x;
+  const double wider = std::pow(1 + std::pow(across, dual), 1 / dual);
+  form.widest.x /= wider;
+  form.table.x /= wider;
+}
+
+/// Shift of the middle of a single root to distal (negative) at height z, m.
+double root_shift(const CaseTooth& tooth, double z) {
+  const double t = std::min(z, 0.0) / tooth.root;
+  return tooth.roots.empty() ? -kApexShift * tooth.root * t * t : 0;
+}
+
 /// Adds the pulp: chamber, horns and canals. `size`: size of the chamber at the neck, m. `shrink`: factor for the age.
 void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   const glm::dvec2 half = 0.5 * size * shrink;
@@ -75,7 +105,10 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   if (!molar) {
     const double above = tooth.chamber_roof;
     tube({0, 0, above}, {0, 0, tooth.chamber_floor}, 0.55 * half.x, half.x, half.y / half.x);
-    if (tooth.roots.empty()) tube({0, 0, tooth.chamber_floor}, {0, 0, -tooth.root + 1e-3}, half.x, kForamen, 1.6);
+    if (tooth.roots.empty()) {
+      const auto middle = [&](double z) { return dvec3(root_shift(tooth, z), 0, z); };
+      tube(middle(tooth.chamber_floor), middle(-tooth.root + 1e-3), half.x, kForamen, 1.6);
+    }
   } else {
     const double middle = 0.5 * (tooth.chamber_roof + tooth.chamber_floor);
     const double height = 0.5 * (tooth.chamber_roof - tooth.chamber_floor);
@@ -86,7 +119,7 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
            1);
     }
     for (const ToothHill& hill : tooth.form.hills) {
-      if (hill.height < 0.83 * tooth.crown || hill.at.y == 0) continue;
+      if (hill.height < 0.83 * tooth.crown || hill.join > 0) continue;
       const glm::dvec2 at = glm::clamp(hill.at, -half + 0.4e-3, half - 0.4e-3);
       tube({at.x, at.y, middle}, {at.x * 1.1, at.y * 1.1, tooth.chamber_roof + 1.1e-3 * shrink}, 0.6 * height + 0.1e-3,
            0.2e-3, 1);
@@ -95,13 +128,12 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
   for (std::size_t k = 0; k < tooth.roots.size(); ++k) {
     const TaperedTube& root = tooth.roots[k];
     const double stretch = std::min(root.stretch_y, 2.0);
-    const bool goes_on = k + 1 < tooth.roots.size() && tooth.roots[k + 1].a == root.b;
-    const bool begins = k == 0 || tooth.roots[k - 1].b != root.a;
+    const bool upper = k % 2 == 0;
     const glm::dvec2 at = glm::clamp(glm::dvec2(root.a), -half + 0.5 * thin, half - 0.5 * thin);
-    if (begins) tube({at.x, at.y, tooth.chamber_floor + 0.3e-3}, root.a, 1.3 * kCanal, kCanal, stretch);
-    const dvec3 end = goes_on ? root.b : root.b + 0.02 * (root.a - root.b);
+    if (upper) tube({at.x, at.y, tooth.chamber_floor + 0.3e-3}, root.a, 1.3 * kCanal, kCanal, stretch);
+    const dvec3 end = upper ? root.b : root.b + 0.02 * (root.a - root.b);
     constexpr double kMiddle = 0.5 * (kCanal + kForamen);
-    tube(root.a, end, begins ? kCanal : kMiddle, goes_on ? kMiddle : kForamen, stretch);
+    tube(root.a, end, upper ? kCanal : kMiddle, upper ? kMiddle : kForamen, stretch);
   }
 }
 
@@ -126,17 +158,19 @@ double TaperedTube::distance(const dvec3& p) const {
 
 double CaseTooth::distance(const dvec3& p) const {
   if (scan) return scan->distance(p);
-  const double trunk = hollowed(form, p);
+  const dvec3 q(p.x - root_shift(*this, p.z), p.y, p.z);
+  const double trunk = hollowed(form, q);
   if (roots.empty()) {
     // The root ends as a paraboloid.
-    const double up = std::max(p.z + root, 0.0);
-    const double out = std::hypot(p.x, p.y * form.neck.x / form.neck.y) - std::sqrt(2 * kApexCurve * up);
-    return p.z > 0 ? trunk : smooth_max(trunk, 0.6 * out, 1e-3);
+    const double up = std::max(q.z + root, 0.0);
+    const double out = std::hypot(q.x, q.y * form.neck.x / form.neck.y) - std::sqrt(2 * kApexCurve * up);
+    return q.z > 0 ? trunk : smooth_max(trunk, 0.6 * out, 1e-3);
   }
-  double d = smooth_max(trunk, -furcation - p.z, kRootJoin);
-  for (const TaperedTube& tube : roots) d = smooth_min(d, tube.distance(p), 0.8 * kRootJoin);
-  // The rounded union of the roots must not bulge out of the trunk.
-  return glm::mix(d, std::max(d, trunk), smooth_step(-1.5 * furcation, -0.5 * furcation, p.z));
+  double d = smooth_max(trunk, -furcation - p.z, kTrunkEnd);
+  for (std::size_t k = 0; k + 1 < roots.size(); k += 2)
+    d = smooth_min(d, std::min(roots[k].distance(p), roots[k + 1].distance(p)), kRootJoin);
+  // The roots leave the outline of the trunk gradually; their rounded union does not bulge out of it.
+  return glm::mix(d, std::max(d, trunk), smooth_step(-furcation - kRootsLeave, -furcation, p.z));
 }
 
 double CaseTooth::hollowed(const ToothForm& outer, const dvec3& p) const {
@@ -214,6 +248,9 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, do
   const std::string form = (*row)["form"].string();
   tooth.form = read_tooth_form(Json::load(tooth_forms() / (form + ".json")));
   tooth.form = resized(tooth.form, tooth, neck);
+  add_sides(tooth.form, *row, size);
+  const auto cusps = static_cast<std::size_t>((*row)["cusps"].integer(1, 5));
+  for (std::size_t k = cusps; k < tooth.form.hills.size(); ++k) tooth.form.hills[k].join = kRidgeJoin;
   for (ToothHill& hill : tooth.form.hills) {
     hill.at += kCusp * glm::dvec2(normal(random), normal(random)) * glm::dvec2(tooth.md, tooth.bl) * 0.5;
     hill.height = std::min(hill.height * (1 + 0.5 * kCusp * normal(random)), tooth.crown);
@@ -227,22 +264,20 @@ CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, do
   tooth.enamel = (*row)["enamel_mm"].number(0.3, 3) * kMillimetre * size;
   tooth.furcation = (*row)["furcation_mm"].number(0, 12) * kMillimetre * size;
   for (const Json& item : (*row)["roots"].items()) {
-    const std::vector<double> r = item.numbers(6);
+    const std::vector<double> r = item.numbers(7);
     const glm::dvec2 half = 0.5 * neck;
-    const double bend = 0.06 * normal(random);
-    TaperedTube root;
-    root.a = {r[0] * half.x, r[1] * half.y, -0.6 * tooth.furcation};
-    root.b = {(r[2] + bend) * half.x, r[3] * half.y, -tooth.root + kApex};
-    root.stretch_y = r[5] * half.y / (r[4] * half.x);
-    root.radius_a = r[4] * half.x;
-    root.radius_b = kApex;
-    tooth.roots.push_back(root);
-    if (curvature == 0) continue;
-    TaperedTube& upper = tooth.roots.back();
-    upper.b = root.a = glm::mix(root.a, root.b, 0.5);
-    upper.radius_b = root.radius_a = glm::mix(root.radius_a, root.radius_b, 0.5);
-    root.b = root.a + glm::angleAxis(curvature, dvec3(0, 1, 0)) * (root.b - root.a);
-    tooth.roots.push_back(root);
+    const double sway = 0.06 * normal(random);
+    TaperedTube upper, lower;
+    upper.a = {r[0] * half.x, r[1] * half.y, -kRootStart * tooth.furcation};
+    const dvec3 tip((r[2] + sway) * half.x, r[3] * half.y, -r[6] * tooth.root + kApex);
+    upper.radius_a = r[4] * half.x;
+    upper.stretch_y = lower.stretch_y = r[5] * half.y / (r[4] * half.x);
+    upper.b = lower.a = glm::mix(upper.a, tip, 0.5);
+    upper.radius_b = lower.radius_a = glm::mix(upper.radius_a, kApex, kTaper);
+    lower.b = lower.a + glm::angleAxis(curvature > 0 ? curvature : kBend, dvec3(0, 1, 0)) * (tip - lower.a);
+    lower.radius_b = kApex;
+    tooth.roots.push_back(upper);
+    tooth.roots.push_back(lower);
   }
   const std::vector<double> pulp = (*row)["pulp_mm"].numbers(2);
   add_pulp(tooth, glm::dvec2(pulp[0], pulp[1]) * kMillimetre * size, std::sqrt(pulp_area(type, age)));

@@ -36,7 +36,7 @@ struct CaseTooth {
   ToothForm blunt;                 // form without grooves; the enamel's thickness is measured from it
   double fossa = 0;                // m, depth of the lingual fossa of a front tooth; 0: none
   double furcation = 0;            // m below the neck where roots separate; 0: one root
-  std::vector<TaperedTube> roots;  // a curved root is two tubes, one after the other
+  std::vector<TaperedTube> roots;  // each root is two tubes, one after the other; empty: the trunk is the root
   // m, height to which the enamel's edge rises above the neck, on the mesial and on the distal side
   double cej_mesial = 0, cej_distal = 0;
   double enamel = 0;                           // m, thickness of the enamel in the occlusal third
@@ -62,7 +62,7 @@ std::vector<std::string> tooth_types();
 /// Name of a type, for example "lower first molar".
 std::string tooth_name(const std::string& type);
 /// Generates a tooth. `type`: one of tooth_types(). `curvature`: rad, angle by which each root of a molar bends to
-/// distal at half its length (Schneider 1971). Throws Error.
+/// distal at half its length (Schneider 1971); 0: the usual bend. Throws Error.
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature = 0);
 
 struct PocketGum;

@@ -17,14 +17,16 @@ void add(Sha256& key, const glm::vec<N, double>& v) {
 
 void add(Sha256& key, const ToothForm& form) {
   const auto& [widest, neck, table, height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
-               groove_width, hills] = form;
+               groove_width, hills, sides] = form;
+  const auto& [skew, distal_narrow, lingual_narrow, distal_lower, corners] = sides;
   add(key, widest), add(key, neck), add(key, table);
-  for (const double number :
-       {height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth, groove_width})
+  for (const double number : {height, proximal, buccal, lingual, square, rounding, lean, root, groove_depth,
+                              groove_width, skew, distal_narrow, lingual_narrow, distal_lower})
     key.add(number);
+  add(key, corners);
   key.add(hills.size());
-  for (const auto& [at, hill_height, slope, long_by] : hills)
-    add(key, at), key.add(hill_height), key.add(slope), add(key, long_by);
+  for (const auto& [at, hill_height, slope, long_by, join] : hills)
+    add(key, at), key.add(hill_height), key.add(slope), add(key, long_by), key.add(join);
 }
 
 void add(Sha256& key, const ToothRow& row) {

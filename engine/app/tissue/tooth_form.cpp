@@ -50,9 +50,16 @@ double ridges(const glm::dvec2& from_tip, double over) {
 
 double ToothForm::distance(const dvec3& p) const {
   const double z = p.z;
-  const double x = p.x, y = p.y + lean * std::max(z, 0.0);
-  const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
-  const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
+  const double y = p.y + lean * std::max(z, 0.0);
+  // The neck is symmetric; from there, the sides' differences grow up to the widest point.
+  const double grown = std::clamp(z / proximal, 0.0, 1.0);
+  const double x = p.x - grown * sides.skew * y;
+  const double widest_at = x > 0 ? proximal : proximal - sides.distal_lower;
+  const double even_a = half_width(z, neck.x, widest.x, table.x, widest_at, height, root);
+  const double even_b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
+  const double to_mesial = std::clamp(x / even_a, -1.0, 1.0), to_buccal = std::clamp(y / even_b, -1.0, 1.0);
+  const double a = even_a * (1 + grown * sides.lingual_narrow * to_buccal);
+  const double b = even_b * (1 + grown * sides.distal_narrow * to_mesial);
   // The superellipse is slow to compute, so it is evaluated only near the ellipse with the same axes.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
@@ -67,9 +74,14 @@ double ToothForm::distance(const dvec3& p) const {
   // Heights of the highest and second highest hill (cusp) at (x, y). A groove is where two hills meet.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
+  const auto beside = [&](const ToothHill& hill) { return (glm::dvec2(p.x, y) - hill.at) / hill.long_by; };
+  const auto height_at = [&](const ToothHill& hill, const glm::dvec2& d) {
+    return hill.height - hill.slope * (std::sqrt(glm::dot(d, d) + kTip * kTip) - kTip);
+  };
   for (const ToothHill& hill : hills) {
-    const glm::dvec2 d = (glm::dvec2(x, y) - hill.at) / hill.long_by;
-    const double h = hill.height - hill.slope * (std::sqrt(glm::dot(d, d) + kTip * kTip) - kTip);
+    if (hill.join > 0) continue;
+    const glm::dvec2 d = beside(hill);
+    const double h = height_at(hill, d);
     if (h > first) {
       second = first;
       first = h;
@@ -81,8 +93,12 @@ double ToothForm::distance(const dvec3& p) const {
   const double over = first - second, meet = over / groove_width;
   double height_of_hills = 0.5 * (first + second + std::sqrt(over * over + kGrooveFloor * kGrooveFloor));
   if (meet < 3) height_of_hills -= groove_depth * std::exp(-meet * meet);
+  for (const ToothHill& hill : hills)
+    if (hill.join > 0) height_of_hills = smooth_max(height_of_hills, height_at(hill, beside(hill)), hill.join);
   const double top = kTopSlope * (z - height_of_hills - ridges(from_tip, over));
-  return at_most + rounding < top ? top : smooth_max(outline(), top, rounding);
+  const double round =
+      rounding + sides.corners.x * smooth_step(0.3, 1, to_mesial) + sides.corners.y * smooth_step(0.3, 1, -to_mesial);
+  return at_most + round < top ? top : smooth_max(outline(), top, round);
 }
 
 Tissue ToothForm::tissue(const dvec3& p) const {
@@ -92,12 +108,18 @@ Tissue ToothForm::tissue(const dvec3& p) const {
   return p.z > 0 && inside < enamel + 1e-5 ? Tissue::kEnamel : Tissue::kDentin;
 }
 
+glm::dvec2 ToothForm::half_box() const {
+  const glm::dvec2 more(std::abs(sides.lingual_narrow), std::abs(sides.distal_narrow));
+  const glm::dvec2 half = 0.5 * glm::max(widest, neck) * (1.0 + more) + kMargin;
+  return half + glm::dvec2(std::abs(sides.skew) * half.y, 0);
+}
+
 dvec3 ToothForm::low() const {
-  const glm::dvec2 half = 0.5 * glm::max(widest, neck) + kMargin;
+  const glm::dvec2 half = half_box();
   return {-half.x, -half.y - std::max(lean, 0.0) * height, -root - kMargin};
 }
 dvec3 ToothForm::high() const {
-  const glm::dvec2 half = 0.5 * glm::max(widest, neck) + kMargin;
+  const glm::dvec2 half = half_box();
   return {half.x, half.y + std::max(-lean, 0.0) * height, height + kMargin};
 }
 

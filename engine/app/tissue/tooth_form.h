@@ -19,6 +19,18 @@ struct ToothHill {
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
   glm::dvec2 long_by{1, 1};  // stretch along x and y
+  /// m, height difference below which the hill passes smoothly into the others, without a groove; 0: a groove
+  double join = 0;
+};
+
+/// What distinguishes the sides of a crown. All 0: the outline is symmetric.
+struct CrownSides {
+  double skew = 0;            // shift of the outline along x per y (rhomboid upper molars)
+  double distal_narrow = 0;   // change of the width along y from the middle to the mesial (+) and distal (−) end
+  double lingual_narrow = 0;  // change of the width along x from the middle to the buccal (+) and lingual (−) side
+  double distal_lower = 0;    // m, by which the widest point of the distal side is lower than the mesial one
+  // m, added to the radius of the edge at the mesial and the distal corner of the chewing surface
+  glm::dvec2 corners{0, 0};
 };
 
 /// Frame: origin in the neck, x to the midline, y to the cheek, z out of the crown. Lengths in m.
@@ -38,6 +50,7 @@ struct ToothForm {
   double root = 0;      // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
+  CrownSides sides;
 
   /// Approximate signed distance, m, negative inside; its gradient is at most about 1.3.
   double distance(const dvec3& p) const;
@@ -46,6 +59,10 @@ struct ToothForm {
   /// Lower corner of a box around the tooth, m.
   dvec3 low() const;
   dvec3 high() const;
+
+ private:
+  /// Half the widths of this box along x and y, without the inclination, m.
+  glm::dvec2 half_box() const;
 };
 
 /// The folder assets/teeth/forms.
