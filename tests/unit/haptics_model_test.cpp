@@ -35,10 +35,11 @@ double direction_error(const char* model) {
     const double a = 0.3 + 0.004 * i;
     const dvec3 way(std::cos(a), 0.4, std::sin(a));
     const dvec3 n = glm::normalize(way);
-    bench.tick({(4.4_mm + std::max(0.0, 40.0 - i) * 40.0_um) * n});
-    if (i < 60) continue;
-    EXPECT_GT(glm::length(bench.last.f_T_W), 0.1) << model << ", " << i;
-    worst = std::max(worst, std::acos(std::min(1.0, glm::dot(glm::normalize(bench.last.f_T_W), n))) * 180 / kPi);
+    bench.tick({(i == 0 ? 6.0_mm : 4.4_mm) * n});
+    if (i < 40) continue;
+    const dvec3 f = bench.last.f_model_W;  // after the leap, the passivity controller makes f_T_W almost zero
+    EXPECT_GT(glm::length(f), 0.1) << model << ", " << i;
+    worst = std::max(worst, std::acos(std::min(1.0, glm::dot(glm::normalize(f), n))) * 180 / kPi);
   }
   return worst;
 }
