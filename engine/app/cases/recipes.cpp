@@ -21,7 +21,7 @@ constexpr double kNarrowest = 1.3e-3;  // m; an access is never narrower than th
 constexpr double kNarrowestMolar = 1.45e-3;  // m, the same for the deeper access of a molar
 constexpr double kInside = 0.15e-3;          // m, a lesion ends this far inside the cavity that removes it
 constexpr double kAround = 0.08e-3;          // m, the trough for recurrent caries is wider than the lesion
-constexpr double kBelowContact = 0.7e-3;     // m, centre of an approximal lesion below the middle of the contact
+constexpr double kBelowContact = 0.6e-3;     // m, centre of an approximal lesion below the middle of the contact
 constexpr double kApart = 2e-3;              // m, smallest distance of two lesions that the trainee must find
 
 /// Unit vector out of the tooth at a point of its surface.
@@ -141,7 +141,7 @@ void approximal_caries(Draft& draft, double side, double axial, double middle) {
   lesion.a = lesion.b = {middle, side * z};
   lesion.top = 0.5 * tooth.md + 0.5e-3;
   while (tooth.distance({side * lesion.top, middle, z}) > 0) lesion.top -= 0.02e-3;
-  lesion.opening = 0.75e-3;
+  lesion.opening = 0.65e-3;
   lesion.width = 0.6e-3;
   Lesion& made = draft.add_lesion(lesion, lesion.top - std::abs(axial) - kInside);
   if (made.border == made.depth) made.width = 0.2e-3;  // the cone's tip is in enamel
