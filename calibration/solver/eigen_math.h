@@ -41,6 +41,7 @@ Decomposition decompose(const Eigen::MatrixXd& A);
 Eigen::MatrixXd least_norm_solution(const Decomposition& A, const Eigen::MatrixXd& B);
 /// Solution X of A X = B for a positive definite matrix A.
 Eigen::MatrixXd definite_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+/// The rotation that differs least from M (sum of squares).
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
 
 /// The value in the middle of the sorted values; 0 if there are none.

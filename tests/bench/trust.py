@@ -355,14 +355,15 @@ nor score. Limits and pass mark (75) were not fitted to each other.
 
 {verdict}
 
-**No tested measure of the cut cavity reaches the aim** (figures of this paragraph: earlier teeth). One of the best rules,
-not in the score: at most 0.1 mm² of the ideal floor is more than 0.25 mm from the surface, and at most 0.1 mm² of the ideal walls more than 0.3 mm. A pass by
-this rule has a specificity of 0.85 at a sensitivity of 0.94. If such rules (0.1 mm², 2 % or 5 % of the area) get their
-limits from half of the persons, they have 0.84 at 0.94 for the other half, but 0.78 to 0.81 with one limit for floor
-and walls: most of the gain comes from the two limits that also define an acceptable trial. 34 measures together, fitted
-to the planned errors of nine tenths of the persons, have at best 0.87 at 0.95 for the rest. The reason: a cavity is not
-what was planned. Of the 66 unacceptable trials that the rule would pass, 33 are unacceptable only because the tilt is
-added to the displacement, although both may cancel, and 14 have a floor planned too high, which other strokes deepen.
+**No tested measure of the cut cavity reaches the aim** (figures of this paragraph: earlier teeth). One of the best
+rules, not in the score: at most 0.1 mm² of the ideal floor is more than 0.25 mm from the surface, and at most 0.1 mm²
+of the ideal walls more than 0.3 mm. A pass by this rule has a specificity of 0.85 at a sensitivity of 0.94. If such
+rules (0.1 mm², 2 % or 5 % of the area) get their limits from half of the persons, they have 0.84 at 0.94 for the other
+half, but 0.78 to 0.81 with one limit for floor and walls: most of the gain comes from the two limits that also define
+an acceptable trial. 34 measures together, fitted to the planned errors of nine tenths of the persons, have at best 0.87
+at 0.95 for the rest. The reason: a cavity is not what was planned. Of the 66 unacceptable trials that the rule would
+pass, 33 are unacceptable only because the tilt is added to the displacement, although both may cancel, and 14 have a
+floor planned too high, which other strokes deepen.
 
 A session with a [critical error](tasks.md#what-can-be-scored) does not pass: here an over-cut of more than 0.35 mm (the
 rule's target of 0.1 mm, and half of the rubric's range of depths; of several limits, the best on such trials), or an

@@ -188,7 +188,7 @@ TEST(CaseTooth, RootsHaveTheirNumberAndContinueTheTrunkWithoutASwelling) {
       SplitMix64 random{seed};
       const CaseTooth tooth = make_tooth(type, kAge, random);
       const int nx = static_cast<int>(1.4 * tooth.md / kVoxel), ny = static_cast<int>(1.4 * tooth.bl / kVoxel);
-      double last = 1;  // m, width along y at the height above
+      double last = 1;  // m, width along y, 0.5 mm higher
       for (double z = -0.5e-3; z > -0.8 * tooth.root; z -= 0.5e-3) {
         std::vector<bool> solid;
         for (int i = 0; i < nx * ny; ++i)

@@ -33,7 +33,7 @@ struct Outcome {
   double stall = 0;                           // s that the servo was away
 };
 
-/// What a breakage can reach.
+/// What a breakage may change.
 struct Scene {
   EmulatedArm& board;
   SimTime& time;
@@ -48,13 +48,13 @@ struct Scene {
 struct Breakage {
   const char* title;
   void (*happens)(Scene);
-  bool zero = true;            // the force is zero within two milliseconds, until the hand is free
-  bool comes_back = true;      // in a later contact
+  bool zero = true;            // the force becomes zero within two milliseconds, and stays zero until the hand is free
+  bool comes_back = true;      // the force comes back in a later contact
   bool ends = false;           // read() says that the device is gone
   bool noticed = true;         // otherwise no sample is bad, and nothing takes the force away
   double longest_step = 1;     // m, between two samples
   int may_stay_off = 0;        // number of runs in which the force need not come back
-  bool wraps_encoder = false;  // when it happens
+  bool wraps_encoder = false;  // an encoder wraps around at this moment
   int times = test::campaign(60);
 };
 

@@ -447,7 +447,7 @@ TEST_F(LiveHands, WithAMirrorInASecondArmAreRecordedOnTheSameClock) {
   other.hold([home = other.home()](double t) { return home + dvec3(0, 5e-3 * std::sin(3 * t), 0); });
   wait_for_contact();
   other.pass(2.5);                  // to and fro
-  EXPECT_LT(other.current(), 0.5);  // it holds up its own arm and pushes nobody
+  EXPECT_LT(other.current(), 0.5);  // A: its motors only hold up the arm's own weight
   end();
   const session::SessionReader session(folder / "s.h5");
   ASSERT_EQ(session.header().streams.size(), 1u);

@@ -181,7 +181,7 @@ void onlay(Draft& draft) {
   const double side = tooth.type[0] == 'L' ? 1 : -1;
   double lowest = tooth.crown;
   for (const ToothHill& hill : tooth.form.hills)
-    if (hill.at.y * side > 0 && hill.join == 0 && hill.height > 0.83 * tooth.crown)
+    if (hill.at.y * side > 0 && hill.is_cusp() && hill.height > 0.83 * tooth.crown)
       lowest = std::min(lowest, hill.height);
   const dvec3 on(0, tooth.fissure(0), lowest - draft.mm("cusp_mm"));
   draft.ideal["remove"].push_back(

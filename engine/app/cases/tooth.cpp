@@ -119,7 +119,7 @@ void add_pulp(CaseTooth& tooth, const glm::dvec2& size, double shrink) {
            1);
     }
     for (const ToothHill& hill : tooth.form.hills) {
-      if (hill.height < 0.83 * tooth.crown || hill.join > 0) continue;
+      if (hill.height < 0.83 * tooth.crown || !hill.is_cusp()) continue;
       const glm::dvec2 at = glm::clamp(hill.at, -half + 0.4e-3, half - 0.4e-3);
       tube({at.x, at.y, middle}, {at.x * 1.1, at.y * 1.1, tooth.chamber_roof + 1.1e-3 * shrink}, 0.6 * height + 0.1e-3,
            0.2e-3, 1);

@@ -79,7 +79,7 @@ double ToothForm::distance(const dvec3& p) const {
     return hill.height - hill.slope * (std::sqrt(glm::dot(d, d) + kTip * kTip) - kTip);
   };
   for (const ToothHill& hill : hills) {
-    if (hill.join > 0) continue;
+    if (!hill.is_cusp()) continue;
     const glm::dvec2 d = beside(hill);
     const double h = height_at(hill, d);
     if (h > first) {
@@ -94,7 +94,7 @@ double ToothForm::distance(const dvec3& p) const {
   double height_of_hills = 0.5 * (first + second + std::sqrt(over * over + kGrooveFloor * kGrooveFloor));
   if (meet < 3) height_of_hills -= groove_depth * std::exp(-meet * meet);
   for (const ToothHill& hill : hills)
-    if (hill.join > 0) height_of_hills = smooth_max(height_of_hills, height_at(hill, beside(hill)), hill.join);
+    if (!hill.is_cusp()) height_of_hills = smooth_max(height_of_hills, height_at(hill, beside(hill)), hill.join);
   const double top = kTopSlope * (z - height_of_hills - ridges(from_tip, over));
   const double round =
       rounding + sides.corners.x * smooth_step(0.3, 1, to_mesial) + sides.corners.y * smooth_step(0.3, 1, -to_mesial);

@@ -19,8 +19,10 @@ struct ToothHill {
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
   glm::dvec2 long_by{1, 1};  // stretch along x and y
-  /// m, height difference below which the hill passes smoothly into the others, without a groove; 0: a groove
+  // m, height difference below which a ridge passes smoothly into other hills; 0: a cusp, with grooves around it
   double join = 0;
+
+  bool is_cusp() const { return join == 0; }
 };
 
 /// What distinguishes the sides of a crown. All 0: the outline is symmetric.

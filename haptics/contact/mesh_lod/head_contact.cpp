@@ -111,20 +111,17 @@ void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) 
 int HeadContact::near_planes(std::span<NearPlane, kMaxNearPlanes> planes) noexcept {
   if (!listed_ || list_.points.empty()) return 0;
   distances_.find(head_, list_.points, {c_, R_WT_}, margin());
-  const auto end = nearest_.begin() + static_cast<std::ptrdiff_t>(distances_.size());
-  const auto most = static_cast<std::ptrdiff_t>(std::min(distances_.size(), planes.size()));
-  std::iota(nearest_.begin(), end, 0u);
-  const auto is_nearer = [&](std::uint32_t a, std::uint32_t b) {
-    return distances_.distance(a) < distances_.distance(b);
-  };
-  if (nearest_.begin() + most < end) std::nth_element(nearest_.begin(), nearest_.begin() + most, end, is_nearer);
-  for (std::ptrdiff_t k = 0; k < most; ++k) {
-    const std::uint32_t i = nearest_[static_cast<std::size_t>(k)];
-    const double gap = distances_.distance(i);
-    planes[static_cast<std::size_t>(k)] = {list_.points[distances_.point(i)] - c_, -distances_.normal_W(i),
-                                           gives_ ? std::max(gap, 0.0) : gap + kAllowedDepth * head_.radius()};
+  const std::span found(nearest_.data(), distances_.size());
+  const std::size_t count = std::min(found.size(), planes.size());
+  std::iota(found.begin(), found.end(), 0u);
+  std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count), found.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return distances_.distance(a) < distances_.distance(b); });
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t i = found[k];
+    planes[k] = {list_.points[distances_.point(i)] - c_, -distances_.normal_W(i),
+                 vertex::allowed_motion(distances_.distance(i), kAllowedDepth * head_.radius(), gives_)};
   }
-  return static_cast<int>(most);
+  return static_cast<int>(count);
 }
 
 double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept {

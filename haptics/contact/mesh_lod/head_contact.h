@@ -50,7 +50,7 @@ class HeadContact final : public SurfaceContact {
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};
-  std::vector<std::uint32_t> nearest_;  // near_planes(): order of the points, nearest first
+  std::vector<std::uint32_t> nearest_;  // buffer of near_planes(): indices into distances_, the nearest in front
   HeadLister lister_;
   HeadPoints list_;  // list of contact points that is in use
   HeadPoints next_;  // the next list, which lister_ makes while list_ is valid

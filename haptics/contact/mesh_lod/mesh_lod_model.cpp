@@ -190,6 +190,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   const dvec3 end = in.X_WT.R * ends_[tool_], goal = in.X_WT.p + end;
+  // For a placed tool, X_WT is not the hand's pose.
   const dvec3 hip = in.placed ? hip_ + in.moved : goal;
   if (!holds(in.X_WG * ends_[tool_], point().reach() + kNearby)) {
     placed_ = moved_freely_ = false;

@@ -18,7 +18,7 @@ bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dv
   for (std::size_t i = 0; i < near.count; ++i) {
     const double d = near.distance[i];
     least = std::min(least, d);
-    gaps_[i] = give ? std::max(d, 0.0) : d + allowed_depth;
+    gaps_[i] = allowed_motion(d, allowed_depth, give);
   }
   for (std::size_t i = near.count; i < near.count + HeadDistances::kBatch; ++i) gaps_[i] = kUnbounded;
   if (least < -P::led_out * radius) led_out_ = true;

@@ -34,6 +34,12 @@ struct FollowParameters {
   }
 };
 
+/// How far a head may move towards a point at this distance, m. `give` true: a point inside the head only prevents a
+/// deeper overlap; otherwise an overlap of `allowed_depth` (m) is allowed.
+inline double allowed_motion(double distance, double allowed_depth, bool give) noexcept {
+  return give ? std::max(distance, 0.0) : distance + allowed_depth;
+}
+
 /// Moves the head until contact points are near. No step is longer than the range of the list of points, so the head
 /// cannot jump over a thin wall. `list(p)`: updates the list, if needed, after each step. Returns the head's position.
 template <class List>
