@@ -21,6 +21,7 @@ struct Preparation {
   std::vector<bool> keep;      // voxels that must not be removed, such as a neighbouring tooth; may be empty
   // Unit vector out of the cavity's opening. For a crown: the direction from which the crown is placed.
   dvec3 axis_W{0, 0, 1};
+  bool contour = false;  // the target shape is the tooth's own surface, for example under calculus or around a filling
 };
 
 struct Place {

@@ -18,6 +18,8 @@ constexpr double kSquare = 0.05;
 // If the cosine between normal and axis is larger than this, the place is floor, occlusal surface or shoulder;
 // otherwise wall.
 constexpr double kLevel = 0.7;
+// If the cosine between the task's axis and the occlusal direction is less than this, the work is done from the side.
+constexpr double kUpright = 0.8;
 // Fraction of Work::half_width within which the place is "central".
 constexpr double kCentral = 0.25;
 // m; a place within kMarginDepth of the old surface and within kMarginWidth of the planned cut is at the margin.
@@ -56,14 +58,14 @@ Work work_of(const Preparation& in) {
     work.high = std::max(work.high, height);
     work.half_width = std::max(work.half_width, glm::length(off - glm::dot(off, in.axis_W) * in.axis_W));
   });
-  work.around_tissue = wanted.sample(in.frame.to_voxels(work.middle_W)) < 0;
+  work.around_tissue = in.contour || wanted.sample(in.frame.to_voxels(work.middle_W)) < 0;
   return work;
 }
 
 /// True if p_W is just below the surface before the work, beside tissue that the ideal shape removes.
 bool at_margin(const Preparation& in, const dvec3& p_W) {
   const dvec3 p = in.frame.to_voxels(p_W);
-  if (in.ideal.distance.empty() || in.ideal.sample(p) > -0.5 ||
+  if (in.contour || in.ideal.distance.empty() || in.ideal.sample(p) > -0.5 ||
       std::abs(in.before.sample(p)) * in.frame.voxel > kMarginDepth)
     return false;
   const auto reach = static_cast<int>(std::ceil(kMarginWidth / in.frame.voxel));
@@ -78,9 +80,12 @@ bool at_margin(const Preparation& in, const dvec3& p_W) {
   return false;
 }
 
-/// Sides every 45°, counter-clockwise from mesial; buccal: 90°.
-constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
-                                                    "distal", "distolingual", "lingual", "mesiolingual"};
+/// Sides every 45° from mesial; 90°: buccal, or occlusal if the work is done from the buccal or lingual side.
+using Sides = std::array<std::string_view, 8>;
+constexpr Sides kFromAbove = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
+                              "distal", "distolingual", "lingual", "mesiolingual"};
+constexpr Sides kFromTheSide = {"mesial", "mesioocclusal", "occlusal", "distoocclusal",
+                                "distal", "distocervical", "cervical", "mesiocervical"};
 
 dvec3 direction(const Json& json) {
   const dvec3 v = json.vec3();
@@ -93,24 +98,32 @@ dvec3 direction(const Json& json) {
 std::optional<ToothSides> tooth_sides(const Json& scene) {
   const auto tooth = scene.find("tooth");
   if (!tooth) return std::nullopt;
-  tooth->allow_only({"mesial", "buccal"});
-  ToothSides sides{direction((*tooth)["mesial"]), direction((*tooth)["buccal"])};
+  tooth->allow_only({"mesial", "buccal", "occlusal"});
+  ToothSides sides{direction((*tooth)["mesial"]), direction((*tooth)["buccal"]), {}};
   const double along = glm::dot(sides.mesial_W, sides.buccal_W);
   if (std::abs(along) > kSquare) (*tooth)["buccal"].fail("a direction square to \"mesial\"");
   sides.buccal_W = glm::normalize(sides.buccal_W - along * sides.mesial_W);
+  if (const auto occlusal = tooth->find("occlusal")) {
+    const dvec3 across = glm::normalize(glm::cross(sides.mesial_W, sides.buccal_W));
+    const double up = glm::dot(direction(*occlusal), across);
+    if (std::abs(up) < 1 - kSquare) occlusal->fail("a direction square to \"mesial\" and \"buccal\"");
+    sides.occlusal_W = up > 0 ? across : -across;
+  }
   return sides;
 }
 
 PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3& p_W) {
   const Work work = work_of(in);
   const dvec3 off = p_W - work.middle_W;
-  const double mesial = glm::dot(off, tooth.mesial_W), buccal = glm::dot(off, tooth.buccal_W);
+  const bool from_the_side = tooth.occlusal_W && glm::dot(*tooth.occlusal_W, in.axis_W) < kUpright;
+  const dvec3& across_W = from_the_side ? *tooth.occlusal_W : tooth.buccal_W;
+  const double mesial = glm::dot(off, tooth.mesial_W), across = glm::dot(off, across_W);
   PlaceName name;
-  if (std::hypot(mesial, buccal) < kCentral * work.half_width) {
+  if (std::hypot(mesial, across) < kCentral * work.half_width) {
     name.side = "central";
   } else {
-    const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
-    name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
+    const double eighths = std::round(std::atan2(across, mesial) / (kPi / 4));
+    name.side = (from_the_side ? kFromTheSide : kFromAbove)[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
   // 0 at the cervical end, 1 at the occlusal end.
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
@@ -121,11 +134,15 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
   }
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
   const bool level = glm::length(out) > 0 && glm::dot(out, in.axis_W) > kLevel * glm::length(out);
-  if (level) {
-    name.part = !work.around_tissue ? "floor" : third == "occlusal" ? "occlusal" : "shoulder";
-  } else {
+  if (!level) {
     name.part = work.around_tissue ? "axial" : "wall";
-    name.third = third;
+    if (!from_the_side) name.third = third;
+  } else if (!work.around_tissue) {
+    name.part = "floor";
+  } else if (from_the_side) {
+    name.part = glm::dot(tooth.buccal_W, in.axis_W) > 0 ? "buccal" : "lingual";
+  } else {
+    name.part = third == "occlusal" ? "occlusal" : "shoulder";
   }
   return name;
 }
@@ -135,7 +152,7 @@ std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const d
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };
-  if (along(axis_W) > kSquarely) return "occlusal";
+  if (along(tooth.occlusal_W.value_or(axis_W)) > kSquarely) return "occlusal";
   if (along(tooth.mesial_W) > kSquarely) return "mesial";
   if (along(tooth.mesial_W) < -kSquarely) return "distal";
   if (along(tooth.buccal_W) > kSquarely) return "buccal";

@@ -12,21 +12,24 @@
 
 namespace typodont::session {
 
-/// Orientation of a tooth in frame W. The task's axis points to the occlusal side.
+/// Orientation of a tooth in frame W: perpendicular unit vectors.
 struct ToothSides {
-  // Perpendicular unit vectors to the mesial and the buccal side.
   dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};
+  std::optional<dvec3> occlusal_W;  // if empty, the task's axis points to the occlusal side
 };
 
-/// Reads "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z]}. Empty if the scene has no such key. Throws
-/// Error.
+/// Reads "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z], "occlusal": [x, y, z]}; "occlusal" is optional.
+/// Empty if the scene has no such key. Throws Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
 /// A place's name: parts that follow "place." in the keys of the text catalogue.
 struct PlaceName {
-  std::string_view part;  // cavity: floor or wall; crown or filling: occlusal, axial or shoulder; at the edge: margin
+  // Cavity: floor or wall. Crown or filling: occlusal, axial or shoulder. Calculus: buccal, lingual or axial. At the
+  // edge: margin.
+  std::string_view part;
   std::string_view side;  // direction from the middle: mesial, …; or "central"
-  // Third of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface.
+  // Third of the height: occlusal, middle, cervical. Empty on floor, shoulder and occlusal surface, and in work from
+  // the buccal or lingual side.
   std::string_view third;
 };
 

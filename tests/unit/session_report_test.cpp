@@ -414,7 +414,7 @@ TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
   // A square cavity, and the stump of a crown: floor and walls of the one, shoulder, axial walls and top of the other.
   Preparation cavity = a_block();
   cavity.after = cavity.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
-  const ToothSides tooth{{0, 1, 0}, {-1, 0, 0}};  // turned a quarter
+  const ToothSides tooth{{0, 1, 0}, {-1, 0, 0}, {}};  // turned a quarter
   const auto wall = [&](double x, double y, double deep) {
     const PlaceName name = place_name(cavity, tooth, kMiddle + dvec3(x, y, -deep));
     return fmt::format("{} {} {}", name.part, name.side, name.third);
@@ -445,6 +445,26 @@ TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
   EXPECT_EQ(on_crown(0, -1.5e-3, 1.5e-3), "shoulder distal ");
 }
 
+TEST(Places, OnAToothThatLiesAPlaceIsNamedOcclusalOrCervical) {
+  // Lower left: mesial x, buccal up (the task's axis), the crown to -y.
+  const ToothSides tooth{{1, 0, 0}, {0, 0, 1}, dvec3(0, -1, 0)};
+  Preparation work = a_block();
+  work.after = work.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
+  const auto place = [&](double x, double y, double deep) {
+    const PlaceName name = place_name(work, tooth, kMiddle + dvec3(x, y, -deep));
+    return fmt::format("{} {} {}", name.part, name.side, name.third);
+  };
+  EXPECT_EQ(place(0, -1e-3, 0.75e-3), "wall occlusal ");
+  EXPECT_EQ(place(0, 1e-3, 0.75e-3), "wall cervical ");
+  EXPECT_EQ(place(0.7e-3, 0.7e-3, 1.5e-3), "floor mesiocervical ");
+  EXPECT_EQ(side_seen(tooth, {0, 0, 1}, {0, 0, -1}), "buccal");
+  EXPECT_EQ(side_seen(tooth, {0, 0, 1}, {0, 1, 0}), "occlusal");
+  // Calculus of 0.5 mm.
+  work.after = work.ideal = sampled(kBlock, [](const dvec3& p) { return std::max(block(p), p.z - (kTop - 0.5e-3)); });
+  work.contour = true;
+  EXPECT_EQ(place(1.5e-3, -1.5e-3, 0.5e-3), "buccal mesioocclusal ");
+}
+
 TEST(Places, TheSidesOfAToothAreReadAndMistakesNamed) {
   const auto sides = [](const std::string& tooth) {
     return tooth_sides(Json::parse(R"({"tooth": )" + tooth + "}", "scene.json"));
@@ -454,6 +474,9 @@ TEST(Places, TheSidesOfAToothAreReadAndMistakesNamed) {
   ASSERT_TRUE(lean);
   EXPECT_NEAR(glm::dot(lean->mesial_W, lean->buccal_W), 0, 1e-12);
   EXPECT_NEAR(glm::length(lean->buccal_W), 1, 1e-12);
+  EXPECT_EQ(sides(R"({"mesial": [1, 0, 0], "buccal": [0, 0, 1], "occlusal": [0, -2, 0]})")->occlusal_W,
+            dvec3(0, -1, 0));
+  EXPECT_THROW(sides(R"({"mesial": [1, 0, 0], "buccal": [0, 1, 0], "occlusal": [0, 1, 0]})"), Error);
   EXPECT_THROW(sides(R"({"mesial": [1, 0, 0]})"), Error);
   EXPECT_THROW(sides(R"({"mesial": [1, 0, 0], "buccal": [1, 1, 0]})"), Error);
   EXPECT_THROW(sides(R"({"mesial": [0, 0, 0], "buccal": [0, 1, 0]})"), Error);

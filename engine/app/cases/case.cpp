@@ -146,7 +146,10 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
     scene["implant"]["canal"].erase("wall_mm");
   }
   const auto listed = [](const dvec3& d) { return Ordered{d.x, d.y, d.z}; };
-  if (scene.contains("tooth")) scene["tooth"] = {{"mesial", listed(draft.turn[0])}, {"buccal", listed(draft.turn[1])}};
+  if (scene.contains("tooth"))
+    scene["tooth"] = {{"mesial", listed(draft.turn[0])},
+                      {"buccal", listed(draft.turn[1])},
+                      {"occlusal", listed(draft.turn[2])}};
   if (!draft.prepare.empty()) scene["prepare"] = draft.prepare;
   if (!draft.surroundings.empty()) scene["surroundings"] = draft.surroundings;
   Ordered task = task_of(family, base);

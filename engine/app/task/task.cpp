@@ -112,6 +112,7 @@ session::Preparation cropped(const session::Preparation& in) {
   session::Preparation out;
   out.frame = {in.frame.to_world(dvec3(lo)), in.frame.voxel};
   out.axis_W = in.axis_W;
+  out.contour = in.contour;
   const glm::ivec3 size = hi - lo + 1;
   const auto cut = [&](const auto& values, auto& to) {
     if (values.empty()) return;
@@ -243,7 +244,10 @@ session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& aft
   session::Preparation in;
   DenseCopy before = copy_box(start_);
   in.frame = before.frame;
-  if (task_) in.axis_W = task_->axis_W;
+  if (task_) {
+    in.axis_W = task_->axis_W;
+    in.contour = task_->ideal && task_->ideal->has("unprepared");
+  }
   in.keep = inside(protect_, before);
   in.before = std::move(before.field);
   in.tissue = std::move(before.tissue);
