@@ -123,7 +123,8 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     name.side = "central";
   } else {
     const double eighths = std::round(std::atan2(across, mesial) / (kPi / 4));
-    name.side = (from_the_side ? kFromTheSide : kFromAbove)[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
+    name.side =
+        (from_the_side ? kFromTheSide : kFromAbove)[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
   // 0 at the cervical end, 1 at the occlusal end.
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;

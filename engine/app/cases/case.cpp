@@ -147,9 +147,8 @@ Ordered scene_of(const Draft& draft, const CaseRequest& request, const std::stri
   }
   const auto listed = [](const dvec3& d) { return Ordered{d.x, d.y, d.z}; };
   if (scene.contains("tooth"))
-    scene["tooth"] = {{"mesial", listed(draft.turn[0])},
-                      {"buccal", listed(draft.turn[1])},
-                      {"occlusal", listed(draft.turn[2])}};
+    scene["tooth"] = {
+        {"mesial", listed(draft.turn[0])}, {"buccal", listed(draft.turn[1])}, {"occlusal", listed(draft.turn[2])}};
   if (!draft.prepare.empty()) scene["prepare"] = draft.prepare;
   if (!draft.surroundings.empty()) scene["surroundings"] = draft.surroundings;
   Ordered task = task_of(family, base);
