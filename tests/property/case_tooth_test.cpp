@@ -350,6 +350,20 @@ TEST(CaseLesion, CariesIsSofterWithTheCodeAndHardensFromTheAxisToTheEdge) {
   EXPECT_NEAR(coded(1).at({0.3001e-3, 0, 2e-3}, Tissue::kEnamel).hardness, 0.7, 0.01);
 }
 
+TEST(CaseLesion, SoftensNoTissueFarAwayEvenIfItHardlyReachesDentin) {
+  SplitMix64 random{5};
+  for (const double deep : {0.0, 1e-6, 0.02e-3, 0.5e-3}) {
+    Lesion lesion = coded(3);
+    lesion.depth = lesion.border + deep;
+    for (int i = 0; i < 2000; ++i) {
+      const dvec3 p(4e-3 * uniform(random), 4e-3 * uniform(random), lesion.top - 4e-3 * uniform(random));
+      const bool far =
+          std::hypot(p.x, p.y) > lesion.width + lesion.affected || lesion.top - p.z > lesion.depth + lesion.affected;
+      EXPECT_TRUE(!far || lesion.at(p, Tissue::kDentin).hardness == 1) << deep;
+    }
+  }
+}
+
 TEST(CaseLesion, ItsColourIsDarkestWhereItIsSoftestAndTheEnamelBesideItIsWhiterThanSound) {
   const MaterialTable materials = read_scene("remove-caries").servo.materials;
   const auto light = [&](const Lesion::Point& point) {

@@ -97,7 +97,7 @@ Lesion::Point Lesion::at(const dvec3& p, Tissue sound) const {
     core = glm::mix(soft.enamel, soft.dentin, down / border);
   } else if (const double deep = depth - border; deep > 0) {
     rho = std::hypot(beside / width, (down - border) / deep);
-    outside = (rho - 1) * std::min(width, deep);
+    outside = std::max({(rho - 1) * std::min(width, deep), beside - width, down - depth});
   } else {
     rho = 1;
     outside = std::max(down - depth, beside - width);
