@@ -6,6 +6,16 @@ function(typodont_module name)
   set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY})
 endfunction()
 
+# typodont_pages(MODULE a.cpp …): adds files to a module that show, read or write and compute nothing. With less
+# optimisation they compile in two thirds of the time.
+function(typodont_pages module)
+  add_library(typodont_${module}_pages OBJECT ${ARGN})
+  target_link_libraries(typodont_${module}_pages PRIVATE $<TARGET_PROPERTY:typodont_${module},LINK_LIBRARIES>)
+  target_compile_options(typodont_${module}_pages PRIVATE $<$<CONFIG:Release>:-O1>)
+  set_target_properties(typodont_${module}_pages PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} POSITION_INDEPENDENT_CODE ON)
+  target_sources(typodont_${module} PRIVATE $<TARGET_OBJECTS:typodont_${module}_pages>)
+endfunction()
+
 # typodont_library(NAME HEADERS header …): makes the module NAME available to other programs as Typodont::NAME. Installs
 # it, the headers, and all headers of this tree that they include. Headers are named relative to the module's folder.
 function(typodont_library name)

@@ -27,12 +27,12 @@ void append_cell(std::string& out, const Column<ServoTick>& column, const ServoT
   if (column.type == Type::kU32) {
     std::uint32_t value;
     std::memcpy(&value, cell, sizeof value);
-    fmt::format_to(std::back_inserter(out), "{}", value);
+    out += fmt::format("{}", value);
   } else {
     double value;
     std::memcpy(&value, cell, sizeof value);
     // Writes 0 instead of "-0", which looks like an error.
-    fmt::format_to(std::back_inserter(out), "{}", value == 0 ? 0.0 : value);
+    out += fmt::format("{}", value == 0 ? 0.0 : value);
   }
 }
 

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -80,17 +79,16 @@ std::string stl(const WholeMesh& mesh, const VoxelFrame& frame) {
 
 std::string obj(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
   std::string out = "# Typodont, millimetres; vertex colours after the coordinates\n";
-  auto to = std::back_inserter(out);
   for (const auto& v : mesh.vertices) {
     const glm::vec3 p = millimetres(v.position, frame);
     const glm::dvec3 c = color_of(materials, v);
-    fmt::format_to(to, "v {} {} {} {:.4g} {:.4g} {:.4g}\n", p.x, p.y, p.z, c.x, c.y, c.z);
+    out += fmt::format("v {} {} {} {:.4g} {:.4g} {:.4g}\n", p.x, p.y, p.z, c.x, c.y, c.z);
   }
   for (const auto& v : mesh.vertices) {
-    fmt::format_to(to, "vn {:.5f} {:.5f} {:.5f}\n", v.normal.x, v.normal.y, v.normal.z);
+    out += fmt::format("vn {:.5f} {:.5f} {:.5f}\n", v.normal.x, v.normal.y, v.normal.z);
   }
   for (const auto& t : mesh.triangles) {
-    fmt::format_to(to, "f {0}//{0} {1}//{1} {2}//{2}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    out += fmt::format("f {0}//{0} {1}//{1} {2}//{2}\n", t[0] + 1, t[1] + 1, t[2] + 1);
   }
   return out;
 }

@@ -2,14 +2,14 @@
 // count. Both come from one build on one machine, so the format needs no byte order and no version.
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <array>
 #include <filesystem>
 #include <map>
 #include <span>
 #include <stdexcept>
 #include <string>
+
+#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 

@@ -2,8 +2,6 @@
 // is skipped until then. Private to haptics/volume.
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -12,6 +10,7 @@
 
 #include "haptics/sweep.h"
 #include "haptics/volume/leaf_history.h"
+#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 

@@ -2,12 +2,12 @@
 // tissue_volume.cpp only.
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <memory>
 #include <optional>
 #include <unordered_map>
 #include <vector>
+
+#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 

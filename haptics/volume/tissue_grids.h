@@ -1,8 +1,6 @@
 // The grids and strokes of a volume. Private to haptics/volume, because it includes OpenVDB.
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <climits>
 #include <deque>
 #include <unordered_set>
@@ -12,6 +10,7 @@
 #include "haptics/volume/label.h"
 #include "haptics/volume/leaf_front.h"
 #include "haptics/volume/leaf_history.h"
+#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 

@@ -1,12 +1,11 @@
 // Volume files (.vdb): distances in mm and labels, readable by every program with OpenVDB.
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <filesystem>
 
 #include "engine/contract/field_brick.h"
 #include "haptics/dense_tissue.h"
+#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 

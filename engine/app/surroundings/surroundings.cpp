@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "engine/app/surroundings/dam.h"
@@ -403,9 +404,12 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
       glm::abs(plan.arch) * kLitAlong + glm::abs(shape.across) * kLitAcross + glm::abs(plan.crown) * kLitUp;
   const auto is_lit = [&](const dvec3& p) { return glm::all(glm::lessThan(glm::abs(p - work), reach)); };
   const auto gum_label = [](const dvec3&) { return Tissue::kGingiva; };
-  // Far bodies have only the coarse mesh.
+  // Far bodies have only the coarse mesh. Not a template, because it would be compiled for each body.
   const auto add = [&](const Box& box, double voxel, const std::array<float, 2>& tolerances, bool fine,
-                       const auto& distance, const auto& label, const auto& wanted, const auto& paint_mesh) {
+                       const std::function<double(const dvec3&)>& distance,
+                       const std::function<Tissue(const dvec3&)>& label,
+                       const std::function<bool(const dvec3&, const dvec3&)>& wanted,
+                       const std::function<void(std::vector<render::MeshUpdate>&)>& paint_mesh) {
     std::array<std::vector<render::MeshUpdate>, 2> meshes;
     if (fine)
       meshes = meshes_of_field<2>(box.lo, box.hi, voxel, tolerances, distance, label, wanted);

@@ -23,7 +23,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
   const Words words{language};
   std::string out = page_head(language, words.say("title.curve"));
   const auto put = [&]<class... Args>(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+    out += fmt::format(format, std::forward<Args>(args)...);
   };
   std::vector<SessionSummary> all(sessions.begin(), sessions.end());
   std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {

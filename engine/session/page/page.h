@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,7 +33,7 @@ class Page : private Words {
  private:
   template <class... Args>
   void put(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+    out_ += fmt::format(format, std::forward<Args>(args)...);
   }
   /// Begins a section with the heading say(key), whose HTML id is `"h-" + id`. A printed section stays on one sheet,
   /// unless it is long.

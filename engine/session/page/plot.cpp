@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace typodont::session {
 
@@ -50,13 +49,13 @@ std::string axis_of_time(double t0, double t1, double y, double top, const std::
   const int decimals = decimals_for(step);
   for (double t = std::ceil(t0 / step) * step; t <= t1 + 1e-9 * step; t += step) {
     const double x = kLeft + kPlot * (t - t0) / (t1 - t0);
-    fmt::format_to(std::back_inserter(out),
-                   "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\"/>"
-                   "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4}</text>",
-                   x, top, y, y + 16, number(t, decimals));
+    out += fmt::format(
+        "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\"/>"
+        "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4}</text>",
+        x, top, y, y + 16, number(t, decimals));
   }
-  fmt::format_to(std::back_inserter(out), "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
-                 kWidth - kRight, y + 32, escaped(label));
+  out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", kWidth - kRight, y + 32,
+                     escaped(label));
   return out;
 }
 
@@ -88,11 +87,10 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
   std::string out = fmt::format("<svg class=\"plot {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 plot.css, kWidth, kBottom + 38, escaped(plot.label));
-  const auto put = std::back_inserter(out);
   out += y_of.svg(kLeft, kWidth - kRight, number);
   out += axis_of_time(plot.t0, plot.t1, kBottom, kTop, plot.time_label, number);
-  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
-                 escaped(plot.unit));
+  out +=
+      fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12, escaped(plot.unit));
 
   // Draws each run of bins without gaps as one shape: the maxima forwards, the minima back. Then draws the mean.
   const std::size_t n = series.mean.size();
@@ -106,20 +104,19 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
     std::string band, line;
     for (std::size_t k = i; k < end; ++k) {
       const double x = x_of(static_cast<double>(k) + 0.5);
-      fmt::format_to(std::back_inserter(band), "{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.greatest[k]));
-      fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.mean[k]));
+      band += fmt::format("{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.greatest[k]));
+      line += fmt::format("{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.mean[k]));
     }
     for (std::size_t k = end; k-- > i;) {
-      fmt::format_to(std::back_inserter(band), "L{:.1f},{:.1f}", x_of(static_cast<double>(k) + 0.5),
-                     y_of(series.least[k]));
+      band += fmt::format("L{:.1f},{:.1f}", x_of(static_cast<double>(k) + 0.5), y_of(series.least[k]));
     }
-    fmt::format_to(put, "<path class=\"band\" d=\"{}Z\"/><path class=\"line\" d=\"{}\"/>", band, line);
+    out += fmt::format("<path class=\"band\" d=\"{}Z\"/><path class=\"line\" d=\"{}\"/>", band, line);
     i = end;
   }
   for (const TimePlot::Mark& mark : plot.marks) {
     const double x = kLeft + kPlot * std::clamp((mark.t - plot.t0) / (plot.t1 - plot.t0), 0.0, 1.0);
-    fmt::format_to(
-        put, "<line class=\"mark {}\" x1=\"{:.1f}\" y1=\"{:.0f}\" x2=\"{:.1f}\" y2=\"{:.0f}\"><title>{}</title></line>",
+    out += fmt::format(
+        "<line class=\"mark {}\" x1=\"{:.1f}\" y1=\"{:.0f}\" x2=\"{:.1f}\" y2=\"{:.0f}\"><title>{}</title></line>",
         mark.css, x, kTop, x, kBottom, escaped(mark.text));
   }
   out += "</svg>";
@@ -136,9 +133,8 @@ std::string strip(const std::vector<std::string>& css, const std::string& label)
     while (end < css.size() && css[end] == css[i]) ++end;
     if (!css[i].empty()) {
       const double n = static_cast<double>(css.size());
-      fmt::format_to(std::back_inserter(out),
-                     "<rect class=\"{}\" x=\"{:.2f}\" y=\"3\" width=\"{:.2f}\" height=\"20\"/>", css[i],
-                     kLeft + kPlot * static_cast<double>(i) / n, kPlot * static_cast<double>(end - i) / n);
+      out += fmt::format("<rect class=\"{}\" x=\"{:.2f}\" y=\"3\" width=\"{:.2f}\" height=\"20\"/>", css[i],
+                         kLeft + kPlot * static_cast<double>(i) / n, kPlot * static_cast<double>(end - i) / n);
     }
     i = end;
   }
@@ -156,7 +152,6 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
   std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kWidth, kBottom + 38, escaped(label));
-  const auto put = std::back_inserter(out);
   for (double d = 0; d <= decades; ++d) {
     const double c = std::pow(10.0, d);
     out += grid_line(kLeft, kWidth - kRight, y_of(c), number(c, 0));
@@ -165,20 +160,20 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double v = factor * std::pow(10.0, d);
       if (v < edges.front() * 0.999 || v > edges.back() * 1.001) continue;
-      fmt::format_to(put,
-                     "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.0f}\" x2=\"{0:.1f}\" y2=\"{2:.0f}\"/>"
-                     "<text x=\"{0:.1f}\" y=\"{3:.0f}\" text-anchor=\"middle\">{4}</text>",
-                     x_of(v), kTop, kBottom, kBottom + 16, number(v, v < 0.999 ? decimals_for(v) : 0));
+      out += fmt::format(
+          "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.0f}\" x2=\"{0:.1f}\" y2=\"{2:.0f}\"/>"
+          "<text x=\"{0:.1f}\" y=\"{3:.0f}\" text-anchor=\"middle\">{4}</text>",
+          x_of(v), kTop, kBottom, kBottom + 16, number(v, v < 0.999 ? decimals_for(v) : 0));
     }
   }
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] <= 0) continue;
     const double x0 = x_of(edges[i]), x1 = x_of(edges[i + 1]);
-    fmt::format_to(put, "<rect class=\"bar\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>", x0,
-                   y_of(counts[i]), std::max(0.5, x1 - x0 - 1), kBottom - y_of(counts[i]));
+    out += fmt::format("<rect class=\"bar\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>", x0,
+                       y_of(counts[i]), std::max(0.5, x1 - x0 - 1), kBottom - y_of(counts[i]));
   }
-  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight,
-                 kBottom + 32, escaped(unit));
+  out += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight,
+                     kBottom + 32, escaped(unit));
   return out;
 }
 
@@ -198,25 +193,23 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
   };
   std::string out = fmt::format("<svg class=\"plot sessions\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
                                 kW, kBottom + 22, escaped(label));
-  const auto put = std::back_inserter(out);
   out += y_of.svg(kL, kW - kR, number);
   if (target) {
-    fmt::format_to(put, "<line class=\"mark\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>", kL,
-                   y_of(*target), kW - kR, y_of(*target));
+    out += fmt::format("<line class=\"mark\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>", kL,
+                       y_of(*target), kW - kR, y_of(*target));
   }
   std::string line, dots;
   const std::size_t every = 1 + values.size() / 12;  // only every n-th, so that labels do not overlap
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i % every == 0) {
-      fmt::format_to(put, "<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16,
-                     i + 1);
+      out +=
+          fmt::format("<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16, i + 1);
     }
     if (std::isnan(values[i])) continue;
-    fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", line.empty() ? "M" : "L", x_of(i), y_of(values[i]));
-    fmt::format_to(std::back_inserter(dots), "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", x_of(i),
-                   y_of(values[i]));
+    line += fmt::format("{}{:.1f},{:.1f}", line.empty() ? "M" : "L", x_of(i), y_of(values[i]));
+    dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", x_of(i), y_of(values[i]));
   }
-  fmt::format_to(put, "<path class=\"line\" d=\"{}\"/>{}</svg>", line, dots);
+  out += fmt::format("<path class=\"line\" d=\"{}\"/>{}</svg>", line, dots);
   return out;
 }
 

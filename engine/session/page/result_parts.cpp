@@ -21,12 +21,12 @@ int rank_of(const SessionPicture& p) {
 
 /// Run-length encoding of the labels: tissue in the upper four bits, length in the lower twelve.
 std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
-  constexpr std::size_t kLongest = 4095;
+  constexpr std::size_t kLongestRun = 4095;
   static_assert(kTissueCount <= 16);
   std::vector<std::uint16_t> runs;
   for (std::size_t i = 0; i < labels.size();) {
     std::size_t end = i + 1;
-    while (end < labels.size() && labels[end] == labels[i] && end - i < kLongest) ++end;
+    while (end < labels.size() && labels[end] == labels[i] && end - i < kLongestRun) ++end;
     runs.push_back(static_cast<std::uint16_t>(static_cast<std::size_t>(labels[i]) << 12 | (end - i)));
     i = end;
   }
