@@ -1,6 +1,11 @@
 #include "haptics/devices/hid_descriptor.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "haptics/devices/hid.h"
 
 namespace typodont::haptics {
 
@@ -132,6 +137,13 @@ std::optional<std::int32_t> field_value(const HidField& field, std::span<const s
   }
   if (field.minimum < 0 && field.bits < 32 && value >> (field.bits - 1)) value |= ~0ull << field.bits;
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(value));
+}
+
+std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs) {
+  const std::filesystem::path node(path);
+  std::ifstream in(std::filesystem::path(sysfs) / "class/hidraw" / node.filename() / "device/report_descriptor",
+                   std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace typodont::haptics

@@ -254,4 +254,15 @@ bool emergency_stopped() noexcept {
   return all_stopped.load(std::memory_order_relaxed);
 }
 
+std::string describe_safety(std::uint32_t events) {
+  std::string text;
+  for (const auto& [event, name] : kSafetyEventNames) {
+    if (!(events & bits(event))) continue;
+    if (!text.empty()) text += ", ";
+    text += name;
+  }
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
+}
+
 }  // namespace typodont::haptics

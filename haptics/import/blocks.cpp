@@ -31,7 +31,19 @@ void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
 
 template <class T>
 void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
-  const glm::ivec3 top = g.set->size - 1;
+  const glm::ivec3 top = g.set->size - 1, in = lo & 15;
+  if (glm::all(glm::greaterThanEqual(lo, glm::ivec3(0))) && glm::all(glm::lessThan(lo + n, g.set->size + 1)) &&
+      std::max({in.x, in.y, in.z}) + n <= kEdge) {  // the usual case of a small cube: all samples lie in one block
+    const std::ptrdiff_t i = g.index(lo);
+    if (i < 0) {
+      std::fill_n(to, n * n * n, i == BlockSet::kOutside ? g.outside : g.inside);
+      return;
+    }
+    const T* from = &g.v[static_cast<std::size_t>(i)];
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y) to = std::copy_n(from + (x * kEdge + y) * kEdge, n, to);
+    return;
+  }
   for (int x = lo.x; x < lo.x + n; ++x) {
     for (int y = lo.y; y < lo.y + n; ++y) {
       glm::ivec3 p(std::clamp(x, 0, top.x), std::clamp(y, 0, top.y), 0);
@@ -52,49 +64,6 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
         }
         to += run;
         z += run;
-      }
-    }
-  }
-}
-
-// Same result as gather(), but faster: for a small `n`, the copied cube touches at most two blocks per axis.
-template <int n, class T>
-void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
-  static_assert(n <= kEdge);
-  const BlockSet& set = *g.set;
-  const glm::ivec3 in = lo & 15, end = lo + n;
-  if (glm::any(glm::lessThan(lo, glm::ivec3(0))) || glm::any(glm::greaterThan(end, set.size))) {
-    gather(g, lo, n, to);
-    return;
-  }
-  if (std::max({in.x, in.y, in.z}) + n <= kEdge) {  // all samples lie in one block
-    const std::ptrdiff_t i = g.index(lo);
-    if (i < 0) {
-      std::fill_n(to, n * n * n, i == BlockSet::kOutside ? g.outside : g.inside);
-      return;
-    }
-    const T* from = &g.v[static_cast<std::size_t>(i)];
-    for_each_voxel(glm::ivec3(n), [&](int x, int y, int z) { *to++ = from[x * kEdge * kEdge + y * kEdge + z]; });
-    return;
-  }
-  // First sample of each of the 2 × 2 × 2 blocks, z fastest; null: block is not stored.
-  const T* stored[8] = {};
-  T common[8] = {};  // value of blocks that are not stored
-  for (int k = 0; k < 8; ++k) {
-    const glm::ivec3 next(k >> 2, k >> 1 & 1, k & 1);
-    if (glm::any(glm::greaterThanEqual(next * kEdge, in + n))) continue;
-    const std::int32_t slot = set.slot[set.block(lo + next * kEdge)];
-    if (slot >= 0)
-      stored[k] = &g.v[static_cast<std::size_t>(slot) * BlockSet::kSamples];
-    else
-      common[k] = slot == BlockSet::kOutside ? g.outside : g.inside;
-  }
-  for (int x = in.x; x < in.x + n; ++x) {
-    for (int y = in.y; y < in.y + n; ++y) {
-      const int row = (x & 15) << 8 | (y & 15) << 4, of_row = (x >> 4) << 2 | (y >> 4) << 1;
-      for (int z = in.z; z < in.z + n; ++z) {
-        const int k = of_row | z >> 4;
-        *to++ = stored[k] ? stored[k][row | (z & 15)] : common[k];
       }
     }
   }
@@ -272,202 +241,22 @@ class Spread {
   std::vector<std::ptrdiff_t> stack_;
 };
 
-// Finds the part of a mask that is connected over faces to the walls (outer faces) of the box. A row of 16 samples
-// along z is stored in one word.
-class WallFlood {
- public:
-  explicit WallFlood(const SparseMask& open)
-      : open_(open),
-        set_(*open.set),
-        passable_(set_.first.size()),
-        reached_(set_.first.size()),
-        block_reached_(set_.slot.size(), 0),
-        queued_(set_.slot.size(), 0) {
-    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
-      const glm::ivec3 n = glm::min(set_.size - set_.first[s], glm::ivec3(kEdge));
-      reached_[s] = {}, passable_[s] = {};
-      for (int x = 0; x < n.x; ++x) {
-        for (int y = 0; y < n.y; ++y) {
-          const std::uint8_t* row = &open.v[s * BlockSet::kSamples + static_cast<std::size_t>(x * kEdge + y) * kEdge];
-          unsigned word = 0;
-          for (int z = 0; z < n.z; ++z) word |= static_cast<unsigned>(row[z] != 0) << z;
-          passable_[s][static_cast<std::size_t>(x * kEdge + y)] = static_cast<Row>(word);
-        }
-      }
-    });
-  }
-
-  Reached run() {
-    for_each_voxel(set_.count, [&](int x, int y, int z) {
-      const glm::ivec3 b(x, y, z);
-      if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
-    });
-    for (std::size_t k = 0; k < queue_.size(); ++k) {
-      const glm::ivec3 at = queue_[k];
-      queued_[index(at)] = 0;
-      if (!enter(at)) continue;
-      for (int a = 0; a < 3; ++a) {
-        for (const int step : {-1, 1}) {
-          glm::ivec3 next = at;
-          next[a] += step;
-          if (next[a] >= 0 && next[a] < set_.count[a]) put(next);
-        }
-      }
-    }
-    Reached out{SparseMask(open_.set, 0, 0), std::move(block_reached_)};
-    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
-      for (std::size_t k = 0; k < kRows; ++k) {
-        const Row word = reached_[s][k];
-        if (word == 0) continue;
-        std::uint8_t* row = &out.samples.v[s * BlockSet::kSamples + k * kEdge];
-        for (int z = 0; z < kEdge; ++z) row[z] = word >> z & 1;
-      }
-    });
-    return out;
-  }
-
- private:
-  using Row = std::uint16_t;
-  static constexpr std::size_t kRows = static_cast<std::size_t>(kEdge) * kEdge;
-  static constexpr Row kWhole = 0xFFFF;
-  using Rows = std::array<Row, kRows>;  // the rows of a block, y fastest
-
-  std::size_t index(const glm::ivec3& block) const { return set_.block(kEdge * block); }
-  void put(const glm::ivec3& block) {
-    if (std::exchange(queued_[index(block)], std::uint8_t{1})) return;
-    queue_.push_back(block);
-  }
-
-  // Which samples have been reached in the plane beyond a face of a block, as 16 rows. Outside the box, all samples
-  // count as reached.
-  std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
-    std::array<Row, kEdge> face;
-    glm::ivec3 next = block;
-    next[axis] += step;
-    if (next[axis] < 0 || next[axis] >= set_.count[axis]) {
-      face.fill(kWhole);
-      return face;
-    }
-    const std::int32_t slot = set_.slot[index(next)];
-    if (slot < 0) {
-      face.fill(block_reached_[index(next)] ? kWhole : Row{0});
-      return face;
-    }
-    const Rows& rows = reached_[static_cast<std::size_t>(slot)];
-    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // index of the neighbour's layer that touches this block
-    for (std::size_t k = 0; k < kEdge; ++k) {
-      if (axis == 0) {
-        face[k] = rows[last * kEdge + k];
-      } else if (axis == 1) {
-        face[k] = rows[k * kEdge + last];
-      } else {
-        unsigned word = 0;
-        for (std::size_t y = 0; y < kEdge; ++y) word |= (static_cast<unsigned>(rows[k * kEdge + y]) >> last & 1U) << y;
-        face[k] = static_cast<Row>(word);
-      }
-    }
-    return face;
-  }
-
-  // Floods a block from its neighbours. Returns true if it reached new samples.
-  bool enter(const glm::ivec3& block) {
-    const std::size_t b = index(block);
-    const std::int32_t slot = set_.slot[b];
-    if (slot < 0) {
-      if (block_reached_[b] || !(slot == BlockSet::kOutside ? open_.outside : open_.inside)) return false;
-      for (int a = 0; a < 3 && !block_reached_[b]; ++a) {
-        for (const int step : {-1, 1}) {
-          if (std::ranges::any_of(beyond(block, a, step), [](Row word) { return word != 0; })) block_reached_[b] = 1;
-        }
-      }
-      return block_reached_[b] != 0;
-    }
-    const Rows& open = passable_[static_cast<std::size_t>(slot)];
-    Rows& rows = reached_[static_cast<std::size_t>(slot)];
-    const Rows before = rows;
-    const glm::ivec3 n = glm::min(set_.size - kEdge * block, glm::ivec3(kEdge));
-    for (int a = 0; a < 3; ++a) {
-      for (const int step : {-1, 1}) {
-        const std::array<Row, kEdge> face = beyond(block, a, step);
-        const auto first = static_cast<std::size_t>(step < 0 ? 0 : n[a] - 1);
-        for (std::size_t k = 0; k < kEdge; ++k) {
-          if (a == 0) {
-            rows[first * kEdge + k] |= static_cast<Row>(face[k] & open[first * kEdge + k]);
-          } else if (a == 1) {
-            rows[k * kEdge + first] |= static_cast<Row>(face[k] & open[k * kEdge + first]);
-          } else {
-            for (std::size_t y = 0; y < kEdge; ++y)
-              rows[k * kEdge + y] |= static_cast<Row>((face[k] >> y & 1U) << first & open[k * kEdge + y]);
-          }
-        }
-      }
-    }
-    if (rows == before) return false;
-    for (bool changed = true; changed;) {
-      changed = false;
-      const auto spread = [&](std::size_t x, std::size_t y) {
-        const std::size_t k = x * kEdge + y;
-        unsigned word = rows[k];
-        if (x > 0) word |= rows[k - kEdge];
-        if (x + 1 < kEdge) word |= rows[k + kEdge];
-        if (y > 0) word |= rows[k - 1];
-        if (y + 1 < kEdge) word |= rows[k + 1];
-        word = filled(word & open[k], open[k]);
-        changed = changed || word != rows[k];
-        rows[k] = static_cast<Row>(word);
-      };
-      for (std::size_t k = 0; k < kRows; ++k) spread(k / kEdge, k % kEdge);
-      for (std::size_t k = kRows; k-- > 0;) spread(k / kEdge, k % kEdge);
-    }
-    return true;
-  }
-
-  // Spreads `word` along the row through open samples in both directions (Kogge–Stone prefix).
-  static unsigned filled(unsigned word, unsigned open) {
-    if (word == 0 || word == open) return word;
-    unsigned up = open, down = open, raised = word, lowered = word;
-    for (const unsigned shift : {1U, 2U, 4U, 8U}) {
-      raised |= up & raised << shift;
-      up &= up << shift;
-      lowered |= down & lowered >> shift;
-      down &= down >> shift;
-    }
-    return raised | lowered;
-  }
-
-  const SparseMask& open_;
-  const BlockSet& set_;
-  std::vector<Rows> passable_, reached_;              // for each block: samples in the mask; samples reached so far
-  std::vector<std::uint8_t> block_reached_, queued_;  // for each block: reached; waits in the queue
-  std::vector<glm::ivec3> queue_;
-};
-
 }  // namespace
 
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
   const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.set->size - 1));
   const glm::ivec3 i(q);
-  double w[3][4], dw[3][4];
-  for (int a = 0; a < 3; ++a) {
-    const double t = q[a] - i[a], t2 = t * t, t3 = t2 * t;
-    w[a][0] = 0.5 * (-t3 + 2 * t2 - t);
-    w[a][1] = 0.5 * (3 * t3 - 5 * t2 + 2);
-    w[a][2] = 0.5 * (-3 * t3 + 4 * t2 + t);
-    w[a][3] = 0.5 * (t3 - t2);
-    dw[a][0] = 0.5 * (-3 * t2 + 4 * t - 1);
-    dw[a][1] = 0.5 * (9 * t2 - 10 * t);
-    dw[a][2] = 0.5 * (-9 * t2 + 8 * t + 1);
-    dw[a][3] = 0.5 * (3 * t2 - 2 * t);
-  }
+  std::array<double, 4> w[3], dw[3];
+  for (int a = 0; a < 3; ++a) w[a] = cubic_weights(q[a] - i[a]), dw[a] = cubic_slopes(q[a] - i[a]);
   float values[64];
-  gather_few<4>(g, i - 1, values);
+  gather(g, i - 1, 4, values);
   Jet jet{0, glm::dvec3(0)};
-  for (int x = 0; x < 4; ++x) {
+  for (std::size_t x = 0; x < 4; ++x) {
     double sy = 0, sdy = 0, sdz = 0;
-    for (int y = 0; y < 4; ++y) {
+    for (std::size_t y = 0; y < 4; ++y) {
       const float* row = &values[16 * x + 4 * y];
       double s = 0, sd = 0;
-      for (int z = 0; z < 4; ++z) {
+      for (std::size_t z = 0; z < 4; ++z) {
         s += w[2][z] * static_cast<double>(row[z]);
         sd += dw[2][z] * static_cast<double>(row[z]);
       }
@@ -521,7 +310,7 @@ float sample(const Sparse<float>& g, const glm::dvec3& p) {
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(size - 2, glm::ivec3(0)));
   const glm::vec3 t(q - glm::dvec3(i));
   float c[8];
-  gather_few<2>(g, i, c);
+  gather(g, i, 2, c);
   const auto mix = [](float a, float b, float fraction) { return a + fraction * (b - a); };
   const float e = mix(mix(c[0], c[1], t.z), mix(c[2], c[3], t.z), t.y),
               f = mix(mix(c[4], c[5], t.z), mix(c[6], c[7], t.z), t.y);
@@ -550,8 +339,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
   Sparse<float> once = gaussian(g, sigma);
   g = {};
   const Sparse<float> twice = gaussian(once, sigma);
-  for_each_sample(*once.set,
-                  [&](const glm::ivec3&, std::size_t i) { once.v[i] = (1 + c) * once.v[i] - c * twice.v[i]; });
+  for_each_sample(*once.set, [&](std::size_t i) { once.v[i] = (1 + c) * once.v[i] - c * twice.v[i]; });
   return once;
 }
 
@@ -563,18 +351,35 @@ double noise_left(double sigma, double blur) {
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
 
-std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound) {
-  const glm::ivec3 count = BlockSet::blocks_of(g.size);
-  std::vector<std::uint8_t> above(Grid<char>::count(count), 0);
+// Smooths a dense volume block by block. Calls take(block, first, count, samples) on all cores: index of the block,
+// position of its first sample, number of its samples within the volume along each axis, 16³ smoothed samples.
+template <class Take>
+static void for_each_smoothed_block(const Grid<float>& g, double sigma, Take take) {
   const Kernel kernel(sigma);
-  Grid<char> places;
-  places.size = count;
+  Grid<char> blocks;
+  blocks.size = BlockSet::blocks_of(g.size);
   tbb::enumerable_thread_specific<SmoothScratch> scratch;
-  tbb::parallel_for(std::size_t{0}, above.size(), [&](std::size_t b) {
+  tbb::parallel_for(std::size_t{0}, Grid<char>::count(blocks.size), [&](std::size_t b) {
     auto& [first, second] = scratch.local();
     float smooth[BlockSet::kSamples];
-    const glm::ivec3 lo = kEdge * places.place(b), n = glm::min(g.size - lo, glm::ivec3(kEdge));
+    const glm::ivec3 lo = kEdge * blocks.place(b);
     smooth_block(g, lo, kernel, first, second, smooth);
+    take(b, lo, glm::min(g.size - lo, glm::ivec3(kEdge)), smooth);
+  });
+}
+
+Grid<float> gaussian(const Grid<float>& g, double sigma) {
+  Grid<float> out(g.size);
+  for_each_smoothed_block(g, sigma, [&](std::size_t, const glm::ivec3& lo, const glm::ivec3& n, const float* smooth) {
+    for (int x = 0; x < n.x; ++x)
+      for (int y = 0; y < n.y; ++y) std::copy_n(smooth + (x * kEdge + y) * kEdge, n.z, &out(lo.x + x, lo.y + y, lo.z));
+  });
+  return out;
+}
+
+std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound) {
+  std::vector<std::uint8_t> above(Grid<char>::count(BlockSet::blocks_of(g.size)), 0);
+  for_each_smoothed_block(g, sigma, [&](std::size_t b, const glm::ivec3&, const glm::ivec3& n, const float* smooth) {
     for (int x = 0; x < n.x && !above[b]; ++x) {
       for (int y = 0; y < n.y; ++y) {
         const float* row = smooth + (x * kEdge + y) * kEdge;
@@ -778,14 +583,9 @@ std::size_t main_body(const std::vector<Body>& bodies, double min_bright) {
 double fraction_near(const Mask& mask) {
   const glm::ivec3 count = BlockSet::blocks_of(mask.size);
   Grid<std::uint8_t> holds(count, 0);
-  for_each_slab(count.x, [&](int block) {
-    for (int x = kEdge * block; x < std::min(kEdge * (block + 1), mask.size.x); ++x) {
-      for (int y = 0; y < mask.size.y; ++y) {
-        for (int z = 0; z < mask.size.z; ++z) {
-          if (mask(x, y, z)) holds(block, y / kEdge, z / kEdge) = 1;
-        }
-      }
-    }
+  for_each_voxel_in_parallel(count, [&](int bx, int by, int bz) {
+    const glm::ivec3 lo = kEdge * glm::ivec3(bx, by, bz), hi = glm::min(lo + kEdge, mask.size) - 1;
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) { holds(bx, by, bz) |= mask(x, y, z) != 0; });
   });
   const std::vector<std::uint8_t> near = with_neighbours(holds.v, count);
   const double samples = static_cast<double>(std::ranges::count(near, 1)) * BlockSet::kSamples;
@@ -817,8 +617,29 @@ SparseComponents components(const SparseMask& mask, bool corners) {
   return c;
 }
 
+SparseComponents components(const Mask& mask) {
+  const std::vector<std::uint8_t> all(Mask::count(BlockSet::blocks_of(mask.size)), 1);
+  return components(where(std::make_shared<const BlockSet>(mask.size, all), false, false,
+                          [&](std::size_t, const glm::ivec3& p) { return mask[p]; }));
+}
+
 Reached reached_from_walls(const SparseMask& open) {
-  return WallFlood(open).run();
+  const glm::ivec3& size = open.set->size;
+  Sparse<std::int32_t> label(open.set, 0, 0);
+  Reached reached{SparseMask(open.set, 0, 0), std::vector<std::int32_t>(open.set->slot.size(), 0)};
+  Spread spread(open, false, label, reached.blocks);
+  for (int a = 0; a < 3; ++a) {
+    const int u = (a + 1) % 3, v = (a + 2) % 3;
+    glm::ivec3 p;
+    for (p[u] = 0; p[u] < size[u]; ++p[u]) {
+      for (p[v] = 0; p[v] < size[v]; ++p[v]) {
+        for (const int side : {0, size[a] - 1}) p[a] = side, spread.visit(p, 1);
+      }
+    }
+  }
+  spread.run(1);
+  for_each_sample(*open.set, [&](std::size_t i) { reached.samples.v[i] = label.v[i] != 0; });
+  return reached;
 }
 
 }  // namespace typodont::haptics::importing

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -107,7 +108,7 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// Calls work(position, index) for every stored sample, on all cores.
+/// Calls work(position, index) or work(index) for every stored sample, on all cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
   tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
@@ -115,18 +116,28 @@ void for_each_sample(const BlockSet& set, Work work) {
     for (int x = lo.x; x < hi.x; ++x) {
       for (int y = lo.y; y < hi.y; ++y) {
         std::size_t i = b * BlockSet::kSamples + BlockSet::within({x, y, lo.z});
-        for (int z = lo.z; z < hi.z; ++z, ++i) work(glm::ivec3(x, y, z), i);
+        for (int z = lo.z; z < hi.z; ++z, ++i) {
+          if constexpr (std::invocable<Work, std::size_t>)
+            work(i);
+          else
+            work(glm::ivec3(x, y, z), i);
+        }
       }
     }
   });
 }
 
-/// Mask of the stored samples for which test(index, position) is true. `outside`, `inside`: values of blocks that are
-/// not stored.
+/// Mask of the stored samples for which test(index, position) or test(index) is true. `outside`, `inside`: values of
+/// blocks that are not stored.
 template <class Test>
 SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool inside, Test test) {
   SparseMask mask(set, outside, inside);
-  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) { mask.v[i] = test(i, p); });
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    if constexpr (std::invocable<Test, std::size_t>)
+      mask.v[i] = test(i);
+    else
+      mask.v[i] = test(i, p);
+  });
   return mask;
 }
 
@@ -134,7 +145,9 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// Smooths a volume with a Gaussian, only at stored samples. `sigma`: voxels.
+/// Smooths a volume with a Gaussian along each axis. Outside the volume, samples have the value of the nearest border
+/// sample. With a `set` or sparse volume, smooths only stored samples. `sigma`: voxels.
+Grid<float> gaussian(const Grid<float>& g, double sigma);
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
@@ -186,11 +199,13 @@ struct SparseComponents {
 /// Components connected over faces; `corners`: also over edges and corners. Blocks that are not stored connect only
 /// over faces.
 SparseComponents components(const SparseMask& mask, bool corners = false);
+/// Components of a dense mask over faces; all blocks are stored.
+SparseComponents components(const Mask& mask);
 
 struct Reached {
   SparseMask samples;
   // For each block that is not stored (indices as in BlockSet::slot): 1 if it is connected to the walls of the box.
-  std::vector<std::uint8_t> blocks;
+  std::vector<std::int32_t> blocks;
 };
 /// Finds the part of the mask `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);

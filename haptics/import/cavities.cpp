@@ -15,9 +15,7 @@ std::vector<bool> Hollows::operator()(const SparseComponents& spaces) const {
   for (std::size_t id = 1; id < hollow.size(); ++id) {
     hollow[id] = static_cast<double>(spaces.voxels[id]) > largest_;
     if (!air_ || spaces.voxels[id] < kMin || greys[id].empty()) continue;
-    const auto middle = greys[id].begin() + static_cast<std::ptrdiff_t>(greys[id].size() / 2);
-    std::nth_element(greys[id].begin(), middle, greys[id].end());
-    hollow[id] = hollow[id] || static_cast<double>(*middle) < *air_;
+    hollow[id] = hollow[id] || nth(greys[id], greys[id].size() / 2) < *air_;
   }
   return hollow;
 }
@@ -27,20 +25,19 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   SparseMask outside, cavity(set, 0, 1);
   hollow = SparseMask(set, 0, 0);
   {
-    const SparseMask open = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !solid.v[i]; });
+    const SparseMask open = where(set, true, true, [&](std::size_t i) { return !solid.v[i]; });
     Reached reached = reached_from_walls(open);
     outside = std::move(reached.samples);
     outside.outside = 1;
     if (!tooth) {
-      const SparseMask closed =
-          where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return open.v[i] && !outside.v[i]; });
+      const SparseMask closed = where(set, true, false, [&](std::size_t i) { return open.v[i] && !outside.v[i]; });
       const SparseComponents spaces = components(closed);
       const std::vector<bool> is_hollow = hollows(spaces);
       for (std::size_t b = 0; b < set->slot.size(); ++b) {
         const std::int32_t id = spaces.blocks[b];
         if (id > 0 && is_hollow[static_cast<std::size_t>(id)]) reached.blocks[b] = 1;
       }
-      for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+      for_each_sample(*set, [&](std::size_t i) {
         if (!closed.v[i] || !is_hollow[static_cast<std::size_t>(spaces.label.v[i])]) return;
         hollow.v[i] = outside.v[i] = 1;
       });
@@ -48,20 +45,20 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
     for (std::size_t b = 0; b < set->slot.size(); ++b) {
       if (set->slot[b] == BlockSet::kOutside && !reached.blocks[b]) set->slot[b] = BlockSet::kInside;
     }
-    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { cavity.v[i] = open.v[i] && !outside.v[i]; });
+    for_each_sample(*set, [&](std::size_t i) { cavity.v[i] = open.v[i] && !outside.v[i]; });
   }
 
   const Sparse<float> clearance = distance_squared_to(solid, static_cast<int>(widest_mouth) + 1);
   // The rim of a wide opening need not be exact, so the radius of a large ball grows in longer steps.
   constexpr double kFine = 8;  // voxels; if the ball's radius is larger, it grows in longer steps
   for (double r = 1; r <= widest_mouth; r += r < kFine ? 0.5 : 0.15 * r) {
-    const SparseMask roomy = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
+    const SparseMask roomy = where(set, true, false, [&](std::size_t i) {
       return !solid.v[i] && !cavity.v[i] && clearance.v[i] > static_cast<float>(r * r);
     });
     SparseMask centres = reached_from_walls(roomy).samples;
     centres.outside = 1;
     const Sparse<float> from_centre = distance_squared_to(centres, static_cast<int>(r + 1) + 1);
-    const SparseMask pocket = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
+    const SparseMask pocket = where(set, false, false, [&](std::size_t i) {
       return outside.v[i] && !hollow.v[i] && !cavity.v[i] && from_centre.v[i] > static_cast<float>((r + 1) * (r + 1));
     });
     const SparseComponents parts = components(pocket);

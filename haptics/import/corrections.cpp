@@ -11,7 +11,7 @@
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
-#include "haptics/import/grid.h"
+#include "haptics/import/blocks.h"
 #include "haptics/import/import.h"
 #include "haptics/import/import_scan.h"
 

@@ -468,8 +468,7 @@ Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3
     });
   }
   propagate(feature, nearest, reach, 1, squared_from);
-  for_each_sample(
-      *set, [&](const glm::ivec3&, std::size_t i) { nearest.v[i] = std::min(nearest.v[i], static_cast<float>(band)); });
+  for_each_sample(*set, [&](std::size_t i) { nearest.v[i] = std::min(nearest.v[i], static_cast<float>(band)); });
   return nearest;
 }
 

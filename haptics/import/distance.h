@@ -9,6 +9,7 @@
 
 #include "haptics/import/blocks.h"
 #include "haptics/import/grid.h"
+#include "haptics/import/mesh.h"
 
 namespace typodont::haptics::importing {
 
@@ -30,9 +31,6 @@ struct DistanceField {
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
-struct Triangle {
-  glm::dvec3 a, b, c;
-};
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
 /// Six times the generalized winding number of a mesh (Jacobson et al. 2013), from rays along the six axis directions:

@@ -49,17 +49,12 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
   const dvec3 f = at - dvec3(base);
-  double weight[3][4], slope[3][4];
-  for (int a = 0; a < 3; ++a) {
-    const double x = f[a], x2 = x * x, x3 = x2 * x;
-    weight[a][0] = 0.5 * (-x3 + 2 * x2 - x), weight[a][1] = 0.5 * (3 * x3 - 5 * x2 + 2);
-    weight[a][2] = 0.5 * (-3 * x3 + 4 * x2 + x), weight[a][3] = 0.5 * (x3 - x2);
-    slope[a][0] = 0.5 * (-3 * x2 + 4 * x - 1), slope[a][1] = 0.5 * (9 * x2 - 10 * x);
-    slope[a][2] = 0.5 * (-9 * x2 + 8 * x + 1), slope[a][3] = 0.5 * (3 * x2 - 2 * x);
-  }
+  std::array<double, 4> weight[3], slope[3];
+  for (int a = 0; a < 3; ++a) weight[a] = importing::cubic_weights(f[a]), slope[a] = importing::cubic_slopes(f[a]);
   importing::Jet jet{0, dvec3(0)};
-  for_each_voxel(glm::ivec3(4), [&](int i, int j, int k) {
-    const auto v = static_cast<double>(t.distance[t.at(base.x + i - 1, base.y + j - 1, base.z + k - 1)]);
+  for_each_voxel(glm::ivec3(4), [&](int x, int y, int z) {
+    const auto v = static_cast<double>(t.distance[t.at(base.x + x - 1, base.y + y - 1, base.z + z - 1)]);
+    const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y), k = static_cast<std::size_t>(z);
     jet.value += weight[0][i] * weight[1][j] * weight[2][k] * v;
     jet.gradient += v * dvec3(slope[0][i] * weight[1][j] * weight[2][k], weight[0][i] * slope[1][j] * weight[2][k],
                               weight[0][i] * weight[1][j] * slope[2][k]);
@@ -87,18 +82,14 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   const glm::ivec3 count = importing::BlockSet::blocks_of(out.size);
   const double scale = out.frame.voxel / ct.frame.voxel;
   Grid<std::uint8_t> wanted(count, 0), solid(count, 0);
-  importing::for_each_slab(count.x, [&](int bx) {
-    for (int by = 0; by < count.y; ++by) {
-      for (int bz = 0; bz < count.z; ++bz) {
-        const dvec3 first = dvec3(importing::BlockSet::kEdge * glm::ivec3(bx, by, bz)) * scale;
-        const glm::ivec3 lo = glm::min(glm::ivec3(first), ct.size - 1);
-        const glm::ivec3 hi = glm::min(glm::ivec3(first + importing::BlockSet::kEdge * scale) + 1, ct.size - 1);
-        solid(bx, by, bz) = ct.distance[ct.at(lo.x, lo.y, lo.z)] < 0;
-        for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
-          if (std::abs(static_cast<double>(ct.distance[ct.at(x, y, z)])) < reach) wanted(bx, by, bz) = 1;
-        });
-      }
-    }
+  importing::for_each_voxel_in_parallel(count, [&](int bx, int by, int bz) {
+    const dvec3 first = dvec3(importing::BlockSet::kEdge * glm::ivec3(bx, by, bz)) * scale;
+    const glm::ivec3 lo = glm::min(glm::ivec3(first), ct.size - 1);
+    const glm::ivec3 hi = glm::min(glm::ivec3(first + importing::BlockSet::kEdge * scale) + 1, ct.size - 1);
+    solid(bx, by, bz) = ct.distance[ct.at(lo.x, lo.y, lo.z)] < 0;
+    for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+      if (std::abs(static_cast<double>(ct.distance[ct.at(x, y, z)])) < reach) wanted(bx, by, bz) = 1;
+    });
   });
   auto set = std::make_shared<importing::BlockSet>(out.size, wanted.v);
   for (std::size_t b = 0; b < set->slot.size(); ++b) {
@@ -111,10 +102,10 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
-      : options_(options), corners_(scan.mesh.corners), scanned_(scan.scanned) {
-    for (const dvec3& p : scan.mesh.points) points_.push_back(X_CS * p);
+      : options_(options), mesh_(scan.mesh), corners_(mesh_.corners), points_(mesh_.points), scanned_(scan.scanned) {
+    for (dvec3& p : mesh_.points) p = X_CS * p;
     std::vector<Triangle> all;
-    for (const auto& c : corners_) all.push_back({point(c[0]), point(c[1]), point(c[2])});
+    for (std::size_t t = 0; t < corners_.size(); ++t) all.push_back(mesh_.triangle(t));
     skin_.emplace(std::vector<Triangle>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(scanned_)));
     closed_.emplace(std::move(all));
     find_edges();
@@ -140,7 +131,7 @@ class Crowns {
     if (!covered_[found->triangle]) return near;
     const auto& c = corners_[found->triangle];
     // Computes the barycentric coordinates of the nearest point.
-    const dvec3 a = point(c[0]), u = point(c[1]) - a, v = point(c[2]) - a, q = near.point - a;
+    const dvec3 a = mesh_.point(c[0]), u = mesh_.point(c[1]) - a, v = mesh_.point(c[2]) - a, q = near.point - a;
     const dvec3 n = glm::cross(u, v);
     const double nn = glm::dot(n, n);
     if (!(nn > 0)) return near;
@@ -151,18 +142,13 @@ class Crowns {
   bool inside(const dvec3& p) const { return closed_->winding(p) > 0; }
 
  private:
-  const dvec3& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
   double weight(int i) const { return weights_[static_cast<std::size_t>(i)]; }
   dvec3 normal(std::size_t t) const {
-    const auto& c = corners_[t];
-    const dvec3 n = glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0]));
+    const dvec3 n = mesh_.triangle(t).area_vector();
     const double length = glm::length(n);
     return length > 0 ? n / length : dvec3(0);
   }
-  double area(std::size_t t) const {
-    const auto& c = corners_[t];
-    return 0.5 * glm::length(glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0])));
-  }
+  double area(std::size_t t) const { return glm::length(mesh_.triangle(t).area_vector()); }
 
   /// Finds the scan's border: edges with only one triangle.
   void find_edges() {
@@ -303,9 +289,10 @@ class Crowns {
   }
 
   const FuseOptions& options_;
+  importing::Mesh mesh_;  // the scan in the CT's frame C
   const std::vector<std::array<int, 3>>& corners_;
+  const std::vector<dvec3>& points_;
   std::size_t scanned_;
-  std::vector<dvec3> points_;           // m, corners of the scan's triangles in the CT's frame C
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
@@ -475,28 +462,24 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (!ct.hardness.empty()) out.hardness.assign(out.distance.size(), 255);
-  importing::for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const glm::ivec3 i(x, y, z);
-        const std::size_t at = out.at(x, y, z);
-        const bool near_change =
-            to_change.index(i) >= 0 && to_change[i] <= static_cast<float>(reach) * static_cast<float>(reach);
-        const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
-        const double d = std::clamp(static_cast<double>(field.distance[i]) * voxel, -ct.band, ct.band);
-        if (same && (!near_change || std::abs(d - static_cast<double>(ct.distance[at])) < kEqual * voxel)) {
-          out.distance[at] = ct.distance[at];
-          out.tissue[at] = ct.tissue[at];
-          if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[at];
-          continue;
-        }
-        out.distance[at] = static_cast<float>(d);
-        if (d > importing::kLabelReach * voxel) continue;
-        const std::size_t from = labelled_sample(ct, place, distance_at(ct, place));
-        out.tissue[at] = ct.tissue[from];
-        if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[from];
-      }
+  importing::for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
+    const glm::ivec3 i(x, y, z);
+    const std::size_t at = out.at(x, y, z);
+    const bool near_change =
+        to_change.index(i) >= 0 && to_change[i] <= static_cast<float>(reach) * static_cast<float>(reach);
+    const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
+    const double d = std::clamp(static_cast<double>(field.distance[i]) * voxel, -ct.band, ct.band);
+    if (same && (!near_change || std::abs(d - static_cast<double>(ct.distance[at])) < kEqual * voxel)) {
+      out.distance[at] = ct.distance[at];
+      out.tissue[at] = ct.tissue[at];
+      if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[at];
+      return;
     }
+    out.distance[at] = static_cast<float>(d);
+    if (d > importing::kLabelReach * voxel) return;
+    const std::size_t from = labelled_sample(ct, place, distance_at(ct, place));
+    out.tissue[at] = ct.tissue[from];
+    if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[from];
   });
   progress(1);
   return fused;

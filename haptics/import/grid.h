@@ -1,6 +1,7 @@
 // Dense volumes of samples on a regular grid, and filters for them. Not for real time.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -59,24 +60,28 @@ void for_each_voxel_in_parallel(const glm::ivec3& size, const Visit& visit) {
 /// Trilinear interpolation at p (voxels); outside the volume, the value at its nearest point.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
+/// Catmull-Rom weights of the samples at −1, 0, 1 and 2 for the interpolation at `t` (0 to 1), and their derivatives.
+inline std::array<double, 4> cubic_weights(double t) {
+  const double t2 = t * t, t3 = t2 * t;
+  return {0.5 * (-t3 + 2 * t2 - t), 0.5 * (3 * t3 - 5 * t2 + 2), 0.5 * (-3 * t3 + 4 * t2 + t), 0.5 * (t3 - t2)};
+}
+inline std::array<double, 4> cubic_slopes(double t) {
+  const double t2 = t * t;
+  return {0.5 * (-3 * t2 + 4 * t - 1), 0.5 * (9 * t2 - 10 * t), 0.5 * (-9 * t2 + 8 * t + 1), 0.5 * (3 * t2 - 2 * t)};
+}
+
+/// The value with the index `k` after sorting. Reorders the values.
+inline double nth(std::vector<float>& values, std::size_t k) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
+  return static_cast<double>(values[k]);
+}
+
 struct Jet {
   double value;
   glm::dvec3 gradient;  // gradient of the value, per voxel
 };
 
-/// Smooths with a Gaussian along each axis. Outside, samples have the value of the nearest border sample. `sigma`:
-/// voxels.
-Grid<float> gaussian(const Grid<float>& g, double sigma);
-
 /// Squared distance to the mask in voxels² (Felzenszwalb & Huttenlocher 2012); very large for an empty mask.
 Grid<float> distance_squared_to(const Mask& mask);
-
-struct Components {
-  Grid<std::int32_t> label;         // number of each sample's component, from 1; 0 outside the mask
-  std::vector<std::size_t> voxels;  // number of voxels of each component; element 0 is unused
-  std::int32_t largest() const;     // number of the largest component; 0: none
-};
-/// Components whose samples are connected over faces.
-Components components(const Mask& mask);
 
 }  // namespace typodont::haptics::importing

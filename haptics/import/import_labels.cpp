@@ -153,20 +153,16 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   // For each voxel of the box: its tissue (`label`); 1 for tissue and 0 for air (`inside`).
   Grid<Tissue> label(box, Tissue::kAir);
   Grid<float> inside(box, 0);
-  for_each_slab(last.x - first.x + 1, [&](int x) {
-    for (int y = first.y; y <= last.y; ++y) {
-      for (int z = first.z; z <= last.z; ++z) {
-        const glm::ivec3 p(first.x + x, y, z);
-        const Tissue tissue = tissue_at(scan.grey[p]);
-        label[p - lo] = tissue;
-        inside[p - lo] = tissue == Tissue::kAir ? 0 : 1;
-      }
-    }
+  for_each_voxel_in_parallel(last - first + 1, [&](int x, int y, int z) {
+    const glm::ivec3 p = first + glm::ivec3(x, y, z);
+    const Tissue tissue = tissue_at(scan.grey[p]);
+    label[p - lo] = tissue;
+    inside[p - lo] = tissue == Tissue::kAir ? 0 : 1;
   });
   report.bodies_found = report.bodies_kept = [&] {
     Mask mask(box, 0);
     std::ranges::transform(inside.v, mask.v.begin(), [](float v) { return static_cast<std::uint8_t>(v); });
-    return static_cast<int>(components(mask).voxels.size()) - 1;
+    return static_cast<int>(find_bodies(mask).size());
   }();
   inside = gaussian(inside, kBorderBlur);
   const dvec3 ratio = voxel / scan.spacing;
@@ -181,29 +177,25 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (options.greys) result.grey.resize(out.distance.size());
-  for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const glm::ivec3 at(x, y, z);
-        const std::size_t i = out.at(x, y, z);
-        const double d = field.distance[at];
-        out.distance[i] = static_cast<float>(std::clamp(d * voxel, -out.band, out.band));
-        const dvec3 q = dvec3(at) * ratio;
-        if (options.greys) result.grey[i] = static_cast<float>(label[glm::ivec3(glm::round(q))]);
-        if (d > kLabelReach) continue;
-        // Outside the tissue, and where smoothing filled a corner, takes the label of the nearest labelled voxel.
-        const dvec3 p = d > 0 ? dvec3(field.closest[at]) * ratio : q;
-        const glm::ivec3 near = glm::ivec3(glm::round(p));
-        double least = 1e9;
-        constexpr int kSearch = 2;
-        for_each_voxel_between(glm::ivec3(-kSearch), glm::ivec3(kSearch), [&](int dx, int dy, int dz) {
-          const glm::ivec3 v = near + glm::ivec3(dx, dy, dz);
-          if (!label.holds(v) || label[v] == Tissue::kAir) return;
-          const double away = glm::length((dvec3(v) - p) * scan.spacing);
-          if (away < least) least = away, out.tissue[i] = label[v];
-        });
-      }
-    }
+  for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
+    const glm::ivec3 at(x, y, z);
+    const std::size_t i = out.at(x, y, z);
+    const double d = field.distance[at];
+    out.distance[i] = static_cast<float>(std::clamp(d * voxel, -out.band, out.band));
+    const dvec3 q = dvec3(at) * ratio;
+    if (options.greys) result.grey[i] = static_cast<float>(label[glm::ivec3(glm::round(q))]);
+    if (d > kLabelReach) return;
+    // Outside the tissue, and where smoothing filled a corner, takes the label of the nearest labelled voxel.
+    const dvec3 p = d > 0 ? dvec3(field.closest[at]) * ratio : q;
+    const glm::ivec3 near = glm::ivec3(glm::round(p));
+    double least = 1e9;
+    constexpr int kSearch = 2;
+    for_each_voxel_between(near - kSearch, near + kSearch, [&](int vx, int vy, int vz) {
+      const glm::ivec3 v(vx, vy, vz);
+      if (!label.holds(v) || label[v] == Tissue::kAir) return;
+      const double away = glm::length((dvec3(v) - p) * scan.spacing);
+      if (away < least) least = away, out.tissue[i] = label[v];
+    });
   });
   return result;
 }

@@ -67,15 +67,8 @@ void move(Mesh& mesh, MeshRepairs& repairs, const Pose& X_WF) {
 }
 
 /// Returns an empty volume that encloses the bounds.
-DenseTissue volume_around(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
-  const double voxel = voxel_of_meshes(bounds, options, notes);
-  DenseTissue out;
-  out.band = options.band;
-  const double margin = options.band + 2 * voxel;
-  out.frame.voxel = voxel;
-  out.frame.origin = voxel * glm::floor((bounds.lo - margin) / voxel);
-  out.size = glm::ivec3(glm::ceil((bounds.hi + margin - out.frame.origin) / voxel)) + 1;
-  return out;
+DenseTissue empty_volume(const ImportRegion& bounds, const ImportOptions& options, std::vector<std::string>& notes) {
+  return volume_around(bounds.lo, bounds.hi, voxel_of_meshes(bounds, options, notes), options.band);
 }
 
 /// Selected triangles of a mesh in voxel coordinates.
@@ -84,10 +77,8 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   std::vector<Triangle> triangles;
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     if (!wanted(t)) continue;
-    const auto at = [&](std::size_t k) {
-      return frame.to_voxels(mesh.points[static_cast<std::size_t>(mesh.corners[t][k])]);
-    };
-    triangles.push_back({at(0), at(1), at(2)});
+    const auto& [a, b, c] = mesh.triangle(t);
+    triangles.push_back({frame.to_voxels(a), frame.to_voxels(b), frame.to_voxels(c)});
   }
   return triangles;
 }
@@ -100,21 +91,6 @@ void require_memory_for(const DenseTissue& out, std::span<const std::vector<Tria
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
                  options, report);
-}
-
-/// Copies distances and labels to the imported volume. `label(p, d)`: tissue at sample p with distance d (m).
-template <class Label>
-void store(const FilledMesh& filled, DenseTissue& out, Label label) {
-  const double voxel = out.frame.voxel;
-  out.distance.resize(filled.part.v.size());
-  out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
-    const glm::ivec3 p(x, y, z);
-    const std::size_t i = out.at(x, y, z);
-    const double d = static_cast<double>(filled.distance[p]) * voxel;
-    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-    if (d <= kLabelReach * voxel) out.tissue[i] = label(p, d);
-  });
 }
 
 void count_parts(Imported& imported) {
@@ -134,10 +110,7 @@ void count_parts(Imported& imported) {
 /// Sum of area × normal, m²: 0 for a closed mesh, otherwise it points from the opening to the side opposite to it.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
-  for (const auto& c : mesh.corners) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };
-    sum += 0.5 * glm::cross(at(1) - at(0), at(2) - at(0));
-  }
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) sum += mesh.triangle(t).area_vector();
   return sum;
 }
 
@@ -145,7 +118,7 @@ dvec3 area_vector(const Mesh& mesh) {
 /// height, so a rise of the border over a crown does not tilt the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
-  const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
+  const auto at = [&](std::size_t k) { return mesh.point(border.points[k % n]); };
   const auto mean_distance = [&](const dvec3& up) {
     // For each edge of the border: height of its first point above the plane, and its length along the plane.
     std::vector<std::pair<double, double>> heights;
@@ -197,12 +170,12 @@ dvec3 away_from_base(const Mesh& mesh) {
   };
   std::vector<Face> faces;
   double whole = 0;
-  for (const auto& c : mesh.corners) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };
-    const dvec3 normal = 0.5 * glm::cross(at(1) - at(0), at(2) - at(0));
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
+    const Triangle tri = mesh.triangle(t);
+    const dvec3 normal = tri.area_vector();
     const double area = glm::length(normal);
     if (!(area > 0)) continue;
-    faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
+    faces.push_back({normal / area, (tri.a + tri.b + tri.c) / 3.0, area});
     whole += area;
   }
   // With more than kEnough triangles, only every n-th small one is used, with n times its area.
@@ -259,10 +232,8 @@ std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kMin = 0.02;
   const Shells shells = shells_of(mesh, false);
   std::vector<double> area(shells.volume.size(), 0);
-  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.corners[t][k])]; };
-    area[static_cast<std::size_t>(shells.of_triangle[t])] += glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
-  }
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t)
+    area[static_cast<std::size_t>(shells.of_triangle[t])] += glm::length(mesh.triangle(t).area_vector());
   const double least = kMin * *std::ranges::max_element(area);
   std::size_t t = 0;
   std::erase_if(mesh.corners,
@@ -313,7 +284,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   std::vector<int> foot;
   std::vector<glm::dvec2> outline;
   for (const int i : border.points) {
-    const dvec3 p = mesh.points[static_cast<std::size_t>(i)];
+    const dvec3 p = mesh.point(i);
     const dvec3 q = p + (lowest - depth - glm::dot(p, up)) * up;
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
@@ -496,7 +467,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   add_words(result.report.repairs, repairs, "");
   result.report.repaired = std::move(repairs.places);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options, result.report.notes);
+  out = empty_volume(bounds, options, result.report.notes);
   const double voxel = out.frame.voxel;
 
   // A shell inside no other shell is a body; a shell inside another one is a hollow.
@@ -600,10 +571,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   if (!open.empty()) {
     const auto main = std::ranges::max_element(open, {}, &Border::length);
     dvec3 rim(0), middle(0);
-    for (const int i : main->points)
-      rim += mesh.points[static_cast<std::size_t>(i)] / static_cast<double>(main->points.size());
-    for (const auto& c : mesh.corners)
-      middle += mesh.points[static_cast<std::size_t>(c[0])] / static_cast<double>(mesh.corners.size());
+    for (const int i : main->points) rim += mesh.point(i) / static_cast<double>(main->points.size());
+    for (const auto& c : mesh.corners) middle += mesh.point(c[0]) / static_cast<double>(mesh.corners.size());
     arch.up = area_vector(mesh);
     if (!(glm::length(arch.up) > 0)) arch.up = middle - rim;
     if (glm::dot(arch.up, middle - rim) < 0) {
@@ -647,7 +616,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   std::vector<std::uint8_t> gum = find_gum(file, mesh, up, options.crown.value_or(kUsualCrown), report.notes);
 
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds_of(mesh), options, report.notes);
+  out = empty_volume(bounds_of(mesh), options, report.notes);
   const double voxel = out.frame.voxel;
   if (options.progress) options.progress(0.2);
   const double shell = options.shell.value_or(kUsualEnamel);
@@ -710,7 +679,7 @@ Imported import_parts(const ImportOptions& options) {
   }
   check_length(options.parts[0].file, bounds.hi - bounds.lo, options);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options, report.notes);
+  out = empty_volume(bounds, options, report.notes);
   const double voxel = out.frame.voxel;
   std::vector<std::vector<Triangle>> parts;
   for (const Mesh& mesh : meshes) parts.push_back(triangles_of(mesh, out.frame, [](std::size_t) { return true; }));

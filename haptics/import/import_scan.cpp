@@ -68,9 +68,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
     for (int k = 0; k < size[a]; ++k) {
       const double q = std::min(k * ratio[a], box.size[a] - 1.0);
       const int i = static_cast<int>(q);
-      const double t = q - i, t2 = t * t, t3 = t2 * t;
-      Taps of{{},
-              {0.5 * (-t3 + 2 * t2 - t), 0.5 * (3 * t3 - 5 * t2 + 2), 0.5 * (-3 * t3 + 4 * t2 + t), 0.5 * (t3 - t2)}};
+      Taps of{{}, cubic_weights(q - i)};
       for (int j = 0; j < 4; ++j) of.at[static_cast<std::size_t>(j)] = std::clamp(i - 1 + j, 0, box.size[a] - 1);
       taps[static_cast<std::size_t>(a)].push_back(of);
     }
@@ -131,18 +129,19 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       Mask open(glm::ivec3(grey.size[u], grey.size[v], 1), 0);
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
-      const Components holes = components(open);
+      const SparseComponents holes = components(open);
+      const auto hole_of = [&](std::size_t i) { return static_cast<std::size_t>(holes.label[open.place(i)]); };
       // Number of the component that contains the surroundings, which enclose the tissue everywhere.
-      const std::int32_t around = holes.label.v[0];
+      const std::size_t around = hole_of(0);
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
-        const auto id = static_cast<std::size_t>(holes.label.v[i]);
+        const std::size_t id = hole_of(i);
         from[id] = glm::min(from[id], open.place(i)), to[id] = glm::max(to[id], open.place(i));
       }
       Mask lid(open.size, 0);
       for (std::size_t i = 0; i < open.v.size(); ++i) {
-        const auto id = static_cast<std::size_t>(holes.label.v[i]);
-        if (id == 0 || id == static_cast<std::size_t>(around)) continue;
+        const std::size_t id = hole_of(i);
+        if (id == 0 || id == around) continue;
         const glm::ivec3 extent = to[id] - from[id] + 1;
         if (std::max(extent.x, extent.y) * voxel > widest) continue;
         const glm::ivec3 q = open.place(i);
@@ -341,10 +340,9 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   Mask solid(smooth.size, 0);
   const auto surface = static_cast<float>(levels.surface());
   const auto tooth_grey = static_cast<float>(levels.tooth.value_or(std::numeric_limits<float>::infinity()));
-  for_each_slab(solid.size.x, [&](int x) {
-    const std::size_t slab = solid.index(x, 0, 0), end = slab + solid.v.size() / static_cast<std::size_t>(solid.size.x);
-    for (std::size_t i = slab; i < end; ++i)
-      solid.v[i] = smooth.v[i] > surface ? smooth.v[i] > tooth_grey ? kBrightVoxel : 1 : 0;
+  for_each_voxel_in_parallel(solid.size, [&](int x, int y, int z) {
+    const float grey = smooth(x, y, z);
+    solid(x, y, z) = grey > surface ? grey > tooth_grey ? kBrightVoxel : 1 : 0;
   });
   smooth = Grid<float>();
   const std::vector<Body> bodies = find_bodies(solid);

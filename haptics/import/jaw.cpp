@@ -19,7 +19,7 @@ double cubed(double x) {
 SparseMask large_parts(const SparseMask& mask, double samples) {
   const SparseComponents parts = components(mask);
   SparseMask large(mask.set, 0, 0);
-  for_each_sample(*mask.set, [&](const glm::ivec3&, std::size_t i) {
+  for_each_sample(*mask.set, [&](std::size_t i) {
     const auto id = static_cast<std::size_t>(parts.label.v[i]);
     large.v[i] = id > 0 && static_cast<double>(parts.voxels[id]) >= samples;
   });
@@ -235,29 +235,33 @@ class CanalBound {
   std::vector<double> brightest_, border_;
 };
 
-// Median; nullopt if there are fewer than kMin values.
-std::optional<double> median_of(std::vector<float>& values) {
+// Median of value(i) over the samples i for which test(i) is true; nullopt if there are fewer than kMin samples.
+// `count` receives their number.
+template <class Test, class Value>
+std::optional<double> median_of(const SparseMask& samples, Test test, Value value, std::size_t* count = nullptr) {
   constexpr std::size_t kMin = 20;  // with fewer values, there is no median
+  std::vector<float> values;
+  for (std::size_t i = 0; i < samples.v.size(); ++i) {
+    if (samples.v[i] && test(i)) values.push_back(value(i));
+  }
+  if (count) *count = values.size();
   if (values.size() < kMin) return std::nullopt;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
+  return nth(values, values.size() / 2);
 }
 
 // Median grey value of a tissue's samples that are at least about 2.5 times `blur` deep (voxels).
 std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
-  const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+  const SparseMask around = where(set, true, false, [&](std::size_t i) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
     // Uses only samples at least min(kBlurs × `blur` + 0.5, kBlurs) voxels deep, from the next sample outside.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
-    std::vector<float> greys;
-    for (std::size_t i = 0; i < into.v.size(); ++i) {
-      if (tissue.v[i] && into.v[i] >= static_cast<float>(squared)) greys.push_back(scan[set->place(i)]);
-    }
-    if (const std::optional<double> grey = median_of(greys)) return grey;
+    const std::optional<double> grey = median_of(
+        tissue, [&](std::size_t i) { return into.v[i] >= static_cast<float>(squared); },
+        [&](std::size_t i) { return scan[set->place(i)]; });
+    if (grey) return grey;
   }
   return std::nullopt;
 }
@@ -273,7 +277,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   constexpr double kMinTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
-  for_each_sample(*grey.set, [&](const glm::ivec3&, std::size_t i) {
+  for_each_sample(*grey.set, [&](std::size_t i) {
     if (bone.v[i])
       field.v[i] = std::clamp(grey.v[i], static_cast<float>(greys.soft), static_cast<float>(greys.cancellous));
   });
@@ -285,9 +289,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
     const glm::dvec3 e = eigenvalues(second_derivatives(field, p) * (sigma * sigma / contrast));
     if (e.y > 0) tube.v[i] = static_cast<float>(std::sqrt(e.y * e.z) - std::abs(e.x));
   });
-  const SparseMask likely = where(grey.set, false, false, [&](std::size_t i, const glm::ivec3&) {
-    return tube.v[i] > static_cast<float>(kMinTube);
-  });
+  const SparseMask likely =
+      where(grey.set, false, false, [&](std::size_t i) { return tube.v[i] > static_cast<float>(kMinTube); });
   const SparseComponents parts = components(likely, true);
   for (std::size_t id = 1; id < parts.voxels.size(); ++id) {
     if (static_cast<double>(parts.voxels[id]) * voxel < kMinLength) continue;
@@ -353,35 +356,33 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
-  const SparseMask pulp = where(
-      set, false, false, [&](std::size_t i, const glm::ivec3&) { return tooth.v[i] && tissue.v[i] == Tissue::kPulp; });
-  const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
+  const SparseMask pulp =
+      where(set, false, false, [&](std::size_t i) { return tooth.v[i] && tissue.v[i] == Tissue::kPulp; });
+  const SparseMask others = where(set, true, false, [&](std::size_t i) {
     return !tooth.v[i] ||
            (tissue.v[i] != Tissue::kPulp && tissue.v[i] != Tissue::kDentin && tissue.v[i] != Tissue::kEnamel);
   });
-  const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
+  const SparseMask no_pulp = where(set, true, false, [&](std::size_t i) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
   // Voxels. Dentin is measured at least kUnblurred deep, where blur does not change it; in thin roots, down to kMinFar.
   // greys.hard cannot be used, because it comes mostly from bone.
   constexpr double kUnblurred = 3, kMinFar = 1.5;
   SparseMask core_mask;
-  std::vector<float> dentin_greys;
+  std::optional<double> dentin_grey;
   for (double far = kUnblurred; far >= kMinFar; far -= 0.5) {
     const auto squared = static_cast<float>(far * far);
-    core_mask = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
+    core_mask = where(set, false, false, [&](std::size_t i) {
       return tooth.v[i] && tissue.v[i] == Tissue::kDentin && to_pulp.v[i] >= squared && to_other.v[i] >= squared &&
              to_crown.v[i] >= squared;
     });
-    dentin_greys.clear();
-    for (std::size_t i = 0; i < tissue.v.size(); ++i) {
-      if (core_mask.v[i]) dentin_greys.push_back(scan[set->place(i)]);
-    }
-    if (dentin_greys.size() >= kEnough) break;
+    std::size_t count = 0;
+    dentin_grey = median_of(
+        core_mask, [](std::size_t) { return true; }, [&](std::size_t i) { return scan[set->place(i)]; }, &count);
+    if (count >= kEnough) break;
   }
   const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
-  const double dentin = median_of(dentin_greys).value_or(greys.hard),
-               own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
+  const double dentin = dentin_grey.value_or(greys.hard), own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
   // Pulp that is brighter than `brightest_soft` by more than this counts as brightened by streaks of metal.
   constexpr double kStreaks = 0.05;  // fraction of the contrast between dentin and soft tissue (no streaks: below 0.02)
   const double soft = own > brightest_soft + kStreaks * (dentin - brightest_soft) ? brightest_soft : own;
@@ -426,7 +427,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
   // shallower tooth's depth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
-  const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
+  const SparseMask others = where(set, true, false, [&](std::size_t i) { return !teeth.v[i]; });
   const int reach = static_cast<int>(std::clamp(kDeepest / voxel, 4.0, 32.0));
   const Sparse<float> depth = distance_squared_to(others, reach);
   const auto limited = [&](std::size_t i) { return std::min(depth.v[i], static_cast<float>(reach * reach)); };
@@ -560,9 +561,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   constexpr std::size_t kMinMetal = 40;  // smallest number of voxels; with fewer, there is no metal
   if (metal.size() >= kMinMetal) {
     // Third quartile of the grey values of metal, because the borders of metal are too dark.
-    const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
-    std::nth_element(metal.begin(), k, metal.end());
-    greys.metal = static_cast<double>(*k);
+    greys.metal = nth(metal, metal.size() * 3 / 4);
   }
   greys.has_enamel = greys.enamel - offset > kDenser * (greys.hard - offset);
   return greys;
@@ -573,9 +572,7 @@ double noise_of(const Grid<float>& scan) {
   std::vector<float> differences;
   for (std::size_t i = 0; i + kApart < scan.v.size(); i += 1 + scan.v.size() / kEnough)
     differences.push_back(std::abs(scan.v[i + kApart] - scan.v[i]));
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return 1.4826 / std::sqrt(2.0) * static_cast<double>(*middle);
+  return 1.4826 / std::sqrt(2.0) * nth(differences, differences.size() / 2);
 }
 
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
@@ -592,22 +589,18 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Masks of certain crown, of marrow, and of bright samples beside marrow. kMin…: smallest volume of a region, mm³.
   constexpr double kMinCrown = 8, kMinMarrow = 20;
-  const SparseMask bright =
-      mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
+  const SparseMask bright = mask([&](std::size_t i) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);
   if (greys.has_enamel)
-    crown = large_parts(mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.crown()); }),
-                        kMinCrown * mm3);
+    crown = large_parts(mask([&](std::size_t i) { return body.v[i] && brighter(i, greys.crown()); }), kMinCrown * mm3);
   SparseMask not_marrow = mask([&](std::size_t i, const glm::ivec3& p) {
     return !brighter(i, greys.canal()) || brighter(i, greys.bright()) || s.surface.distance[p] >= -1;
   });
   not_marrow.outside = 1;
   const Sparse<float> to_rim = distance_squared_to(not_marrow, 2);
-  const SparseMask marrow =
-      large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kMinMarrow * mm3);
+  const SparseMask marrow = large_parts(mask([&](std::size_t i) { return to_rim.v[i] > 2.25F; }), kMinMarrow * mm3);
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
-  const SparseMask beside_marrow =
-      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
+  const SparseMask beside_marrow = mask([&](std::size_t i) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
   // The bone's outer plate, far from crowns and from the volume's walls where they cut through the jaw.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
@@ -630,22 +623,21 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
   const double in_plate = voxel * voxel / (kInPlate * kInPlate);
   Sparse<float> into_bone(set, 0, 0);
-  for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+  for_each_sample(*set, [&](std::size_t i) {
     into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
   });
   // Residuals of two random walks. The first finds roots in the bone's outer plate. The second treats the rest as bone.
   constexpr double kRough = 1e-5, kFine = 1e-10;
   const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
                                                 [&](double done) { progress(0.2 + 0.2 * done); });
-  const SparseMask bone = mask([&](std::size_t i, const glm::ivec3&) { return plate.v[i] && first.v[i] < 0.5F; });
+  const SparseMask bone = mask([&](std::size_t i) { return plate.v[i] && first.v[i] < 0.5F; });
   const Sparse<float> probability = tooth_probability(grey, bright, crown, bone, into_bone, greys, kFine,
                                                       [&](double done) { progress(0.4 + 0.3 * done); });
 
   // Teeth include their cavities, also those with openings of one sample.
-  const SparseMask tooth =
-      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
+  const SparseMask tooth = mask([&](std::size_t i) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
-  const SparseMask roomy = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] > 1; });
+  const SparseMask roomy = where(set, true, true, [&](std::size_t i) { return to_tooth.v[i] > 1; });
   SparseMask reached = reached_from_walls(roomy).samples;
   reached.outside = reached.inside = 1;
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
@@ -661,7 +653,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
   // The canal: dark samples that are connected to its middle; other dark samples are noise.
-  SparseMask core = mask([&](std::size_t i, const glm::ivec3&) {
+  SparseMask core = mask([&](std::size_t i) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
            !brighter(i, greys.canal());
   });
@@ -676,24 +668,17 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (std::size_t i = 0; i < canal.v.size(); ++i) {
       if (canal.v[i] && core.v[i]) of_canal[static_cast<std::size_t>(parts.label.v[i])] = true;
     }
-    core = mask([&](std::size_t i, const glm::ivec3&) {
-      return core.v[i] && of_canal[static_cast<std::size_t>(parts.label.v[i])];
-    });
+    core = mask([&](std::size_t i) { return core.v[i] && of_canal[static_cast<std::size_t>(parts.label.v[i])]; });
     if (const std::optional<double> inside = grey_inside(scan, core, s.true_blur)) soft = brightest_soft = *inside;
     const Sparse<float> to_core = distance_squared_to(core, 3);
     // Cortical bone is measured far from teeth, because dentin may be brighter.
-    std::vector<float> plate_greys;
-    for (std::size_t i = 0; i < plate.v.size(); ++i) {
-      if (plate.v[i] && s.surface.distance[set->place(i)] < -2) plate_greys.push_back(grey.v[i]);
-    }
-    const double dense = std::max(median_of(plate_greys).value_or(greys.hard), greys.bright());
-    std::vector<float> marrow_greys;
-    for (std::size_t i = 0; i < marrow.v.size(); ++i) {
-      if (marrow.v[i]) marrow_greys.push_back(grey.v[i]);
-    }
-    const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
+    const auto own = [&](std::size_t i) { return grey.v[i]; };
+    const auto deep = [&](std::size_t i) { return s.surface.distance[set->place(i)] < -2; };
+    const double dense = std::max(median_of(plate, deep, own).value_or(greys.hard), greys.bright());
+    const auto all = [](std::size_t) { return true; };
+    const double porous = std::clamp(median_of(marrow, all, own).value_or(greys.cancellous), soft, dense);
     const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
-    const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
+    const SparseMask beside = mask([&](std::size_t i) { return to_core.v[i] <= 9 && !in_tooth(i); });
     double length = 0, volume = 0;  // length (voxels) and volume (samples) of all canals
     for (const JawCanal& found : out.report.canals) {
       for (std::size_t k = 1; k < found.centre.size(); ++k)
@@ -725,19 +710,18 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const auto bound_at = [&](std::size_t i) {
       return glm::mix(soft, dense, canal_bound((static_cast<double>(brightest.v[i]) - excess - soft) / (dense - soft)));
     };
-    nerve = mask([&](std::size_t i, const glm::ivec3&) {
+    nerve = mask([&](std::size_t i) {
       return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
     });
     // Beside the nerve, samples that only blur has darkened belong to the canal's bright wall.
     const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
-    nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
+    nerve_wall = mask([&](std::size_t i) {
       return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();
     });
   }
 
   // At the border of dentin, the grey value is half-way between dentin and soft tissue; in thin layers, it is higher.
-  const SparseMask near_tooth =
-      mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
+  const SparseMask near_tooth = mask([&](std::size_t i) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
   const auto is_hard = [&](std::size_t i) {
@@ -750,10 +734,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   SparseMask metal(set, 0, 0);
   if (greys.metal) {
     constexpr int kBeside = 3;
-    const SparseMask likely =
-        mask([&](std::size_t i, const glm::ivec3&) { return brighter(i, 0.5 * (greys.hard + *greys.metal)); });
+    const SparseMask likely = mask([&](std::size_t i) { return brighter(i, 0.5 * (greys.hard + *greys.metal)); });
     const Sparse<float> beside = ball_min(grey, kBeside, likely);
-    metal = mask([&](std::size_t i, const glm::ivec3&) {
+    metal = mask([&](std::size_t i) {
       const double tissue = std::clamp(static_cast<double>(beside.v[i]), greys.hard, greys.enamel);
       return likely.v[i] && brighter(i, 0.5 * (tissue + *greys.metal));
     });
@@ -762,7 +745,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   constexpr double kLigament = 0.5e-3;  // m, largest width of the periodontal ligament
   const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
-  for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+  for_each_sample(*set, [&](std::size_t i) {
     if (!body.v[i]) return;
     Tissue& t = out.tissue.v[i];
     if (metal.v[i]) {
@@ -783,8 +766,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
   });
 
-  correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
-                 to_crown, greys, s.true_blur, soft, brightest_soft, out.tissue);
+  correct_canals(scan, grey, where(set, false, false, [&](std::size_t i) { return in_tooth(i); }), to_crown, greys,
+                 s.true_blur, soft, brightest_soft, out.tissue);
 
   out.report.border = voxel * border_uncertainty(noise / (greys.hard - greys.soft), s.blur);
   double mislabelled = 0;

@@ -12,9 +12,7 @@
 namespace typodont::haptics::importing {
 
 static double quantile(std::vector<float>& values, double fraction) {
-  const auto k = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
+  return nth(values, static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
 }
 
 // Grey values at the volume's walls (outer faces), which are mostly surroundings.

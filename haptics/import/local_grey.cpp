@@ -7,7 +7,7 @@ namespace typodont::haptics::importing {
 std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMask& tissue, std::size_t enough,
                                         double least, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
-  const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+  const SparseMask others = where(set, true, true, [&](std::size_t i) { return !tissue.v[i]; });
   const Sparse<float> away = distance_squared_to(others, 4);
   const auto sharp = [&](const glm::ivec3& p) {
     const auto here = static_cast<double>(grey[p]);

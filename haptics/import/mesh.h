@@ -12,10 +12,18 @@ namespace typodont::haptics::importing {
 
 using Color = std::array<std::uint8_t, 3>;  // sRGB
 
+struct Triangle {
+  glm::dvec3 a, b, c;
+  glm::dvec3 area_vector() const { return 0.5 * glm::cross(b - a, c - a); }  // area × normal
+};
+
 struct Mesh {
   std::vector<glm::dvec3> points;           // m, positions of the mesh's points
   std::vector<std::array<int, 3>> corners;  // indices of each triangle's points
   std::vector<Color> colors;                // one per point; may be empty
+
+  const glm::dvec3& point(int i) const { return points[static_cast<std::size_t>(i)]; }
+  Triangle triangle(std::size_t t) const { return {point(corners[t][0]), point(corners[t][1]), point(corners[t][2])}; }
 };
 
 /// Repairs made while a mesh was read.

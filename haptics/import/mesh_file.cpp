@@ -144,10 +144,7 @@ class PlyReader {
         {"float64", Element::kDouble}};
     std::string line;
     for (int n = 1; n <= 200; ++n) {
-      line.clear();
-      int c = in_.get();
-      for (; c != EOF && c != '\n' && line.size() < 4096; c = in_.get()) line += static_cast<char>(c);
-      if (c == EOF) break;
+      if (read_line(in_, line, 4096) == EOF) break;
       if (!line.empty() && line.back() == '\r') line.pop_back();
       const auto bad = [&](std::string_view expected) {
         throw Error(file_.string(), fmt::format("line {}", n), excerpt(line), expected);
@@ -356,7 +353,7 @@ class Welder {
         for (std::int64_t z = lo[2]; z <= hi[2]; ++z) {
           const auto [first, last] = cells_.equal_range({x, y, z});
           for (auto it = first; it != last; ++it) {
-            const glm::dvec3 off = mesh_.points[static_cast<std::size_t>(it->second)] - p;
+            const glm::dvec3 off = mesh_.point(it->second) - p;
             if (glm::dot(off, off) > tolerance_ * tolerance_) continue;
             moved = off != glm::dvec3(0);
             return it->second;
@@ -418,7 +415,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
     const std::size_t before = mesh.points.size();
     index[i] = welder.add(unit * glm::dvec3(p[0], p[1], p[2]), moved);
     repairs.welded += moved;
-    if (moved) repairs.places.push_back(mesh.points[static_cast<std::size_t>(index[i])]);
+    if (moved) repairs.places.push_back(mesh.point(index[i]));
     if (mesh.points.size() > before && !soup.colors.empty()) mesh.colors.push_back(soup.colors[i]);
   }
   for (const auto& face : soup.faces) {
@@ -449,7 +446,7 @@ Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repa
     open += border.points.size();
     if (border.length <= longest) continue;
     longest = border.length;
-    at = mesh.points[static_cast<std::size_t>(border.points[0])] / unit;
+    at = mesh.point(border.points[0]) / unit;
   }
   if (open > 0) {
     throw Error(file.string(), fmt::format("edge at ({:g}, {:g}, {:g})", at.x, at.y, at.z),

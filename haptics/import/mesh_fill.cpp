@@ -87,24 +87,20 @@ class Skin {
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
-  for_each_slab(part.size.x, [&](int x) {
-    for (std::size_t i = part.index(x, 0, 0), end = i + part.v.size() / static_cast<std::size_t>(part.size.x); i < end;
-         ++i) {
-      if (before.v[i]) continue;
-      const glm::ivec3 p = part.place(i);
-      for (int axis = 0; axis < 3 && !part.v[i]; ++axis) {
-        std::uint8_t side[2] = {0, 0};
-        int steps = 0;
-        for (const int s : {0, 1}) {
-          for (int k = 1; k <= kReach && !side[s]; ++k) {
-            glm::ivec3 q = p;
-            q[axis] += s ? k : -k;
-            if (before.holds(q)) side[s] = before[q];
-            ++steps;
-          }
+  for_each_voxel_in_parallel(part.size, [&](int x, int y, int z) {
+    const glm::ivec3 p(x, y, z);
+    for (int axis = 0; axis < 3 && !part[p]; ++axis) {
+      std::uint8_t side[2] = {0, 0};
+      int steps = 0;
+      for (const int s : {0, 1}) {
+        for (int k = 1; k <= kReach && !side[s]; ++k) {
+          glm::ivec3 q = p;
+          q[axis] += s ? k : -k;
+          if (before.holds(q)) side[s] = before[q];
+          ++steps;
         }
-        if (side[0] && side[1] && side[0] != side[1] && steps <= kReach + 1) part.v[i] = side[1];
       }
+      if (side[0] && side[1] && side[0] != side[1] && steps <= kReach + 1) part[p] = side[1];
     }
   });
 }
@@ -114,19 +110,15 @@ std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance
   // Voxels. A triangle at most this far from one of the two samples counts as lying between them.
   constexpr float kOnMesh = 1;
   std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
-  for_each_slab(part.size.x, [&](int x) {
-    for (int y = 0; y < part.size.y; ++y) {
-      for (int z = 0; z < part.size.z; ++z) {
-        const bool inside = part(x, y, z) != 0;
-        for (int axis = 0; axis < 3; ++axis) {
-          const glm::ivec3 p(x, y, z);
-          glm::ivec3 q = p;
-          ++q[axis];
-          if (!part.holds(q) || (part[q] != 0) == inside || distance[p] <= kOnMesh || distance[q] <= kOnMesh) continue;
-          found[static_cast<std::size_t>(x)].push_back(p);
-          found[static_cast<std::size_t>(x)].push_back(q);
-        }
-      }
+  for_each_voxel_in_parallel(part.size, [&](int x, int y, int z) {
+    const glm::ivec3 p(x, y, z);
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 q = p;
+      ++q[axis];
+      if (!part.holds(q) || (part[q] != 0) == (part[p] != 0) || distance[p] <= kOnMesh || distance[q] <= kOnMesh)
+        continue;
+      found[static_cast<std::size_t>(x)].push_back(p);
+      found[static_cast<std::size_t>(x)].push_back(q);
     }
   });
   std::vector<glm::ivec3> all;
@@ -216,6 +208,16 @@ void spread_parts(FilledMesh& filled, double reach) {
       }
     });
   }
+}
+
+DenseTissue volume_around(const dvec3& lo, const dvec3& hi, double voxel, double band) {
+  DenseTissue out;
+  out.band = band;
+  const double margin = band + 2 * voxel;
+  out.frame.voxel = voxel;
+  out.frame.origin = voxel * glm::floor((lo - margin) / voxel);
+  out.size = glm::ivec3(glm::ceil((hi + margin - out.frame.origin) / voxel)) + 1;
+  return out;
 }
 
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {

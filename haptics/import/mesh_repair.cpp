@@ -55,16 +55,12 @@ void turn(std::array<int, 3>& corners) {
   std::swap(corners[1], corners[2]);
 }
 
-dvec3 point(const Mesh& mesh, int i) {
-  return mesh.points[static_cast<std::size_t>(i)];
-}
-
 /// Adds the corners and the centre of a triangle to the list of repaired positions.
 void add_place(const Mesh& mesh, const std::array<int, 3>& corners, MeshRepairs& repairs) {
   dvec3 middle(0);
   for (const int corner : corners) {
-    repairs.places.push_back(point(mesh, corner));
-    middle += point(mesh, corner) / 3.0;
+    repairs.places.push_back(mesh.point(corner));
+    middle += mesh.point(corner) / 3.0;
   }
   repairs.places.push_back(middle);
 }
@@ -150,7 +146,7 @@ std::vector<Border> borders(const Mesh& mesh) {
     border.closed = closed;
     const std::size_t n = border.points.size();
     for (std::size_t k = 0; k + (closed ? 0 : 1) < n; ++k)
-      border.length += glm::length(point(mesh, border.points[k]) - point(mesh, border.points[(k + 1) % n]));
+      border.length += glm::length(mesh.point(border.points[k]) - mesh.point(border.points[(k + 1) % n]));
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
@@ -182,7 +178,7 @@ void close_border(Mesh& mesh, const Border& border, MeshRepairs& repairs) {
     return;
   }
   dvec3 middle(0);
-  for (const int p : border.points) middle += point(mesh, p) / static_cast<double>(n);
+  for (const int p : border.points) middle += mesh.point(p) / static_cast<double>(n);
   const int center = static_cast<int>(mesh.points.size());
   mesh.points.push_back(middle);
   if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(border.points[0])]);
@@ -225,8 +221,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto [it, fresh] = number.try_emplace(find(static_cast<int>(t)), static_cast<int>(number.size()));
     const auto s = static_cast<std::size_t>(it->second);
-    const Triangle tri{point(mesh, mesh.corners[t][0]), point(mesh, mesh.corners[t][1]),
-                       point(mesh, mesh.corners[t][2])};
+    const Triangle tri = mesh.triangle(t);
     if (fresh) {
       first.push_back(tri.a);
       shells.volume.push_back(0);

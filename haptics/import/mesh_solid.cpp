@@ -51,10 +51,7 @@ std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double
                 "a closed surface; typodont import closes small holes");
   }
   std::vector<importing::Triangle> triangles;
-  for (const auto& c : mesh.corners) {
-    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };
-    triangles.push_back({at(0), at(1), at(2)});
-  }
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) triangles.push_back(mesh.triangle(t));
   return std::make_unique<MeshSolid>(importing::TriangleTree(std::move(triangles)));
 }
 

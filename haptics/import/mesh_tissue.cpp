@@ -140,12 +140,7 @@ DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options) 
     voxel = std::max(voxel, kVoxelStep * std::ceil(needed / kVoxelStep));
   }
   importing::check_result_size(around + 6 * voxel, voxel);
-  DenseTissue out;
-  out.band = kBand;
-  out.frame.voxel = voxel;
-  const double margin = kBand + 2 * voxel;
-  out.frame.origin = voxel * glm::floor((lo - margin) / voxel);
-  out.size = glm::ivec3(glm::ceil((hi + margin - out.frame.origin) / voxel)) + 1;
+  DenseTissue out = importing::volume_around(lo, hi, voxel, kBand);
   std::vector<std::vector<Triangle>> parts(1);
   for (const glm::uvec3& t : mesh.triangles) {
     parts[0].push_back({out.frame.to_voxels(mesh.vertices[t.x]), out.frame.to_voxels(mesh.vertices[t.y]),
@@ -153,18 +148,7 @@ DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options) 
   }
   const importing::FilledMesh filled = importing::fill_mesh(parts, out.size, kBand / voxel);
   out.exact_outside = !filled.capped && !filled.sheet;
-  out.distance.resize(filled.part.v.size());
-  out.tissue.assign(out.distance.size(), Tissue::kAir);
-  importing::for_each_slab(out.size.x, [&](int x) {
-    for (int y = 0; y < out.size.y; ++y) {
-      for (int z = 0; z < out.size.z; ++z) {
-        const std::size_t i = out.at(x, y, z);
-        const double d = filled.distance(x, y, z);
-        out.distance[i] = static_cast<float>(std::clamp(d * voxel, -kBand, kBand));
-        if (d <= importing::kLabelReach) out.tissue[i] = options.tissue;
-      }
-    }
-  });
+  importing::store(filled, out, [&](const glm::ivec3&, double) { return options.tissue; });
   return out;
 }
 

@@ -61,9 +61,7 @@ static Header read_header(const std::filesystem::path& file) {
   std::string line;
   constexpr std::size_t kLongestLine = 1 << 16;
   for (int number = 1; number <= 500; ++number) {
-    line.clear();
-    for (int c = in.get(); c != EOF && c != '\n' && line.size() < kLongestLine; c = in.get())
-      line += static_cast<char>(c);
+    read_line(in, line, kLongestLine);
     if (trimmed(line).empty()) {
       if (!in) break;
       continue;

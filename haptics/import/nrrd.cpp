@@ -43,9 +43,7 @@ static void check_header(const std::filesystem::path& file) {
   std::string line;
   bool names = false;  // true after "data file: LIST": names follow to the end
   for (int number = 1; number < 100000; ++number) {
-    line.clear();
-    int c = in.get();
-    for (; c != EOF && c != '\n' && line.size() <= kLongestText; c = in.get()) line += static_cast<char>(c);
+    read_line(in, line, kLongestText + 1);
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");

@@ -165,7 +165,14 @@ static const ScanFormat* format_of(const std::filesystem::path& file, std::strin
   return nullptr;
 }
 
-static std::string first_bytes(const std::filesystem::path& file) {
+int read_line(std::istream& in, std::string& line, std::size_t longest) {
+  line.clear();
+  int c = in.get();
+  for (; c != EOF && c != '\n' && line.size() < longest; c = in.get()) line += static_cast<char>(c);
+  return c;
+}
+
+std::string first_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string head(512, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));

@@ -94,6 +94,10 @@ std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Ele
 void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes,
                  const std::optional<double>& memory = std::nullopt);
 std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error if the file cannot be read
+/// The first bytes of a file, at most 512.
+std::string first_bytes(const std::filesystem::path& file);
+/// Reads to the end of the line, but at most `longest` bytes. Returns the last byte read, or EOF.
+int read_line(std::istream& in, std::string& line, std::size_t longest);
 /// Reads a text such as "1 2.5 -3"; nullopt if it contains anything but numbers.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
 /// Millimetres in a unit "mm", "um", "cm", "m" or another spelling of these; nullopt for other units.

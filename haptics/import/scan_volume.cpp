@@ -46,9 +46,7 @@ ScanVolume::ScanVolume(const std::filesystem::path& file, const ImportOptions& o
   std::vector<float> some;
   for (std::size_t i = 0; i < greys.size(); i += 1 + greys.size() / kEnough) some.push_back(greys[i]);
   const auto quantile = [&](double fraction) {
-    const auto at = some.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(some.size() - 1));
-    std::nth_element(some.begin(), at, some.end());
-    return static_cast<double>(*at);
+    return importing::nth(some, static_cast<std::size_t>(fraction * static_cast<double>(some.size() - 1)));
   };
   black_ = quantile(kDarkest);
   white_ = std::max(quantile(kBrightest), black_ + 1e-6);

@@ -17,8 +17,7 @@ constexpr double kStep = 0.5;  // voxels, length of the steps along rays
 constexpr double kInfinity = std::numeric_limits<float>::max();
 
 SparseMask above(const Sparse<float>& g, float bound) {
-  return where(g.set, g.outside > bound, g.inside > bound,
-               [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
+  return where(g.set, g.outside > bound, g.inside > bound, [&](std::size_t i) { return g.v[i] > bound; });
 }
 
 // Returns the number of the body to import, 0 if there is none. `tooth`: grey value above which voxels are tooth.
@@ -148,19 +147,18 @@ class Segmenter {
       // Skips samples that are much darker than every possible threshold.
       const Sparse<float> brightest =
           ball_max(smooth_, 2, above(smooth_, static_cast<float>(levels_.surface() - 0.5 * rise_)));
-      for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+      for_each_sample(*set_, [&](std::size_t i) {
         const double top = std::clamp<double>(brightest.v[i], levels_.soft, levels_.top());
         const double threshold =
             std::min(levels_.outside + levels_.height * (top - levels_.outside), levels_.outside + max_height * rise_);
         over_.v[i] = static_cast<float>((smooth_.v[i] - threshold) / rise_);
       });
     }
-    SparseMask solid = where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return over_.v[i] > 0; });
+    SparseMask solid = where(set_, false, false, [&](std::size_t i) { return over_.v[i] > 0; });
     {
       const SparseComponents parts = components(solid);
       const std::int32_t body = body_of(parts, smooth_, levels_.tooth, voxel_);
-      for_each_sample(*set_,
-                      [&](const glm::ivec3&, std::size_t i) { solid.v[i] = solid.v[i] && parts.label.v[i] == body; });
+      for_each_sample(*set_, [&](std::size_t i) { solid.v[i] = solid.v[i] && parts.label.v[i] == body; });
     }
     constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set_, 0, 0);
@@ -173,7 +171,7 @@ class Segmenter {
         solid, dense_mask, widest_mouth, tooth_, set_,
         Hollows(smooth_, levels_.hounsfield ? std::optional(*levels_.hounsfield + kAir) : std::nullopt, voxel_),
         hollow_);
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       const bool filled = solid.v[i] || cavity_.v[i];
       over_.v[i] = std::clamp(over_.v[i], -0.5F, 0.5F);
       if (cavity_.v[i]) over_.v[i] = 0.5F;
@@ -207,18 +205,13 @@ class Segmenter {
         true_widths.push_back(widths.back() *
                               static_cast<float>(steepness((at.value - levels_.outside) / (top - levels_.outside))));
     }
-    if (!widths.empty()) {
-      std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
-      edge_ = std::clamp<double>(widths[widths.size() / 2], 0.8, 3);
-    }
+    if (!widths.empty()) edge_ = std::clamp(nth(widths, widths.size() / 2), 0.8, 3.0);
     s_.blur = std::sqrt(std::max(0.0, edge_ * edge_ - kSmooth * kSmooth));
     s_.true_blur = s_.blur;
     if (!true_widths.empty()) {
-      const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
-      std::nth_element(true_widths.begin(), middle, true_widths.end());
       // A slope is a difference over two voxels, so an edge seems wider: σ² grows by 1/3 at samples, by 1/6 on average.
       constexpr double kInterpolation = 1.0 / 6;
-      const auto width = static_cast<double>(*middle);
+      const double width = nth(true_widths, true_widths.size() / 2);
       s_.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
     }
     shell_ = std::clamp(2.5 * edge_, 2.5, kWidestShell);
@@ -290,11 +283,11 @@ class Segmenter {
     s_.phi = smooth_in_place(std::move(occupancy), sigma, s_.blur);
     const auto height = static_cast<float>(levels_.height);
     s_.phi.outside -= height, s_.phi.inside -= height;
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) { s_.phi.v[i] -= height; });
+    for_each_sample(*set_, [&](std::size_t i) { s_.phi.v[i] -= height; });
     {
       const SparseComponents parts = components(above(s_.phi, 0));
       const std::int32_t body = body_of(parts, smooth_, levels_.tooth, voxel_);
-      for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+      for_each_sample(*set_, [&](std::size_t i) {
         if (s_.phi.v[i] > 0 && parts.label.v[i] != body) s_.phi.v[i] = -0.01F;
       });
       s_.bodies_kept = body > 0;
@@ -309,16 +302,15 @@ class Segmenter {
 
   // Closes holes that smoothing opened; hollows of bone stay open.
   void close_holes() {
-    const SparseMask open =
-        where(set_, true, false, [&](std::size_t i, const glm::ivec3&) { return !(s_.phi.v[i] > 0); });
+    const SparseMask open = where(set_, true, false, [&](std::size_t i) { return !(s_.phi.v[i] > 0); });
     const SparseMask reached = reached_from_walls(open).samples;
-    const SparseComponents holes = components(
-        where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return open.v[i] && !reached.v[i]; }));
+    const SparseComponents holes =
+        components(where(set_, false, false, [&](std::size_t i) { return open.v[i] && !reached.v[i]; }));
     std::vector<bool> stays(holes.voxels.size(), false);
     for (std::size_t i = 0; i < hollow_.v.size(); ++i) {
       if (hollow_.v[i] && holes.label.v[i] > 0) stays[static_cast<std::size_t>(holes.label.v[i])] = true;
     }
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       if (open.v[i] && !reached.v[i] && !stays[static_cast<std::size_t>(holes.label.v[i])]) s_.phi.v[i] = 0.01F;
     });
     hollow_ = {};
@@ -348,7 +340,7 @@ class Segmenter {
   void measure_cavity_grey() {
     cavity_grey_ = levels_.outside;
     std::vector<float> greys, inner;
-    const SparseMask wall = where(set_, true, false, [&](std::size_t i, const glm::ivec3&) { return !cavity_.v[i]; });
+    const SparseMask wall = where(set_, true, false, [&](std::size_t i) { return !cavity_.v[i]; });
     const Sparse<float> to_wall = distance_squared_to(wall, static_cast<int>(2 * edge_) + 1);
     for (std::size_t i = 0; i < cavity_.v.size(); ++i) {
       if (!cavity_.v[i]) continue;
@@ -356,18 +348,14 @@ class Segmenter {
       if (to_wall.v[i] > static_cast<float>(4 * edge_ * edge_)) inner.push_back(smooth_.v[i]);
     }
     std::vector<float>& told = inner.size() >= 20 ? inner : greys;
-    if (!told.empty()) {
-      const auto k = static_cast<std::ptrdiff_t>(told.size() / (inner.size() >= 20 ? 2 : 10));
-      std::nth_element(told.begin(), told.begin() + k, told.end());
-      cavity_grey_ = told[static_cast<std::size_t>(k)];
-    }
+    if (!told.empty()) cavity_grey_ = nth(told, told.size() / (inner.size() >= 20 ? 2 : 10));
     smooth_ = {};
   }
 
   // Returns the grey values without the dim edge (filled_), limited to lo … hi and smoothed.
   Sparse<float> limited(double lo, double hi) const {
     Sparse<float> g(set_, filled_.outside, filled_.inside);
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       g.v[i] = std::clamp(filled_.v[i], static_cast<float>(lo), static_cast<float>(hi));
     });
     return smooth_in_place(std::move(g), kSmooth, s_.blur);
@@ -388,13 +376,13 @@ class Segmenter {
     const double span = dense - levels_.soft, half = levels_.fixed_dense ? levels_.denser() : levels_.soft + 0.5 * span;
     // In a thin layer, which blur darkens, the threshold is half-way to the brightest value nearby, if that is clearly
     // brighter.
-    const Sparse<float> peak = ball_max(
-        bright, 2, where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return depth_.v[i] == kInSkin; }));
+    const Sparse<float> peak =
+        ball_max(bright, 2, where(set_, false, false, [&](std::size_t i) { return depth_.v[i] == kInSkin; }));
     const double faintest =
         levels_.fixed_dense ? kInfinity : levels_.soft + std::max(0.3 * span, 8 * levels_.smoothed_noise);
     s_.dense = std::move(bright);
     s_.dense.outside = s_.dense.inside = -0.5F;
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       const auto here = static_cast<double>(s_.dense.v[i]);
       s_.dense.v[i] = -0.5F;
       if (depth_.v[i] < kInSkin) return;
@@ -404,9 +392,8 @@ class Segmenter {
       s_.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
     // Regions with less than 5 % (tooth) or 0.01 % of the largest region's voxels are noise.
-    const SparseComponents parts = components(where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
-      return depth_.v[i] >= kInSkin && s_.dense.v[i] > 0;
-    }));
+    const SparseComponents parts = components(
+        where(set_, false, false, [&](std::size_t i) { return depth_.v[i] >= kInSkin && s_.dense.v[i] > 0; }));
     const auto keep = keep_large(parts, tooth_ ? 0.05 : 1e-4);
     for (std::size_t i = 0; i < parts.label.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
@@ -421,19 +408,18 @@ class Segmenter {
     const double drop = levels_.soft - cavity_grey_;
     constexpr float kNothing = 1e30F;
     Sparse<float> deep(set_, kNothing, kNothing);
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       if (depth_.v[i] == kBelowShell || (cavity_.v[i] && depth_.v[i] >= kInSkin)) deep.v[i] = s_.cavity.v[i];
     });
     const Sparse<float> darkest =
-        tooth_ ? ball_min(
-                     deep, std::clamp(2 * edge_, 2.0, 5.0),
-                     where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return deep.v[i] < kNothing; }))
+        tooth_ ? ball_min(deep, std::clamp(2 * edge_, 2.0, 5.0),
+                          where(set_, false, false, [&](std::size_t i) { return deep.v[i] < kNothing; }))
                : Sparse<float>();
     // Smallest contrast between a canal and dentin.
     const double least = std::max(0.25 * drop, 8 * levels_.smoothed_noise);
     pulp_ = SparseMask(set_, 0, 1);
     s_.cavity.outside = -0.5F, s_.cavity.inside = 0.5F;
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) {
+    for_each_sample(*set_, [&](std::size_t i) {
       s_.cavity.v[i] = -0.5F;
       if (!(deep.v[i] < kNothing)) return;
       double bound = levels_.soft - 0.5 * drop;
@@ -471,14 +457,14 @@ class Segmenter {
   // Corrects the borders of a tooth's tissues for blur and partial volume.
   void correct_tooth_borders() {
     const SparseMask enamel =
-        where(set_, false, false, [&](std::size_t i, const glm::ivec3&) { return s_.dense.v[i] > 0 && !pulp_.v[i]; });
+        where(set_, false, false, [&](std::size_t i) { return s_.dense.v[i] > 0 && !pulp_.v[i]; });
     match_tooth_volumes(grey_, s_, enamel, pulp_, levels_, enamel_grey_, cavity_grey_, *surroundings_);
-    for_each_sample(*set_, [&](const glm::ivec3&, std::size_t i) { pulp_.v[i] = s_.cavity.v[i] > 0; });
+    for_each_sample(*set_, [&](std::size_t i) { pulp_.v[i] = s_.cavity.v[i] > 0; });
   }
 
   // Dark spots in enamel and brightened parts of cavities get the label of their surroundings.
   void relabel_isolated_parts() {
-    const SparseMask soft = where(set_, false, false, [&](std::size_t i, const glm::ivec3&) {
+    const SparseMask soft = where(set_, false, false, [&](std::size_t i) {
       return depth_.v[i] >= kInSkin && !(s_.dense.v[i] > 0) && !pulp_.v[i];
     });
     const SparseComponents parts = components(soft);

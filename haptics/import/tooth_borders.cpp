@@ -32,8 +32,8 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
   const Sparse<float>& d = s.surface.distance;
   const double blur = std::max(kMinBlur, s.blur);
   const SparseMask body = where(set, false, false, [&](std::size_t, const glm::ivec3& p) { return d[p] <= 0; });
-  const SparseMask dentin = where(
-      set, false, true, [&](std::size_t i, const glm::ivec3&) { return body.v[i] && !enamel.v[i] && !pulp.v[i]; });
+  const SparseMask dentin =
+      where(set, false, true, [&](std::size_t i) { return body.v[i] && !enamel.v[i] && !pulp.v[i]; });
   constexpr std::size_t kEnoughDentin = 200, kEnoughPulp = 5;
   const std::optional<LocalGrey> dentin_grey = reference_grey(grey, dentin, kEnoughDentin, 2, blur),
                                  own_pulp_grey = reference_grey(grey, pulp, kEnoughPulp, 1.4, 0);
@@ -44,7 +44,7 @@ void match_tooth_volumes(const Grid<float>& grey, Segmentation& s, const SparseM
                          const Sparse<float>& to_other, double usual, auto own_grey) {
     constexpr float kReach = kBlurred * kBlurred;
     constexpr double kMinContrast = 0.3;  // smallest local contrast, as a fraction of `usual`
-    const SparseMask others = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+    const SparseMask others = where(set, true, true, [&](std::size_t i) { return !tissue.v[i]; });
     const Sparse<float> into = distance_squared_to(others, 4);
     Sparse<float> fraction(set, 0, 0);
     SparseMask border(set, 0, 0);

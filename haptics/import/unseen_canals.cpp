@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/voxels.h"
+#include "haptics/import/blocks.h"
 
 namespace typodont::haptics::importing {
 
@@ -29,40 +30,23 @@ double unseen_canal_volume(const DenseTissue& tooth, double diameter) {
   const double cross_section = M_PI / 4 * diameter * diameter, voxel = tooth.frame.voxel;
   const auto min_voxels = static_cast<std::size_t>(std::ceil(cross_section / (voxel * voxel)));
   std::size_t root_slices = 0;  // number of areas of roots without pulp, over all slices
-  std::vector<char> seen;
-  std::vector<glm::ivec3> area;
   for (int slice = 0; slice < tooth.size[along]; ++slice) {
-    seen.assign(static_cast<std::size_t>(tooth.size[u]) * static_cast<std::size_t>(tooth.size[v]), 0);
-    // Marks a voxel inside the tooth as seen and adds it to `area`, a connected area of the slice.
-    const auto visit = [&](const glm::ivec3& p) {
-      if (p[u] < 0 || p[v] < 0 || p[u] >= tooth.size[u] || p[v] >= tooth.size[v]) return;
-      char& mark = seen[static_cast<std::size_t>(p[u]) * static_cast<std::size_t>(tooth.size[v]) +
-                        static_cast<std::size_t>(p[v])];
-      if (mark || tooth.distance[tooth.at(p.x, p.y, p.z)] >= 0) return;
-      mark = 1;
-      area.push_back(p);
+    Mask inside(glm::ivec3(tooth.size[u], tooth.size[v], 1), 0);
+    // Index of a sample of the slice in the tooth.
+    const auto at = [&](std::size_t i) {
+      glm::ivec3 p;
+      p[along] = slice, p[u] = inside.place(i).x, p[v] = inside.place(i).y;
+      return tooth.at(p.x, p.y, p.z);
     };
-    for (int i = 0; i < tooth.size[u]; ++i) {
-      for (int j = 0; j < tooth.size[v]; ++j) {
-        glm::ivec3 first;
-        first[along] = slice, first[u] = i, first[v] = j;
-        area.clear();
-        visit(first);
-        bool only_dentin = true;
-        for (std::size_t k = 0; k < area.size(); ++k) {  // `area` grows during the loop
-          const glm::ivec3 p = area[k];
-          only_dentin = only_dentin && tooth.tissue[tooth.at(p.x, p.y, p.z)] == Tissue::kDentin;
-          for (const int axis : {u, v}) {
-            for (const int step : {-1, 1}) {
-              glm::ivec3 next = p;
-              next[axis] += step;
-              visit(next);
-            }
-          }
-        }
-        root_slices += only_dentin && area.size() >= min_voxels;
-      }
+    for (std::size_t i = 0; i < inside.v.size(); ++i) inside.v[i] = tooth.distance[at(i)] < 0;
+    const SparseComponents areas = components(inside);
+    std::vector<bool> only_dentin(areas.voxels.size(), true);
+    for (std::size_t i = 0; i < inside.v.size(); ++i) {
+      if (tooth.tissue[at(i)] != Tissue::kDentin)
+        only_dentin[static_cast<std::size_t>(areas.label[inside.place(i)])] = false;
     }
+    for (std::size_t id = 1; id < areas.voxels.size(); ++id)
+      root_slices += only_dentin[id] && areas.voxels[id] >= min_voxels;
   }
   return cross_section * voxel * static_cast<double>(root_slices);
 }

@@ -13,7 +13,6 @@
 #include "engine/contract/contact.h"
 #include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
-#include "haptics/devices/vendor_devices.h"
 #include "haptics/devices/vendor_library.h"
 
 namespace typodont::haptics {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <set>
@@ -49,14 +48,6 @@ struct Stack {
 
 bool begins_dicom(std::string_view start) {
   return start.size() >= 132 && start.substr(128, 4) == "DICM";
-}
-
-std::string first_bytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string start(132, '\0');
-  in.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(in.gcount()));
-  return start;
 }
 
 /// Lists the files of a folder. Links are ignored, because a cycle of links would be endless.
