@@ -59,58 +59,49 @@ class Page {
   cairo_t* get() const { return cairo_.get(); }
 
   void colour(const Colour& c, double alpha = 1) const { cairo_set_source_rgba(get(), c.r, c.g, c.b, alpha); }
-  void dash(std::vector<double> lengths) const {
-    cairo_set_dash(get(), lengths.data(), static_cast<int>(lengths.size()), 0);
-  }
-  void line(At a, At b, double width) const {
-    cairo_set_line_width(get(), width);
+  /// Draws a line. `dashes`: lengths of dashes and gaps; empty: a continuous line.
+  void line(At a, At b, const Colour& c, double width, const std::vector<double>& dashes = {}) const {
     cairo_move_to(get(), a.x, a.y), cairo_line_to(get(), b.x, b.y);
-    cairo_stroke(get());
+    stroke(c, width, dashes);
   }
-  void outline(const std::vector<At>& corners, double width) const {
-    cairo_set_line_width(get(), width);
+  void outline(const std::vector<At>& corners, const Colour& c, double width,
+               const std::vector<double>& dashes = {}) const {
     path(corners);
-    cairo_stroke(get());
+    stroke(c, width, dashes);
   }
-  void fill(const std::vector<At>& corners) const {
+  void fill(const std::vector<At>& corners, const Colour& c, double alpha = 1) const {
+    colour(c, alpha);
     path(corners);
     cairo_fill(get());
   }
-  void disc(At at, double radius) const {
+  void disc(At at, double radius, const Colour& c) const {
+    colour(c);
     cairo_arc(get(), at.x, at.y, radius, 0, 2 * kPi);
     cairo_fill(get());
   }
-  double text_width(const std::string& text, double size) const {
-    font(size);
-    cairo_text_extents_t extents;
-    cairo_text_extents(get(), text.c_str(), &extents);
-    return extents.x_advance;
-  }
   /// Draws text on a white background, so that lines do not cross it. `align` is 0 if the text begins at `at`, 0.5 if
   /// `at` is its middle, and 1 if it ends at `at`.
-  void text(At at, const std::string& text, double size = kTextSize, double align = 0, bool bold = false) const {
+  void text(At at, const std::string& text, const Colour& c = kInk, double size = kTextSize, double align = 0,
+            bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
     cairo_text_extents(get(), text.c_str(), &extents);
     const At from{at.x - align * extents.x_advance, at.y};
-    cairo_pattern_t* ink = cairo_pattern_reference(cairo_get_source(get()));
-    cairo_set_source_rgba(get(), 1, 1, 1, 0.85);
+    colour({1, 1, 1}, 0.85);
     cairo_rectangle(get(), from.x - 1, from.y - 0.8 * size, extents.x_advance + 2, 1.05 * size);
     cairo_fill(get());
-    cairo_set_source(get(), ink);
-    cairo_pattern_destroy(ink);
+    colour(c);
     cairo_move_to(get(), from.x, from.y);
     cairo_show_text(get(), text.c_str());
   }
   /// Draws a dimension: a line with a short mark at each end, and the text `value` beside its middle.
   void measure(At a, At b, const std::string& value) const {
-    colour(kInk);
-    dash({});
-    line(a, b, 0.5);
+    line(a, b, kInk, 0.5);
     const double dx = b.x - a.x, dy = b.y - a.y, length = std::max(1e-9, std::hypot(dx, dy));
     const At across{-dy / length * 3, dx / length * 3};
-    for (const At& end : {a, b}) line({end.x - across.x, end.y - across.y}, {end.x + across.x, end.y + across.y}, 0.5);
-    text({0.5 * (a.x + b.x), 0.5 * (a.y + b.y) + 0.35 * kTextSize}, value, kTextSize, 0.5);
+    for (const At& end : {a, b})
+      line({end.x - across.x, end.y - across.y}, {end.x + across.x, end.y + across.y}, kInk, 0.5);
+    text({0.5 * (a.x + b.x), 0.5 * (a.y + b.y) + 0.35 * kTextSize}, value, kInk, kTextSize, 0.5);
   }
   void finish() const {
     cairo_show_page(get());
@@ -120,6 +111,12 @@ class Page {
   }
 
  private:
+  void stroke(const Colour& c, double width, const std::vector<double>& dashes) const {
+    colour(c);
+    cairo_set_line_width(get(), width);
+    cairo_set_dash(get(), dashes.data(), static_cast<int>(dashes.size()), 0);
+    cairo_stroke(get());
+  }
   void font(double size, bool bold = false) const {
     cairo_select_font_face(get(), "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
                            bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
@@ -179,10 +176,8 @@ class Drawing {
   }
 
   void draw() {
-    page_.colour({1, 1, 1});
-    page_.fill({{0, 0}, {kWidth, 0}, {kWidth, kHeight}, {0, kHeight}});
-    page_.colour(kInk);
-    page_.text({30, 34}, "Plan of a mirror bench", kTitleSize, 0, true);
+    page_.fill({{0, 0}, {kWidth, 0}, {kWidth, kHeight}, {0, kHeight}}, {1, 1, 1});
+    page_.text({30, 34}, "Plan of a mirror bench", kInk, kTitleSize, 0, true);
     page_.text(
         {30, 47},
         fmt::format("Lengths in mm, scale 1 : {:g}. Origin: the middle of the work; x to the user's right, y away "
@@ -216,26 +211,19 @@ class Drawing {
   }
 
   void frame(const View& view, const char* title) const {
-    page_.colour(kFaint);
     page_.outline({{view.left, view.top},
                    {view.left + view.width, view.top},
                    {view.left + view.width, view.top + view.height},
                    {view.left, view.top + view.height}},
-                  0.4);
-    page_.colour(kInk);
-    page_.text({view.left + 6, view.top + 13}, title, kTextSize + 1, 0, true);
+                  kFaint, 0.4);
+    page_.text({view.left + 6, view.top + 13}, title, kInk, kTextSize + 1, 0, true);
   }
 
   void boxes(const View& view) const {
-    page_.colour(kArm);
-    page_.dash({1, 2.5});
-    page_.outline(shown(view, -0.5 * spec_.arm_box, 0.5 * spec_.arm_box), 0.9);
-    page_.dash({});
+    page_.outline(shown(view, -0.5 * spec_.arm_box, 0.5 * spec_.arm_box), kArm, 0.9, {1, 2.5});
     if (plan_.low == plan_.high) return;
-    page_.colour(kWork, 0.35);
-    page_.fill(shown(view, plan_.low, plan_.high));
-    page_.colour(kWork);
-    page_.outline(shown(view, plan_.low, plan_.high), 0.9);
+    page_.fill(shown(view, plan_.low, plan_.high), kWork, 0.35);
+    page_.outline(shown(view, plan_.low, plan_.high), kWork, 0.9);
   }
 
   void side_view() const {
@@ -246,38 +234,27 @@ class Drawing {
     // Draws the light rays from the panel's edges to the mirror glass, and from there to the eyes. Dashed lines
     // continue the reflected rays behind the glass, to the points from which the light seems to come.
     for (const std::size_t corner : {0u, 2u}) {
-      page_.colour(kFaint);
-      page_.dash({});
       // Index of the panel's corner whose mirror image is picture[corner]: the reflection exchanges corners 0 and 1,
       // and corners 2 and 3.
       const std::size_t other = corner == 0 ? 1 : 3;
       const dvec3 at = on_glass(picture[corner]);
-      page_.line(view(eye), view(at), 0.4);
-      page_.line(view(at), view(panel[other]), 0.4);
-      page_.dash({2, 2});
-      page_.line(view(at), view(picture[corner]), 0.4);
+      page_.line(view(eye), view(at), kFaint, 0.4);
+      page_.line(view(at), view(panel[other]), kFaint, 0.4);
+      page_.line(view(at), view(picture[corner]), kFaint, 0.4, {2, 2});
     }
     boxes(view);
-    page_.colour(kInk);
-    page_.dash({4, 2, 1, 2});
-    page_.line(view(eye), view(dvec3(0)), 0.6);
-    page_.colour(kPanel);
-    page_.dash({4, 3});
-    page_.line(view(picture[0]), view(picture[3]), 1.2);
-    page_.dash({});
-    page_.line(view(panel[0]), view(panel[3]), 2.6);
-    page_.colour(kGlass);
-    page_.line(view(plan_.glass[0]), view(plan_.glass[3]), 2);
-    page_.colour(kInk);
-    page_.disc(view(eye), 3);
-    page_.disc(view(dvec3(0)), 1.6);
+    page_.line(view(eye), view(dvec3(0)), kInk, 0.6, {4, 2, 1, 2});
+    page_.line(view(picture[0]), view(picture[3]), kPanel, 1.2, {4, 3});
+    page_.line(view(panel[0]), view(panel[3]), kPanel, 2.6);
+    page_.line(view(plan_.glass[0]), view(plan_.glass[3]), kGlass, 2);
+    page_.disc(view(eye), 3, kInk);
+    page_.disc(view(dvec3(0)), 1.6, kInk);
 
     // Draws the names of the bench's parts.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
-      page_.colour(colour);
       const At at = view(p);
-      page_.text({at.x + dx, at.y + dy}, text, kTextSize, align);
+      page_.text({at.x + dx, at.y + dy}, text, colour, kTextSize, align);
     };
     const dvec3& panel_top = panel[0].z > panel[3].z ? panel[0] : panel[3];
     label(panel_top, 0, -8, kPanel,
@@ -296,32 +273,24 @@ class Drawing {
     // above this point; at the bottom, the distances from it.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
-    page_.colour(kFaint);
-    page_.dash({1, 2});
-    page_.line({left - 4, origin.y}, {right, origin.y}, 0.4);
-    page_.line({left - 4, view(eye).y}, view(eye), 0.4);
+    const auto dotted = [&](At a, At b) { page_.line(a, b, kFaint, 0.4, {1, 2}); };
+    dotted({left - 4, origin.y}, {right, origin.y});
+    dotted({left - 4, view(eye).y}, view(eye));
     page_.measure({left, origin.y}, {left, view(eye).y}, mm(eye.z));
     const double first = right - 34;
     for (std::size_t i = 0; i < 2; ++i) {
       const dvec3& edge = i == 0 ? panel[0] : panel[3];
       const At at = view(edge);
       const double x = first + 26 * static_cast<double>(i);
-      page_.colour(kFaint);
-      page_.dash({1, 2});
-      page_.line(at, {x + 4, at.y}, 0.4);
+      dotted(at, {x + 4, at.y});
       page_.measure({x, origin.y}, {x, at.y}, mm(edge.z));
     }
     const double bottom = view.top + view.height - 12;
-    page_.colour(kFaint);
-    page_.dash({1, 2});
-    page_.line(origin, {origin.x, bottom + 4}, 0.4);
-    page_.line(view(eye), {view(eye).x, bottom + 4}, 0.4);
+    dotted(origin, {origin.x, bottom + 4});
+    dotted(view(eye), {view(eye).x, bottom + 4});
     page_.measure({view(eye).x, bottom}, {origin.x, bottom}, mm(-eye.y));
-    page_.colour(kFaint);
-    page_.dash({1, 2});
-    for (const std::size_t corner : {0u, 3u}) {
-      page_.line(view(plan_.glass[corner]), {view(plan_.glass[corner]).x, bottom - 12 + 4}, 0.4);
-    }
+    for (const std::size_t corner : {0u, 3u})
+      dotted(view(plan_.glass[corner]), {view(plan_.glass[corner]).x, bottom - 12 + 4});
     page_.measure({view(plan_.glass[0]).x, bottom - 14}, {view(plan_.glass[3]).x, bottom - 14},
                   mm(plan_.glass[3].y - plan_.glass[0].y));
   }
@@ -341,19 +310,14 @@ class Drawing {
       for (const dvec3& corner : corners) points.push_back(view(corner));
       return points;
     };
-    page_.dash({});
-    page_.colour(kGlass, 0.12);
-    page_.fill(quad(plan_.glass));
-    page_.colour(kGlass);
-    page_.outline(quad(plan_.glass), 1);
-    page_.colour(kPanel);
-    page_.outline(quad(panel), 1.2);
+    page_.fill(quad(plan_.glass), kGlass, 0.12);
+    page_.outline(quad(plan_.glass), kGlass, 1);
+    page_.outline(quad(panel), kPanel, 1.2);
     boxes(view);
-    page_.colour(kInk);
     const dvec3 &eye = plan_.rig.head.eye_center, half(0.5 * spec_.ipd, 0, 0);
-    page_.disc(view(eye - half), 2.5);
-    page_.disc(view(eye + half), 2.5);
-    page_.disc(view(dvec3(0)), 1.6);
+    page_.disc(view(eye - half), 2.5, kInk);
+    page_.disc(view(eye + half), 2.5, kInk);
+    page_.disc(view(dvec3(0)), 1.6, kInk);
     const double right = view.left + view.width - 14;
     const At near = view(plan_.glass[1]), far = view(plan_.glass[2]);
     page_.measure({right, near.y}, {right, far.y}, mm(plan_.glass[2].y - plan_.glass[1].y));
@@ -367,9 +331,8 @@ class Drawing {
     double y = top_.top + top_.height + 16;
     const double left = top_.left, value = left + 92;
     const auto row = [&](const std::string& name, const std::string& text, const Colour& colour = kInk) {
-      page_.colour(colour);
-      page_.text({left, y}, name, kSmallSize, 0, true);
-      page_.text({value, y}, text, kSmallSize);
+      page_.text({left, y}, name, colour, kSmallSize, 0, true);
+      page_.text({value, y}, text, colour, kSmallSize);
       y += 9.4;
     };
     const auto& screen = plan_.rig.screen;

@@ -1,5 +1,3 @@
-#include "engine/app/operator/experiment_work.h"
-
 #include <fmt/format.h>
 
 #include <limits>
@@ -8,6 +6,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/session_works.h"
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
 #include "engine/base/json.h"

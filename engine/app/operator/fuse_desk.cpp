@@ -19,15 +19,14 @@ void FuseDesk::open() {
   s_.page = Page::kFuse;
   s_.say("");
   const auto ct = std::make_shared<const haptics::DenseTissue>(s_.scan.review->labels()->tissue);
-  const auto loaded = std::make_shared<std::shared_ptr<ScanFusion>>();
-  work_.begin(
-      [loaded, ct, file = std::filesystem::path(s_.fuse.file.data()),
+  work_.make(
+      [ct, file = std::filesystem::path(s_.fuse.file.data()),
        unit = static_cast<double>(s_.fuse.unit_mm) * kMillimetre](Progress& progress) {
         progress.stage("op.loading", 0, 1);
-        *loaded = std::make_shared<ScanFusion>(ct, file, unit);
+        return std::make_shared<ScanFusion>(ct, file, unit);
       },
-      [this, loaded] {
-        fusion_ = *loaded;
+      [this](std::shared_ptr<ScanFusion> loaded) {
+        fusion_ = std::move(loaded);
         s_.fuse.fusion = fusion_.get();
         s_.fuse.changed = true;
         s_.say(s_.text("op.fuse_pick"));
@@ -38,16 +37,15 @@ void FuseDesk::open() {
 
 void FuseDesk::register_points() {
   if (!fusion_ || !fusion_->can_register()) return;
-  const auto found = std::make_shared<std::optional<ScanRegistration>>();
-  work_.begin(
-      [found, fusion = fusion_](Progress& progress) {
+  work_.make(
+      [fusion = fusion_](Progress& progress) {
         progress.stage("op.fuse_registering", 0, 1);
-        *found = fusion->registered();
+        return fusion->registered();
       },
-      [this, found] {
-        if (!fusion_ || !*found) return;
-        const calibration::SurfaceRegistration fine = (*found)->fine;
-        fusion_->show(std::move(**found));
+      [this](ScanRegistration found) {
+        if (!fusion_) return;
+        const calibration::SurfaceRegistration fine = found.fine;
+        fusion_->show(std::move(found));
         s_.fuse.changed = true;
         s_.say(s_.text("op.fuse_laid"));
         log::info("registered: {:.3f} mm median, ± {:.3f} mm", fine.median / kMillimetre,
@@ -57,19 +55,18 @@ void FuseDesk::register_points() {
 
 void FuseDesk::take() {
   if (!fusion_ || !fusion_->registration()) return;
-  const auto made = std::make_shared<std::optional<haptics::Fused>>();
-  work_.begin(
-      [made, fusion = fusion_](Progress& progress) {
+  work_.make(
+      [fusion = fusion_](Progress& progress) {
         progress.stage("op.fuse_replacing", 0, 1);
-        *made = fusion->fused(progress);
+        return fusion->fused(progress);
       },
-      [this, made] {
-        if (!s_.scan.review || !*made) return;
-        s_.scan.review->replace(std::move((*made)->tissue));
+      [this](haptics::Fused made) {
+        if (!s_.scan.review) return;
+        s_.scan.review->replace(std::move(made.tissue));
         close();
         s_.page = Page::kScan;
         s_.say(s_.text("op.fuse_done"));
-        log::info("crowns replaced: {:.0f} mm²", (*made)->report.covered_area / kSquareMillimetre);
+        log::info("crowns replaced: {:.0f} mm²", made.report.covered_area / kSquareMillimetre);
       });
 }
 

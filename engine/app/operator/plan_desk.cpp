@@ -27,32 +27,33 @@ void PlanDesk::open(BackgroundTask& work, int bone_class) {
     session::ImplantPlan plan;
     int procedure = 0, bone_class = 0;
   };
-  const auto loaded = std::make_shared<Loaded>();
-  work.begin(
-      [loaded, file = choice.file, bone_class](Progress& progress) {
+  work.make(
+      [file = choice.file, bone_class](Progress& progress) {
+        Loaded loaded;
         progress.stage("op.loading", 0, 1);
         Scene scene = read_scene(file);
         if (bone_class > 0)
           scene = with_bone_class(scene, std::string(kBoneClasses[static_cast<std::size_t>(bone_class - 1)]));
         const auto found = std::ranges::find(kBoneClasses, bone_class_of(scene));
-        if (found != kBoneClasses.end()) loaded->bone_class = static_cast<int>(found - kBoneClasses.begin()) + 1;
-        loaded->procedures = implant_procedures();
+        if (found != kBoneClasses.end()) loaded.bone_class = static_cast<int>(found - kBoneClasses.begin()) + 1;
+        loaded.procedures = implant_procedures();
         if (const auto own = procedure_of(scene)) {
-          const auto same = std::ranges::find(loaded->procedures, own->path, &ImplantProcedure::path);
-          loaded->procedure = static_cast<int>(same - loaded->procedures.begin());
-          if (same == loaded->procedures.end()) loaded->procedures.push_back(*own);
+          const auto same = std::ranges::find(loaded.procedures, own->path, &ImplantProcedure::path);
+          loaded.procedure = static_cast<int>(same - loaded.procedures.begin());
+          if (same == loaded.procedures.end()) loaded.procedures.push_back(*own);
         }
-        loaded->planner = std::make_shared<const ImplantPlanner>(scene);
+        loaded.planner = std::make_shared<const ImplantPlanner>(scene);
         progress.at(0.8);
-        loaded->plan = loaded->planner->proposal(loaded->procedures[static_cast<std::size_t>(loaded->procedure)]);
+        loaded.plan = loaded.planner->proposal(loaded.procedures[static_cast<std::size_t>(loaded.procedure)]);
         progress.at(1);
+        return loaded;
       },
-      [this, loaded] {
-        planner_ = loaded->planner;
-        s_.plan.procedures = loaded->procedures;
-        s_.plan.procedure = loaded->procedure;
-        s_.plan.bone_class = loaded->bone_class;
-        s_.plan.plan = loaded->plan;
+      [this](const Loaded& loaded) {
+        planner_ = loaded.planner;
+        s_.plan.procedures = loaded.procedures;
+        s_.plan.procedure = loaded.procedure;
+        s_.plan.bone_class = loaded.bone_class;
+        s_.plan.plan = loaded.plan;
         s_.plan.ready = s_.plan.changed = true;
         log::info("jaw loaded: {}", planner_->scene().name);
       });

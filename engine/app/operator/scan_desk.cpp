@@ -15,23 +15,29 @@ namespace typodont {
 
 namespace {
 constexpr int kScanPixels = 384;  // pixels, side of a section's picture
+
+haptics::Imported labels_of(const haptics::ScanVolume& scan, const LabelRequest& request, Progress& progress) {
+  haptics::ImportOptions options = request.options;
+  options.progress = [&](double done) { progress.at(done); };
+  return scan.import(options);
 }
+}  // namespace
 
 void ScanDesk::open() {
   close();
   s_.page = Page::kScan;
   s_.say("");
   if (s_.import.name[0] == 0) propose_name(s_);
-  const auto loaded = std::make_shared<std::unique_ptr<ScanReview>>();
-  const NewTooth tooth = tooth_of(s_.import);
-  work_.begin(
-      [loaded, tooth](Progress& progress) {
+  work_.make(
+      [tooth = tooth_of(s_.import)](Progress& progress) {
         progress.stage("op.loading", 0, 1);
-        *loaded = std::make_unique<ScanReview>(std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options));
+        const auto scan = std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options);
+        auto loaded = std::make_unique<ScanReview>(scan);
         progress.at(1);
+        return loaded;
       },
-      [this, loaded] {
-        review_ = std::move(*loaded);
+      [this](std::unique_ptr<ScanReview> loaded) {
+        review_ = std::move(loaded);
         s_.scan.review = review_.get();
         s_.import.preset = static_cast<int>(review_->preset());
         s_.say(s_.text("op.scan_help"));
@@ -45,27 +51,22 @@ void ScanDesk::open() {
 void ScanDesk::begin_coarse(const LabelRequest& request) {
   coarse_ = std::make_shared<Computed>(Computed{request, std::nullopt});
   job_ = std::make_unique<Job>([computed = coarse_, scan = review_->scan()](Progress& progress) {
-    haptics::ImportOptions options = computed->request.options;
-    options.progress = [&](double done) { progress.at(done); };
-    computed->labels = scan->import(options);
+    computed->labels = labels_of(*scan, computed->request, progress);
   });
 }
 
 void ScanDesk::begin_full(const LabelRequest& request) {
   full_ = request;
   s_.say("");
-  const auto labels = std::make_shared<std::optional<haptics::Imported>>();
-  work_.begin(
-      [labels, request, scan = review_->scan()](Progress& progress) {
+  work_.make(
+      [request, scan = review_->scan()](Progress& progress) {
         progress.stage("op.scan_labelling", 0, 1);
-        haptics::ImportOptions options = request.options;
-        options.progress = [&](double done) { progress.at(done); };
-        *labels = scan->import(options);
+        return labels_of(*scan, request, progress);
       },
-      [this, labels, request] {
+      [this, request](haptics::Imported labels) {
         full_.reset();
         if (!review_) return;
-        review_->take(request, std::move(**labels));
+        review_->take(request, std::move(labels));
         log::info("labels computed: full");
       },
       [this, request] {

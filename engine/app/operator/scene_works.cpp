@@ -58,11 +58,10 @@ std::vector<fs::path> files_of(const std::string& text) {
 /// Starts a task that makes a scene. Afterwards the scene is in the list and selected, and a message tells the user.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
-  const auto file = std::make_shared<fs::path>();
-  work.begin(
-      [make = std::move(make), file, language = s.language](Progress& progress) {
+  work.make(
+      [make = std::move(make), language = s.language](Progress& progress) {
         try {
-          *file = make(progress);
+          return make(progress);
         } catch (const RuleRefused& refused) {
           // The message uses the rule's title on the page.
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
@@ -71,18 +70,14 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
               name));
         }
       },
-      [&s, &choices, text, words, file, then = std::move(then)] {
+      [&s, &choices, text, words, then = std::move(then)](const fs::path& file) {
         if (then) then();
         choices.rescan();
-        choices.choose_scene(*file);
-        s.say(fmt::format("{} {}", s.text(text), file->string()));
-        log::info("{}: {}", words, file->string());
+        choices.choose_scene(file);
+        s.say(fmt::format("{} {}", s.text(text), file.string()));
+        log::info("{}: {}", words, file.string());
       });
 }
-
-}  // namespace
-
-namespace {
 
 /// Runs `typodont WORDS --out FILE --json` for a new scene FILE, and selects this scene. The user sees the output's
 /// text "reason", if there is one.
@@ -90,16 +85,15 @@ void make_case_by(OperatorState& s, BackgroundTask& work, Choices& choices, std:
   const fs::path folder = user_folder() / "scenes", file = folder / fmt::format("case_{}.json", date_and_time());
   make_folder(folder);
   words.insert(words.end(), {"--out", file.string(), "--json"});
-  const auto reason = std::make_shared<std::string>();
-  work.begin(
-      [words = std::move(words), reason](Progress& progress) {
+  work.make(
+      [words = std::move(words)](Progress& progress) {
         progress.stage("op.making_case");
-        *reason = Json::parse(run_self(words, progress), words.front()).string_or("reason", "");
+        return Json::parse(run_self(words, progress), words.front()).string_or("reason", "");
       },
-      [&s, &choices, file, reason] {
+      [&s, &choices, file](const std::string& reason) {
         choices.rescan();
         choices.choose_scene(file);
-        s.say(reason->empty() ? fmt::format("{} {}", s.text("op.exercise_saved"), file.string()) : *reason);
+        s.say(reason.empty() ? fmt::format("{} {}", s.text("op.exercise_saved"), file.string()) : reason);
         log::info("case made: {}", file.string());
       });
 }

@@ -50,29 +50,27 @@ void list_sessions(OperatorState& s) {
 
 void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recording, std::function<void()> then) {
   const fs::path report = fs::path(recording).replace_extension(".html");
-  const auto made = std::make_shared<Made>();
-  work.begin(
-      [recording, report, language = s.language, made](Progress& progress) {
+  work.make(
+      [recording, report, language = s.language](Progress& progress) {
         progress.stage("op.making_report", 0, 0.6);
         const session::SessionReader reader(recording);
         progress.at(0.2);
         session::ReportOptions options = report_of(reader);
         options.language = language;
         if (!options.score) options.score = session::score_session(reader);
-        made->score = *options.score;
-        made->picture = picture_of_result(options);
-        made->compared = options.ideal.has_value();
-        cache_score(recording, known(reader, made->score));
+        Made made{*options.score, picture_of_result(options), options.ideal.has_value()};
+        cache_score(recording, known(reader, made.score));
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);
         progress.at(0.5);
         write_file_atomically(report, session::report_html(reader, options), FileKind::kPage);
         progress.at(1);
+        return made;
       },
-      [&s, report, made, then = std::move(then)] {
+      [&s, report, then = std::move(then)](Made made) {
         s.outcome.report = report;
-        show(s, *made);
+        show(s, made);
         s.say(s.text("op.report_ready"));
         log::info("report written: {}", report.string());
         if (then) then();
@@ -80,20 +78,19 @@ void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recordi
 }
 
 void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Unscored> of) {
-  const auto made = std::make_shared<Made>();
-  work.begin(
-      [of = std::move(of), made](Progress& progress) {
+  work.make(
+      [of = std::move(of)](Progress& progress) {
         progress.stage("op.scoring", 0, 0.6);
-        made->score = final_score(of->scene, of->tissue, of->hand);
+        const session::Score score = final_score(of->scene, of->tissue, of->hand);
         progress.stage("op.scoring", 0.6, 1);
         const session::ReportOptions result = result_of(of->scene, of->tissue);
-        made->picture = picture_of_result(result);
-        made->compared = result.ideal.has_value();
+        Made made{score, picture_of_result(result), result.ideal.has_value()};
         progress.at(1);
+        return made;
       },
-      [&s, made] {
-        show(s, *made);
-        log::info("scored: {:.1f} of {:.0f}", made->score.points, made->score.full);
+      [&s](Made made) {
+        show(s, made);
+        log::info("scored: {:.1f} of {:.0f}", made.score.points, made.score.full);
       });
 }
 

@@ -1,4 +1,4 @@
-// Makes reports, learning curves, films and surfaces in the background. Main thread only.
+// Makes reports, learning curves, films, surfaces and experiments in the background. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -26,5 +26,9 @@ void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
 /// Exports the final surface in the format OperatorState::mesh_format.
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of);
+/// Runs the experiment of OperatorState::experiment with the selected exercise and hand in a separate process. Writes
+/// the trials to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv, the result to the .html file beside it and to the
+/// state.
+void make_experiment(OperatorState& s, BackgroundTask& work);
 
 }  // namespace typodont
