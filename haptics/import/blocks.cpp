@@ -206,7 +206,13 @@ class Spread {
       ++count;
       const glm::ivec3 p = set_.place(static_cast<std::size_t>(i));
       for (const glm::ivec3& step : steps_) {
-        if (set_.holds(p + step)) visit(p + step, id);
+        const glm::ivec3 q = p + step;
+        if (!set_.holds(q)) continue;
+        if (((p.x ^ q.x) | (p.y ^ q.y) | (p.z ^ q.z)) >= kEdge)
+          visit(q, id);
+        else if (const auto k = static_cast<std::size_t>(i + 256 * step.x + 16 * step.y + step.z);  // the same block
+                 mask_.v[k] && !label_.v[k])
+          label_.v[k] = id, stack_.push_back(static_cast<std::ptrdiff_t>(k));
       }
     }
     return count;
