@@ -206,13 +206,7 @@ class Spread {
       ++count;
       const glm::ivec3 p = set_.place(static_cast<std::size_t>(i));
       for (const glm::ivec3& step : steps_) {
-        const glm::ivec3 q = p + step;
-        if (!set_.holds(q)) continue;
-        if (((p.x ^ q.x) | (p.y ^ q.y) | (p.z ^ q.z)) >= kEdge)
-          visit(q, id);
-        else if (const auto k = static_cast<std::size_t>(i + 256 * step.x + 16 * step.y + step.z);  // the same block
-                 mask_.v[k] && !label_.v[k])
-          label_.v[k] = id, stack_.push_back(static_cast<std::ptrdiff_t>(k));
+        if (set_.holds(p + step)) visit(p + step, id);
       }
     }
     return count;
@@ -245,6 +239,176 @@ class Spread {
   std::vector<std::uint8_t> whole_;  // stored blocks that lie wholly in the mask
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
+};
+
+// Finds the part of a mask that is connected over faces to the walls (outer faces) of the box. A row of 16 samples
+// along z is stored in one word.
+class WallFlood {
+ public:
+  explicit WallFlood(const SparseMask& open)
+      : open_(open),
+        set_(*open.set),
+        passable_(set_.first.size()),
+        reached_(set_.first.size()),
+        block_reached_(set_.slot.size(), 0),
+        queued_(set_.slot.size(), 0) {
+    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+      const glm::ivec3 n = glm::min(set_.size - set_.first[s], glm::ivec3(kEdge));
+      reached_[s] = {}, passable_[s] = {};
+      for (int x = 0; x < n.x; ++x) {
+        for (int y = 0; y < n.y; ++y) {
+          const std::uint8_t* row = &open.v[s * BlockSet::kSamples + static_cast<std::size_t>(x * kEdge + y) * kEdge];
+          unsigned word = 0;
+          for (int z = 0; z < n.z; ++z) word |= static_cast<unsigned>(row[z] != 0) << z;
+          passable_[s][static_cast<std::size_t>(x * kEdge + y)] = static_cast<Row>(word);
+        }
+      }
+    });
+  }
+
+  Reached run() {
+    for_each_voxel(set_.count, [&](int x, int y, int z) {
+      const glm::ivec3 b(x, y, z);
+      if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
+    });
+    for (std::size_t k = 0; k < queue_.size(); ++k) {
+      const glm::ivec3 at = queue_[k];
+      queued_[index(at)] = 0;
+      if (!enter(at)) continue;
+      for (int a = 0; a < 3; ++a) {
+        for (const int step : {-1, 1}) {
+          glm::ivec3 next = at;
+          next[a] += step;
+          if (next[a] >= 0 && next[a] < set_.count[a]) put(next);
+        }
+      }
+    }
+    Reached out{SparseMask(open_.set, 0, 0), std::move(block_reached_)};
+    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+      for (std::size_t k = 0; k < kRows; ++k) {
+        const Row word = reached_[s][k];
+        if (word == 0) continue;
+        std::uint8_t* row = &out.samples.v[s * BlockSet::kSamples + k * kEdge];
+        for (int z = 0; z < kEdge; ++z) row[z] = word >> z & 1;
+      }
+    });
+    return out;
+  }
+
+ private:
+  using Row = std::uint16_t;
+  static constexpr std::size_t kRows = static_cast<std::size_t>(kEdge) * kEdge;
+  static constexpr Row kWhole = 0xFFFF;
+  using Rows = std::array<Row, kRows>;  // the rows of a block, y fastest
+
+  std::size_t index(const glm::ivec3& block) const { return set_.block(kEdge * block); }
+  void put(const glm::ivec3& block) {
+    if (std::exchange(queued_[index(block)], std::uint8_t{1})) return;
+    queue_.push_back(block);
+  }
+
+  // Which samples have been reached in the plane beyond a face of a block, as 16 rows. Outside the box, all samples
+  // count as reached.
+  std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
+    std::array<Row, kEdge> face;
+    glm::ivec3 next = block;
+    next[axis] += step;
+    if (next[axis] < 0 || next[axis] >= set_.count[axis]) {
+      face.fill(kWhole);
+      return face;
+    }
+    const std::int32_t slot = set_.slot[index(next)];
+    if (slot < 0) {
+      face.fill(block_reached_[index(next)] ? kWhole : Row{0});
+      return face;
+    }
+    const Rows& rows = reached_[static_cast<std::size_t>(slot)];
+    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // index of the neighbour's layer that touches this block
+    for (std::size_t k = 0; k < kEdge; ++k) {
+      if (axis == 0) {
+        face[k] = rows[last * kEdge + k];
+      } else if (axis == 1) {
+        face[k] = rows[k * kEdge + last];
+      } else {
+        unsigned word = 0;
+        for (std::size_t y = 0; y < kEdge; ++y) word |= (static_cast<unsigned>(rows[k * kEdge + y]) >> last & 1U) << y;
+        face[k] = static_cast<Row>(word);
+      }
+    }
+    return face;
+  }
+
+  // Floods a block from its neighbours. Returns true if it reached new samples.
+  bool enter(const glm::ivec3& block) {
+    const std::size_t b = index(block);
+    const std::int32_t slot = set_.slot[b];
+    if (slot < 0) {
+      if (block_reached_[b] || !(slot == BlockSet::kOutside ? open_.outside : open_.inside)) return false;
+      for (int a = 0; a < 3 && !block_reached_[b]; ++a) {
+        for (const int step : {-1, 1}) {
+          if (std::ranges::any_of(beyond(block, a, step), [](Row word) { return word != 0; })) block_reached_[b] = 1;
+        }
+      }
+      return block_reached_[b] != 0;
+    }
+    const Rows& open = passable_[static_cast<std::size_t>(slot)];
+    Rows& rows = reached_[static_cast<std::size_t>(slot)];
+    const Rows before = rows;
+    const glm::ivec3 n = glm::min(set_.size - kEdge * block, glm::ivec3(kEdge));
+    for (int a = 0; a < 3; ++a) {
+      for (const int step : {-1, 1}) {
+        const std::array<Row, kEdge> face = beyond(block, a, step);
+        const auto first = static_cast<std::size_t>(step < 0 ? 0 : n[a] - 1);
+        for (std::size_t k = 0; k < kEdge; ++k) {
+          if (a == 0) {
+            rows[first * kEdge + k] |= static_cast<Row>(face[k] & open[first * kEdge + k]);
+          } else if (a == 1) {
+            rows[k * kEdge + first] |= static_cast<Row>(face[k] & open[k * kEdge + first]);
+          } else {
+            for (std::size_t y = 0; y < kEdge; ++y)
+              rows[k * kEdge + y] |= static_cast<Row>((face[k] >> y & 1U) << first & open[k * kEdge + y]);
+          }
+        }
+      }
+    }
+    if (rows == before) return false;
+    for (bool changed = true; changed;) {
+      changed = false;
+      const auto spread = [&](std::size_t x, std::size_t y) {
+        const std::size_t k = x * kEdge + y;
+        unsigned word = rows[k];
+        if (x > 0) word |= rows[k - kEdge];
+        if (x + 1 < kEdge) word |= rows[k + kEdge];
+        if (y > 0) word |= rows[k - 1];
+        if (y + 1 < kEdge) word |= rows[k + 1];
+        word = filled(word & open[k], open[k]);
+        changed = changed || word != rows[k];
+        rows[k] = static_cast<Row>(word);
+      };
+      for (std::size_t k = 0; k < kRows; ++k) spread(k / kEdge, k % kEdge);
+      for (std::size_t k = kRows; k-- > 0;) spread(k / kEdge, k % kEdge);
+    }
+    return true;
+  }
+
+  // Spreads `word` along the row through open samples in both directions (Kogge–Stone prefix).
+  static unsigned filled(unsigned word, unsigned open) {
+    if (word == 0 || word == open) return word;
+    unsigned up = open, down = open, raised = word, lowered = word;
+    for (const unsigned shift : {1U, 2U, 4U, 8U}) {
+      raised |= up & raised << shift;
+      up &= up << shift;
+      lowered |= down & lowered >> shift;
+      down &= down >> shift;
+    }
+    return raised | lowered;
+  }
+
+  const SparseMask& open_;
+  const BlockSet& set_;
+  std::vector<Rows> passable_, reached_;              // for each block: samples in the mask; samples reached so far
+  std::vector<std::uint8_t> block_reached_, queued_;  // for each block: reached; waits in the queue
+  std::vector<glm::ivec3> queue_;
 };
 
 }  // namespace
@@ -630,22 +794,7 @@ SparseComponents components(const Mask& mask) {
 }
 
 Reached reached_from_walls(const SparseMask& open) {
-  const glm::ivec3& size = open.set->size;
-  Sparse<std::int32_t> label(open.set, 0, 0);
-  Reached reached{SparseMask(open.set, 0, 0), std::vector<std::int32_t>(open.set->slot.size(), 0)};
-  Spread spread(open, false, label, reached.blocks);
-  for (int a = 0; a < 3; ++a) {
-    const int u = (a + 1) % 3, v = (a + 2) % 3;
-    glm::ivec3 p;
-    for (p[u] = 0; p[u] < size[u]; ++p[u]) {
-      for (p[v] = 0; p[v] < size[v]; ++p[v]) {
-        for (const int side : {0, size[a] - 1}) p[a] = side, spread.visit(p, 1);
-      }
-    }
-  }
-  spread.run(1);
-  for_each_sample(*open.set, [&](std::size_t i) { reached.samples.v[i] = label.v[i] != 0; });
-  return reached;
+  return WallFlood(open).run();
 }
 
 }  // namespace typodont::haptics::importing

@@ -205,7 +205,7 @@ SparseComponents components(const Mask& mask);
 struct Reached {
   SparseMask samples;
   // For each block that is not stored (indices as in BlockSet::slot): 1 if it is connected to the walls of the box.
-  std::vector<std::int32_t> blocks;
+  std::vector<std::uint8_t> blocks;
 };
 /// Finds the part of the mask `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);
