@@ -6,8 +6,8 @@ function(typodont_module name)
   set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY})
 endfunction()
 
-# typodont_pages(MODULE a.cpp …): adds files to a module that show, read or write and compute nothing. With less
-# optimisation they compile in two thirds of the time.
+# typodont_pages(MODULE a.cpp …): adds files that show, read or write, and compute little. They are compiled with less
+# optimisation, which takes two thirds of the time.
 function(typodont_pages module)
   add_library(typodont_${module}_pages OBJECT ${ARGN})
   target_link_libraries(typodont_${module}_pages PRIVATE $<TARGET_PROPERTY:typodont_${module},LINK_LIBRARIES>)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 namespace typodont {
 
@@ -36,31 +37,15 @@ std::string schema_of(std::string_view type, const Range& range) {
   return schema.dump();
 }
 
-/// Replaces Markdown links by their texts, and removes the marks ` around code.
-std::string without_links(std::string_view text) {
-  std::string out;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const std::size_t middle = text[at] == '[' ? text.find(']', at) : text.npos;
-    const std::size_t end =
-        text.substr(std::min(middle, text.size())).starts_with("](") ? text.find(')', middle) : text.npos;
-    if (end != text.npos) {
-      out += text.substr(at + 1, middle - at - 1);
-      at = end;
-    } else if (text[at] != '`') {
-      out += text[at];
-    }
-  }
-  return out;
-}
-
 Schema object_schema(const std::vector<KeyRow>& rows) {
+  static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // Markdown links, and the marks ` around code
   Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
   for (const KeyRow& row : rows) {
     std::string text = row.schema;
     if (const std::size_t at = text.find("\"$object\""); at != std::string::npos)
       text.replace(at, 9, object_schema(row.keys).dump());
     Schema& value = schema["properties"][row.key] = Schema::parse(text);
-    if (!row.meaning.empty()) value["description"] = without_links(row.meaning);
+    if (!row.meaning.empty()) value["description"] = std::regex_replace(row.meaning, links, "$1");
     if (row.required) schema["required"].push_back(row.key);
   }
   return schema;

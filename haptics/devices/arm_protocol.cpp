@@ -1,9 +1,10 @@
 #include "haptics/devices/arm_protocol.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace typodont::haptics {
 
@@ -78,10 +79,10 @@ std::optional<ArmReport> parse_text(std::string_view line) {
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
   ArmCommand command;
   if (protocol == ArmProtocol::kText) {
-    // The text is never longer than 24 characters.
-    command.size = static_cast<std::size_t>(std::snprintf(reinterpret_cast<char*>(command.bytes.data()),
-                                                          command.bytes.size(), "[%d,%d,%d]\n", milliamperes(amperes.x),
-                                                          milliamperes(amperes.y), milliamperes(amperes.z)));
+    const auto result =
+        fmt::format_to_n(reinterpret_cast<char*>(command.bytes.data()), command.bytes.size(), "[{},{},{}]\n",
+                         milliamperes(amperes.x), milliamperes(amperes.y), milliamperes(amperes.z));
+    command.size = result.size;  // the text is never longer than 24 characters
     return command;
   }
   command.size = kCommandSizes[static_cast<std::size_t>(protocol)];  // bytes[0] is the report id and stays 0

@@ -1,5 +1,4 @@
-// A vendor's library that is loaded at run time if it is installed, never linked or shipped; and the devices that it
-// finds.
+// A vendor's library: loaded at run time if it is installed, never linked or shipped. Also the devices that it finds.
 #pragma once
 
 #include <functional>

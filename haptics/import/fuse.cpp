@@ -102,10 +102,10 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
-      : options_(options), mesh_(scan.mesh), corners_(mesh_.corners), points_(mesh_.points), scanned_(scan.scanned) {
+      : options_(options), mesh_(scan.mesh), scanned_(scan.scanned) {
     for (dvec3& p : mesh_.points) p = X_CS * p;
     std::vector<Triangle> all;
-    for (std::size_t t = 0; t < corners_.size(); ++t) all.push_back(mesh_.triangle(t));
+    for (std::size_t t = 0; t < mesh_.corners.size(); ++t) all.push_back(mesh_.triangle(t));
     skin_.emplace(std::vector<Triangle>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(scanned_)));
     closed_.emplace(std::move(all));
     find_edges();
@@ -129,7 +129,7 @@ class Crowns {
     if (!found) return std::nullopt;
     Near near{found->point, normal(found->triangle), std::sqrt(found->distance_squared), 0};
     if (!covered_[found->triangle]) return near;
-    const auto& c = corners_[found->triangle];
+    const auto& c = mesh_.corners[found->triangle];
     // Computes the barycentric coordinates of the nearest point.
     const dvec3 a = mesh_.point(c[0]), u = mesh_.point(c[1]) - a, v = mesh_.point(c[2]) - a, q = near.point - a;
     const dvec3 n = glm::cross(u, v);
@@ -155,7 +155,7 @@ class Crowns {
     std::map<std::pair<int, int>, std::vector<std::size_t>> edges;
     for (std::size_t t = 0; t < scanned_; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
+        const int a = mesh_.corners[t][k], b = mesh_.corners[t][(k + 1) % 3];
         edges[{std::min(a, b), std::max(a, b)}].push_back(t);
       }
     }
@@ -198,10 +198,10 @@ class Crowns {
 
   void find_covered(const ToothField& ct) {
     std::vector<ToothField::Value> at;
-    for (const dvec3& p : points_) at.push_back(ct.at(p));
+    for (const dvec3& p : mesh_.points) at.push_back(ct.at(p));
     covered_.assign(scanned_, false);
     for (std::size_t t = 0; t < scanned_; ++t) {
-      covered_[t] = std::ranges::all_of(corners_[t], [&](int i) {
+      covered_[t] = std::ranges::all_of(mesh_.corners[t], [&](int i) {
         const ToothField::Value& v = at[static_cast<std::size_t>(i)];
         const double slope = glm::length(v.gradient);
         return v.tooth && std::abs(v.distance) < options_.reach && slope > kMinGradient &&
@@ -217,7 +217,7 @@ class Crowns {
       report_.scanned_area += area(t);
       if (!covered_[t]) continue;
       report_.covered_area += area(t);
-      for (const int i : corners_[t]) {
+      for (const int i : mesh_.corners[t]) {
         const double d = at[static_cast<std::size_t>(i)].distance;
         report_.mean += d * area(t) / 3;
         sizes.emplace_back(std::abs(d), area(t) / 3);
@@ -238,31 +238,31 @@ class Crowns {
   /// Computes the weight of the scan at each point: 0 at the rim, rising to 1 at the distance `blend` along the edges.
   void weigh_points() {
     constexpr double kFar = 1e300;
-    std::vector<double> away(points_.size(), 0);
+    std::vector<double> away(mesh_.points.size(), 0);
     for (std::size_t t = 0; t < scanned_; ++t) {
       if (!covered_[t]) continue;
-      for (const int i : corners_[t]) away[static_cast<std::size_t>(i)] = kFar;
+      for (const int i : mesh_.corners[t]) away[static_cast<std::size_t>(i)] = kFar;
     }
     for (std::size_t t = 0; t < scanned_; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         const bool rim = covered_[t] ? is_rim_edge(t, k) : true;
         if (!rim) continue;
-        away[static_cast<std::size_t>(corners_[t][k])] = 0;
-        away[static_cast<std::size_t>(corners_[t][(k + 1) % 3])] = 0;
+        away[static_cast<std::size_t>(mesh_.corners[t][k])] = 0;
+        away[static_cast<std::size_t>(mesh_.corners[t][(k + 1) % 3])] = 0;
       }
     }
     // Computes the distances from the rim with Dijkstra's algorithm.
-    std::vector<std::vector<int>> next(points_.size());
+    std::vector<std::vector<int>> next(mesh_.points.size());
     for (std::size_t t = 0; t < scanned_; ++t) {
       if (!covered_[t]) continue;
       for (std::size_t k = 0; k < 3; ++k) {
-        next[static_cast<std::size_t>(corners_[t][k])].push_back(corners_[t][(k + 1) % 3]);
-        next[static_cast<std::size_t>(corners_[t][k])].push_back(corners_[t][(k + 2) % 3]);
+        next[static_cast<std::size_t>(mesh_.corners[t][k])].push_back(mesh_.corners[t][(k + 1) % 3]);
+        next[static_cast<std::size_t>(mesh_.corners[t][k])].push_back(mesh_.corners[t][(k + 2) % 3]);
       }
     }
     using Item = std::pair<double, std::size_t>;
     std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t i = 0; i < mesh_.points.size(); ++i) {
       if (away[i] == 0 && !next[i].empty()) open.emplace(0.0, i);
     }
     while (!open.empty()) {
@@ -271,7 +271,7 @@ class Crowns {
       if (d > away[i] || d > options_.blend) continue;
       for (const int to : next[i]) {
         const auto k = static_cast<std::size_t>(to);
-        const double longer = d + glm::length(points_[k] - points_[i]);
+        const double longer = d + glm::length(mesh_.points[k] - mesh_.points[i]);
         if (longer >= away[k]) continue;
         away[k] = longer;
         open.emplace(longer, k);
@@ -281,17 +281,15 @@ class Crowns {
   }
   /// Returns true if no other crown triangle shares the edge after corner k of the crown triangle t.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
-    const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
+    const int a = mesh_.corners[t][k], b = mesh_.corners[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
-      const auto& c = corners_[other];
+      const auto& c = mesh_.corners[other];
       return covered_[other] && std::ranges::find(c, a) != c.end() && std::ranges::find(c, b) != c.end();
     });
   }
 
   const FuseOptions& options_;
   importing::Mesh mesh_;  // the scan in the CT's frame C
-  const std::vector<std::array<int, 3>>& corners_;
-  const std::vector<dvec3>& points_;
   std::size_t scanned_;
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base

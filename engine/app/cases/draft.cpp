@@ -95,12 +95,10 @@ Lesion::Point Lesion::at(const dvec3& p, Tissue sound) const {
     rho = beside / radius;
     outside = beside - radius;
     core = glm::mix(soft.enamel, soft.dentin, down / border);
-  } else if (const double deep = depth - border; deep > 0) {
-    rho = std::hypot(beside / width, (down - border) / deep);
-    outside = std::max({(rho - 1) * std::min(width, deep), beside - width, down - depth});
   } else {
-    rho = 1;
-    outside = std::max(down - depth, beside - width);
+    const double deep = depth - border;
+    rho = deep > 0 ? std::hypot(beside / width, (down - border) / deep) : 1;
+    outside = std::max({(rho - 1) * std::min(width, deep), beside - width, down - depth});
   }
   if (outside < 0) return {Tissue::kCaries, glm::mix(core, kRimHardness, rho * rho)};
   if (outside >= affected || local.z > top + affected) return {sound, 1};

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <functional>
 #include <map>
 #include <memory>
 #include <thread>
@@ -242,110 +241,169 @@ class Operator {
       s_.page = page;
       s_.say("");
     };
-    const auto start = [&] {
-      if (s_.page == Page::kExperiment)
-        begin_experiment();
-      else
+    switch (r.ask) {
+      case Ask::kStart:
+      case Ask::kAgain:
+        if (s_.page == Page::kExperiment)
+          begin_experiment();
+        else
+          start_session({});
+        break;
+      case Ask::kGoOnFrom:
+        start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
+        break;
+      case Ask::kNextCase:
+        make_next_case(s_, work_, choices_);
+        break;
+      case Ask::kMakeCase:
+        make_chosen_case(s_, work_, choices_);
+        break;
+      case Ask::kTutorial:
+        choices_.choose_tutorial();
         start_session({});
-    };
-    const std::map<Ask, std::function<void()>> works{
-        {Ask::kStart, start},
-        {Ask::kAgain, start},
-        {Ask::kGoOnFrom,
-         [&] { start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording); }},
-        {Ask::kNextCase, [&] { make_next_case(s_, work_, choices_); }},
-        {Ask::kMakeCase, [&] { make_chosen_case(s_, work_, choices_); }},
-        {Ask::kTutorial, [&] { choices_.choose_tutorial(), start_session({}); }},
-        {Ask::kEndSession, [&] { end_if_running(""); }},
-        {Ask::kEmergencyStop,
-         [&] {
-           if (desk_.running()) desk_.emergency_stop();
-           end_if_running(s_.text("op.was_stopped"));
-         }},
-        {Ask::kToStart,
-         [&] {
-           work_.drop();
-           plan_desk_.close();
-           fuse_desk_.close();
-           scan_desk_.close();
-           desk_.forget_authored();
-           open_page(Page::kStart);
-         }},
-        {Ask::kLanguage, [&] { choices_.set_language(static_cast<session::Language>(r.number)), choices_.rescan(); }},
-        {Ask::kRescan, [&] { choices_.rescan(); }},
-        {Ask::kWelcomed, [&] { s_.first_run = false; }},
-        {Ask::kDoctor, [&] { look_at_computer(); }},
-        {Ask::kOpenReport,
-         [&] {
-           if (s_.page == Page::kExperiment)
-             s_.to_open.push_back(s_.experiment_found->page.string());
-           else if (!s_.outcome.report.empty())
-             s_.to_open.push_back(s_.outcome.report.string());
-         }},
-        {Ask::kOpenFolder, [&] { s_.to_open.push_back(user_folder().string()); }},
-        {Ask::kDeleteRecording,
-         [&] {
-           work_.drop();  // cancels tasks that may use this recording, e.g. a report
-           fs::remove(s_.outcome.report);
-           // If this throws, s_.outcome.recording keeps its path, so the user can try again.
-           fs::remove(s_.outcome.recording);
-           s_.outcome.recording = s_.outcome.report = fs::path();
-           s_.say(s_.text("op.deleted"));
-         }},
-        {Ask::kSaveExercise,
-         [&] {
-           if (Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
-         }},
-        {Ask::kArchive, [&] { open_archive(); }},
-        {Ask::kExperiment, [&] { open_page(Page::kExperiment); }},
-        {Ask::kSchool, [&] { open_page(Page::kSchool), school_.refresh(); }},
-        {Ask::kSchoolSignIn, [&] { school_.sign_in(); }},
-        {Ask::kSchoolSignOut, [&] { school_.sign_out(); }},
-        {Ask::kSchoolTake, [&] { school_.take(); }},
-        {Ask::kDropped,
-         [&] {
-           if (s_.page == Page::kScan && take_dropped_mesh(s_)) return fuse_desk_.open();
-           fuse_desk_.close();
-           scan_desk_.close();
-           open_archive();
-           if (take_dropped(s_)) scan_desk_.open();
-         }},
-        {Ask::kFuse, [&] { fuse_desk_.open(); }},
-        {Ask::kFuseDropPoint, [&] { s_.fuse.fusion->drop_last(), s_.fuse.changed = true; }},
-        {Ask::kFuseRegister, [&] { fuse_desk_.register_points(); }},
-        {Ask::kFuseTake, [&] { fuse_desk_.take(); }},
-        {Ask::kFuseBack, [&] { fuse_desk_.close(), open_page(Page::kScan); }},
-        {Ask::kLookAtScan, [&] { scan_desk_.open(); }},
-        {Ask::kPlan, [&] { plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0); }},
-        {Ask::kSavePlan,
-         [&] {
-           if (plan_desk_.planner()) save_plan(s_, work_, choices_, plan_desk_.planner());
-         }},
-        {Ask::kSessionReport, [&] { show_report(s_, work_, chosen_session()); }},
-        {Ask::kLearningCurve, [&] { make_curve(s_, work_, chosen_session()); }},
-        {Ask::kFilm, [&] { make_film(s_, work_, chosen_session()); }},
-        {Ask::kWatch,
-         [&] {
-           started_.self({"replay", chosen_session().file.string(), "--show"});
-         }},
-        {Ask::kExpert,
-         [&] {
-           make_expert(chosen_session().file);
-           list_sessions(s_);
-           s_.say(s_.text("op.is_expert"));
-         }},
-        {Ask::kExportMesh, [&] { make_surface(s_, work_, chosen_session()); }},
-        {Ask::kImport,
-         [&] {
-           if (s_.page == Page::kScan)
-             scan_desk_.import(choices_);
-           else
-             import_tooth(s_, work_, choices_);
-         }},
-        {Ask::kCancel, [&] { work_.cancel(); }},
-        {Ask::kLoseDevice, [&] { window_.device().lose(); }},
-        {Ask::kQuit, [&] { quit_ = true; }}};
-    if (const auto found = works.find(r.ask); found != works.end()) found->second();
+        break;
+      case Ask::kEndSession:
+        if (desk_.running()) end_session("");
+        break;
+      case Ask::kEmergencyStop:
+        if (!desk_.running()) break;
+        desk_.emergency_stop();
+        end_session(s_.text("op.was_stopped"));
+        break;
+      case Ask::kToStart:
+        work_.drop();
+        plan_desk_.close();
+        fuse_desk_.close();
+        scan_desk_.close();
+        desk_.forget_authored();
+        open_page(Page::kStart);
+        break;
+      case Ask::kLanguage:
+        choices_.set_language(static_cast<session::Language>(r.number));
+        choices_.rescan();
+        break;
+      case Ask::kRescan:
+        choices_.rescan();
+        break;
+      case Ask::kWelcomed:
+        s_.first_run = false;
+        break;
+      case Ask::kDoctor:
+        look_at_computer();
+        break;
+      case Ask::kOpenReport:
+        if (s_.page == Page::kExperiment)
+          s_.to_open.push_back(s_.experiment_found->page.string());
+        else if (!s_.outcome.report.empty())
+          s_.to_open.push_back(s_.outcome.report.string());
+        break;
+      case Ask::kOpenFolder:
+        s_.to_open.push_back(user_folder().string());
+        break;
+      case Ask::kDeleteRecording:
+        work_.drop();  // cancels tasks that may use this recording, e.g. a report
+        fs::remove(s_.outcome.report);
+        // If this throws, s_.outcome.recording keeps its path, so the user can try again.
+        fs::remove(s_.outcome.recording);
+        s_.outcome.recording = s_.outcome.report = fs::path();
+        s_.say(s_.text("op.deleted"));
+        break;
+      case Ask::kSaveExercise:
+        if (Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
+        break;
+      case Ask::kArchive:
+        open_archive();
+        break;
+      case Ask::kExperiment:
+        open_page(Page::kExperiment);
+        break;
+      case Ask::kSchool:
+        open_page(Page::kSchool);
+        school_.refresh();
+        break;
+      case Ask::kSchoolSignIn:
+        school_.sign_in();
+        break;
+      case Ask::kSchoolSignOut:
+        school_.sign_out();
+        break;
+      case Ask::kSchoolTake:
+        school_.take();
+        break;
+      case Ask::kDropped:
+        if (s_.page == Page::kScan && take_dropped_mesh(s_)) {
+          fuse_desk_.open();
+          break;
+        }
+        fuse_desk_.close();
+        scan_desk_.close();
+        open_archive();
+        if (take_dropped(s_)) scan_desk_.open();
+        break;
+      case Ask::kFuse:
+        fuse_desk_.open();
+        break;
+      case Ask::kFuseDropPoint:
+        s_.fuse.fusion->drop_last();
+        s_.fuse.changed = true;
+        break;
+      case Ask::kFuseRegister:
+        fuse_desk_.register_points();
+        break;
+      case Ask::kFuseTake:
+        fuse_desk_.take();
+        break;
+      case Ask::kFuseBack:
+        fuse_desk_.close();
+        open_page(Page::kScan);
+        break;
+      case Ask::kLookAtScan:
+        scan_desk_.open();
+        break;
+      case Ask::kPlan:
+        plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0);
+        break;
+      case Ask::kSavePlan:
+        if (plan_desk_.planner()) save_plan(s_, work_, choices_, plan_desk_.planner());
+        break;
+      case Ask::kSessionReport:
+        show_report(s_, work_, chosen_session());
+        break;
+      case Ask::kLearningCurve:
+        make_curve(s_, work_, chosen_session());
+        break;
+      case Ask::kFilm:
+        make_film(s_, work_, chosen_session());
+        break;
+      case Ask::kWatch:
+        started_.self({"replay", chosen_session().file.string(), "--show"});
+        break;
+      case Ask::kExpert:
+        make_expert(chosen_session().file);
+        list_sessions(s_);
+        s_.say(s_.text("op.is_expert"));
+        break;
+      case Ask::kExportMesh:
+        make_surface(s_, work_, chosen_session());
+        break;
+      case Ask::kImport:
+        if (s_.page == Page::kScan)
+          scan_desk_.import(choices_);
+        else
+          import_tooth(s_, work_, choices_);
+        break;
+      case Ask::kCancel:
+        work_.cancel();
+        break;
+      case Ask::kLoseDevice:
+        window_.device().lose();
+        break;
+      case Ask::kQuit:
+        quit_ = true;
+        break;
+      default:
+        break;  // SessionDesk executes all other requests
+    }
   }
 
   /// Starts a session. `from`: session or preparation to continue; empty: the selected scene.
@@ -401,9 +459,6 @@ class Operator {
     return turn != SessionDesk::Turn::kSame;
   }
 
-  void end_if_running(const std::string& why) {
-    if (desk_.running()) end_session(why);
-  }
   void end_session(const std::string& why) {
     const auto unscored = desk_.end(why);
     school_.hand_in(s_.outcome.recording);

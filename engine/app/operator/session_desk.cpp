@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
@@ -192,35 +191,56 @@ void SessionDesk::begin_views(const Scene& scene) {
 }
 
 bool SessionDesk::carry_out(const Request& r) {
-  const bool yes = r.number != 0;
-  // These requests do nothing if no session runs.
-  const std::map<Ask, std::function<void()>> in_session{
-      {Ask::kSettings, [&] { bench_->set(s_.settings); }},
-      {Ask::kPhaseTool, [&] { bench_->choose_phase_tool(); }},
-      {Ask::kTool, [&] { bench_->choose_tool(r.number); }},
-      {Ask::kUndo, [&] { bench_->ask(TissueCommand::kUndo); }},
-      {Ask::kRedo, [&] { bench_->ask(TissueCommand::kRedo); }},
-      {Ask::kSaveTissue, [&] { bench_->ask(TissueCommand::kSave); }},
-      {Ask::kLook, [&] { change_look(); }},
-      {Ask::kOwnView, [&] { show_own_view(yes); }},
-      {Ask::kHold, [&] { bench_->hold(yes); }},
-  };
-  const std::map<Ask, std::function<void()>> always{{Ask::kKeep, [&] { s_.keep = yes; }},
-                                                    {Ask::kStepDone, [&] { s_.steps.next(); }},
-                                                    {Ask::kStepBack, [&] { s_.steps.back(); }}};
-  if (const auto found = always.find(r.ask); found != always.end()) return found->second(), true;
-  const auto found = in_session.find(r.ask);
-  if (found != in_session.end() && bench_) found->second();
-  return found != in_session.end();
+  switch (r.ask) {
+    case Ask::kSettings:
+      if (bench_) bench_->set(s_.settings);
+      return true;
+    case Ask::kPhaseTool:
+      if (bench_) bench_->choose_phase_tool();
+      return true;
+    case Ask::kTool:
+      if (bench_) bench_->choose_tool(r.number);
+      return true;
+    case Ask::kUndo:
+      if (bench_) bench_->ask(TissueCommand::kUndo);
+      return true;
+    case Ask::kRedo:
+      if (bench_) bench_->ask(TissueCommand::kRedo);
+      return true;
+    case Ask::kSaveTissue:
+      if (bench_) bench_->ask(TissueCommand::kSave);
+      return true;
+    case Ask::kKeep:
+      s_.keep = r.number != 0;
+      return true;
+    case Ask::kLook:
+      change_look();
+      return true;
+    case Ask::kOwnView:
+      show_own_view(r.number != 0);
+      return true;
+    case Ask::kHold:
+      if (bench_) bench_->hold(r.number != 0);
+      return true;
+    case Ask::kStepDone:
+      s_.steps.next();
+      return true;
+    case Ask::kStepBack:
+      s_.steps.back();
+      return true;
+    default:
+      return false;
+  }
 }
 
 void SessionDesk::change_look() {
+  if (!bench_) return;
   bench_->views()->look(s_.own_view ? Eyes::kOwn : Eyes::kTrainee, s_.look);
   ++s_.look_changes;
 }
 
 void SessionDesk::show_own_view(bool own) {
-  if (own == s_.own_view) return;
+  if (!bench_ || own == s_.own_view) return;
   s_.own_view = own;
   s_.live = nullptr;
   s_.look = bench_->views()->look(own ? Eyes::kOwn : Eyes::kTrainee);
