@@ -23,7 +23,7 @@ glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
 
 }  // namespace
 
-CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes_(lanes) {
+CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes_(std::min(lanes, widest_group())) {
   double reach = 0;
   for (const Tool& tool : tools) reach = std::max(reach, tool.reach() / voxel);
   const double edge = 2 * (reach + static_cast<double>(Sweep::kMargin) + 4);
@@ -173,8 +173,8 @@ CutFront::Renewal::Renewal(const CutFront& front, const Blocks& reached, double 
       layers_(reached.last.x - reached.first.x + 1),
       most_(std::max(std::min(layers_, front.parts()) / 8, 1)),
       // A fast head gets no lists of samples, because a list would be valid for a few ticks only.
-      ahead_(travel > kMaxListed ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
-      ahead_of_empty_(travel > kMaxListed ? 0 : listed / std::max(front.outdated(), 1)),
+      ahead_(travel > kMaxListed || front.lanes_ == 0 ? 0 : listed / std::clamp(front.outdated(), 1, most_)),
+      ahead_of_empty_(ahead_ > 0 ? listed / std::max(front.outdated(), 1) : 0),
       early_(ahead_ > 0 ? front.renewed_early(travel) : -1) {}
 
 double CutFront::Renewal::lasts(int part) noexcept {

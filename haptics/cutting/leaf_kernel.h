@@ -121,7 +121,3 @@ TYPODONT_INLINE Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   store(safe_travel, min_safe_travel);
   return {false, false, *std::min_element(safe_travel, safe_travel + kLanes)};
 }
-
-Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
-  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
-}

@@ -11,30 +11,9 @@
 
 namespace typodont::haptics {
 
-// Compiled for each vector width. Results are bit-identical: samples are independent, volumes integers, FMA is off.
-namespace halves {
-namespace {
-
-#include "haptics/cutting/cut_kernel.h"
-#include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/path_kernel.h"
-// Included last, because it uses the three files above.
-#include "haptics/cutting/listed_kernel.h"
-
-bool ball(const BallFront* f, RemovedVolume* removed) {
-  return carve_ball<false>(*f, false, removed);
-}
-bool capsule(const BallFront* f, RemovedVolume* removed) {
-  return carve_ball<true>(*f, false, removed);
-}
-bool head(const HeadFront* f, RemovedVolume* removed) {
-  return carve_head(*f, false, removed);
-}
-
-}  // namespace
-}  // namespace halves
-
 #ifdef TYPODONT_SIXTEEN_LANES
+// Compiled for each vector width of x86-64. Results are bit-identical: samples are independent, volumes integers, FMA
+// is off. Other processors cut without lists.
 namespace eight {
 namespace {
 
@@ -108,8 +87,9 @@ bool head(const HeadFront* f, RemovedVolume* removed) {
 int widest_group() noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (__builtin_cpu_supports("x86-64-v4")) return sixteen::kLanes;
+  if (__builtin_cpu_supports("avx2")) return eight::kLanes;
 #endif
-  return halves::kLanes;
+  return 0;
 }
 
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept {
@@ -119,10 +99,11 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
     const bool narrow = capsule ? eight_masked::capsule(&front, removed) : eight_masked::ball(&front, removed);
     return wide || narrow;
   }
-  if (__builtin_cpu_supports("avx2")) return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
+  return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
+#else
+  (void)front, (void)capsule, (void)lanes, (void)removed;
+  return false;
 #endif
-  (void)lanes;
-  return capsule ? halves::capsule(&front, removed) : halves::ball(&front, removed);
 }
 
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
@@ -135,10 +116,11 @@ bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed
     const bool narrow = is_listed[true] && eight_masked::head(&front, removed);
     return wide || narrow;
   }
-  if (__builtin_cpu_supports("avx2")) return eight::head(&front, removed);
+  return eight::head(&front, removed);
+#else
+  (void)front, (void)lanes, (void)removed;
+  return false;
 #endif
-  (void)lanes;
-  return halves::head(&front, removed);
 }
 
 }  // namespace typodont::haptics
