@@ -118,7 +118,7 @@ template <class From>
 void smooth_blocks(const From& g, double sigma, Sparse<float>& out) {
   const Kernel kernel(sigma);
   tbb::enumerable_thread_specific<SmoothScratch> scratch;
-  tbb::parallel_for(std::size_t{0}, out.set->first.size(), [&](std::size_t k) {
+  for_each_in_parallel(out.set->first.size(), [&](std::size_t k) {
     auto& [first, second] = scratch.local();
     smooth_block(g, out.set->first[k], kernel, first, second, &out.v[k * BlockSet::kSamples]);
   });
@@ -133,7 +133,7 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   });
   Sparse<float> out = g;
   tbb::enumerable_thread_specific<std::vector<float>> boxes;
-  tbb::parallel_for(std::size_t{0}, g.set->first.size(), [&](std::size_t k) {
+  for_each_in_parallel(g.set->first.size(), [&](std::size_t k) {
     const std::uint8_t* want = &wanted.v[k * BlockSet::kSamples];
     if (std::none_of(want, want + BlockSet::kSamples, [](std::uint8_t w) { return w != 0; })) return;
     std::vector<float>& box = boxes.local();
@@ -160,7 +160,7 @@ class Spread {
   Spread(const SparseMask& mask, bool corners, Sparse<std::int32_t>& label, std::vector<std::int32_t>& block_label)
       : mask_(mask), set_(*mask.set), label_(label), block_label_(block_label), whole_(set_.first.size(), 0) {
     if (!corners) {
-      tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t b) {
+      for_each_in_parallel(set_.first.size(), [&](std::size_t b) {
         const std::uint8_t* of_block = &mask.v[b * BlockSet::kSamples];
         whole_[b] = set_.holds(set_.first[b] + (kEdge - 1)) &&
                     std::all_of(of_block, of_block + BlockSet::kSamples, [](std::uint8_t m) { return m != 0; });
@@ -252,7 +252,7 @@ class WallFlood {
         reached_(set_.first.size()),
         block_reached_(set_.slot.size(), 0),
         queued_(set_.slot.size(), 0) {
-    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+    for_each_in_parallel(set_.first.size(), [&](std::size_t s) {
       const glm::ivec3 n = glm::min(set_.size - set_.first[s], glm::ivec3(kEdge));
       reached_[s] = {}, passable_[s] = {};
       for (int x = 0; x < n.x; ++x) {
@@ -284,7 +284,7 @@ class WallFlood {
       }
     }
     Reached out{SparseMask(open_.set, 0, 0), std::move(block_reached_)};
-    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+    for_each_in_parallel(set_.first.size(), [&](std::size_t s) {
       for (std::size_t k = 0; k < kRows; ++k) {
         const Row word = reached_[s][k];
         if (word == 0) continue;
@@ -529,7 +529,7 @@ static void for_each_smoothed_block(const Grid<float>& g, double sigma, Take tak
   Grid<char> blocks;
   blocks.size = BlockSet::blocks_of(g.size);
   tbb::enumerable_thread_specific<SmoothScratch> scratch;
-  tbb::parallel_for(std::size_t{0}, Grid<char>::count(blocks.size), [&](std::size_t b) {
+  for_each_in_parallel(Grid<char>::count(blocks.size), [&](std::size_t b) {
     auto& [first, second] = scratch.local();
     float smooth[BlockSet::kSamples];
     const glm::ivec3 lo = kEdge * blocks.place(b);
@@ -593,7 +593,7 @@ Sparse<float> distance_squared(const SparseMask& mask, int reach) {
     std::vector<Squared> of_first, of_second;
   };
   tbb::enumerable_thread_specific<Scratch> scratch;
-  tbb::parallel_for(std::size_t{0}, mask.set->first.size(), [&](std::size_t k) {
+  for_each_in_parallel(mask.set->first.size(), [&](std::size_t k) {
     auto& [of_box, along_x, of_first, of_second] = scratch.local();
     of_box.resize(plane * row);
     std::uint8_t* box = of_box.data();

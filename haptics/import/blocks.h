@@ -2,8 +2,6 @@
 // around it.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <concepts>
 #include <cstdint>
@@ -87,8 +85,8 @@ struct Sparse {
     fill(out);
   }
   void fill(T value) {
-    tbb::parallel_for(std::size_t{0}, set->first.size(),
-                      [&](std::size_t b) { std::fill_n(&v[b * BlockSet::kSamples], BlockSet::kSamples, value); });
+    for_each_in_parallel(set->first.size(),
+                         [&](std::size_t b) { std::fill_n(&v[b * BlockSet::kSamples], BlockSet::kSamples, value); });
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
@@ -111,7 +109,7 @@ using SparseMask = Sparse<std::uint8_t>;
 /// Calls work(position, index) or work(index) for every stored sample, on all cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
-  tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
+  for_each_in_parallel(set.first.size(), [&](std::size_t b) {
     const glm::ivec3 lo = set.first[b], hi = glm::min(lo + BlockSet::kEdge, set.size);
     for (int x = lo.x; x < hi.x; ++x) {
       for (int y = lo.y; y < hi.y; ++y) {

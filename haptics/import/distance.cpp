@@ -100,7 +100,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   }
   // 1: the sample's feature has not been propagated to its neighbours yet.
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
-  for_each_slab(slabs, [&](int s) {
+  for_each_in_parallel(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
                      seeds[static_cast<std::size_t>(s)], band, step, squared_from);
   });
@@ -110,7 +110,7 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
     if (x % slab == 0 && x > 0) at_seam[static_cast<std::size_t>(x / slab)].push_back(i);
     if (x % slab == slab - 1 && x + 1 < x_size) at_seam[static_cast<std::size_t>(x / slab + 1)].push_back(i);
   }
-  for_each_slab(slabs, [&](int s) {
+  for_each_in_parallel(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
                      at_seam[static_cast<std::size_t>(s)], band, step, squared_from);
   });
@@ -383,7 +383,7 @@ WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Tria
 }
 
 WindingNumbers::WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size) : size_(size) {
-  for_each_slab(3, [&](int axis) { lines_[static_cast<std::size_t>(axis)] = lines_along(axis, mesh, size); });
+  for_each_in_parallel(3, [&](int axis) { lines_[static_cast<std::size_t>(axis)] = lines_along(axis, mesh, size); });
 }
 
 std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, int j) const {

@@ -8,8 +8,8 @@
 
 namespace typodont::haptics::importing {
 
-void for_each_slab(int n, const std::function<void(int)>& work) {
-  tbb::parallel_for(0, n, work);
+void for_each_in_parallel(std::size_t n, const std::function<void(std::size_t)>& work) {
+  tbb::parallel_for(std::size_t{0}, n, work);
 }
 
 float sample(const Grid<float>& g, const glm::dvec3& p) {
@@ -34,7 +34,7 @@ Grid<float> distance_squared_to(const Mask& mask) {
                                            : 1;
     const int outer = axis == 0 ? mask.size.y : mask.size.x;
     const int inner = axis == 2 ? mask.size.y : mask.size.z;
-    for_each_slab(outer, [&](int a) {
+    for_each_in_parallel(outer, [&](int a) {
       const auto length = static_cast<std::size_t>(n);
       std::vector<double> f(length), bound(length + 1);
       std::vector<int> parabola(length);

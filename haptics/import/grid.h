@@ -46,12 +46,13 @@ struct Grid {
 
 using Mask = Grid<std::uint8_t>;
 
-/// Calls work(i) for i = 0 … n − 1 on all cores. Each call must write only its own data.
-void for_each_slab(int n, const std::function<void(int)>& work);
+/// Calls work(i) for i = 0 … n − 1 on all cores. Each call must write only its own data. Not a template, because each
+/// copy of TBB's loop takes a second to compile.
+void for_each_in_parallel(std::size_t n, const std::function<void(std::size_t)>& work);
 /// Calls visit(x, y, z) for all voxels of a grid of `size`, the slabs of equal x on all cores.
 template <class Visit>
 void for_each_voxel_in_parallel(const glm::ivec3& size, const Visit& visit) {
-  for_each_slab(size.x, [&](int x) {
+  for_each_in_parallel(size.x, [&](int x) {
     for (int y = 0; y < size.y; ++y)
       for (int z = 0; z < size.z; ++z) visit(x, y, z);
   });

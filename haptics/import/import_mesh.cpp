@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -200,7 +199,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     double area = 0;
   };
   std::vector<Side> sides(kDirections);
-  tbb::parallel_for(0, kDirections, [&](int k) {
+  for_each_in_parallel(kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
     // Improves the normal: takes the mean normal of the triangles on this side.

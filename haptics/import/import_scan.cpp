@@ -49,7 +49,7 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
-  for_each_slab(std::max(0, to.x - from.x), [&](int x) {
+  for_each_in_parallel(std::max(0, to.x - from.x), [&](int x) {
     for (int y = from.y; y < to.y; ++y) {
       const float* row = &scan.grey(from.x + x, y, from.z);
       std::copy(row, row + (to.z - from.z), &box(from.x + x - lo.x, y - lo.y, from.z - lo.z));
@@ -79,7 +79,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
     std::vector<double> plane, row;
   };
   tbb::enumerable_thread_specific<Scratch> scratch;
-  for_each_slab(size.x, [&](int x) {
+  for_each_in_parallel(size.x, [&](int x) {
     auto& [plane, row] = scratch.local();
     plane.resize(rows * length);
     row.resize(length);
@@ -186,7 +186,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   piece.world_rotation = scan.world_rotation;
   piece.notes = scan.notes;
   piece.grey = Grid<float>(hi - lo + 1);
-  for_each_slab(piece.grey.size.x, [&](int x) {
+  for_each_in_parallel(piece.grey.size.x, [&](int x) {
     for (int y = 0; y < piece.grey.size.y; ++y) {
       const float* row = &scan.grey(lo.x + x, lo.y + y, lo.z);
       std::copy(row, row + piece.grey.size.z, &piece.grey(x, y, 0));

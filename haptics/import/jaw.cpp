@@ -50,7 +50,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
   // Smallest weight of a step. It applies if the darker of its two samples is at the threshold of bright samples.
   constexpr double kMin = 1e-4;
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
+  for_each_in_parallel(n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
     const glm::ivec3 p = set.place(i);
     double sum = std::max(1e-9, static_cast<double>(into_bone.v[i])), known = 0;
@@ -76,8 +76,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   constexpr std::size_t kRange = 16384;
   std::vector<double> sums((n + kRange - 1) / kRange);
   const auto sum_of = [&](auto part) {
-    tbb::parallel_for(std::size_t{0}, sums.size(),
-                      [&](std::size_t k) { sums[k] = part(k * kRange, std::min((k + 1) * kRange, n)); });
+    for_each_in_parallel(sums.size(),
+                         [&](std::size_t k) { sums[k] = part(k * kRange, std::min((k + 1) * kRange, n)); });
     return std::accumulate(sums.begin(), sums.end(), 0.0);
   };
   std::vector<double> r = b, d(n), ad(n);
@@ -114,7 +114,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
       return sum;
     });
     const double turn = next / rz;
-    tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t range) {
+    for_each_in_parallel(sums.size(), [&](std::size_t range) {
       for (std::size_t k = range * kRange; k < std::min((range + 1) * kRange, n); ++k)
         d[k] = r[k] / diagonal[k] + turn * d[k];
     });

@@ -43,7 +43,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   // Counts only samples in uniform regions, because voxels at edges are mixtures.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
   std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
-  for_each_slab(greys.size.x, [&](int x) {
+  for_each_in_parallel(greys.size.x, [&](int x) {
     auto& own = counts[static_cast<std::size_t>(x)];
     own.fill(0);
     const float* slab[3] = {&greys(std::max(x - 1, 0), 0, 0), &greys(x, 0, 0),

@@ -157,7 +157,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   Mask& part = filled.part;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const WindingNumbers winding(parts[k], size);
-    for_each_slab(size.x, [&](int x) {
+    for_each_in_parallel(size.x, [&](int x) {
       const std::vector<std::int16_t> sixths = winding.slab(x);
       std::uint8_t* const slab = &part(x, 0, 0);
       for (std::size_t i = 0; i < sixths.size(); ++i) {

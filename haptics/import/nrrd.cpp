@@ -216,7 +216,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.grey.resize(count);
   const auto lookup = nrrdFLookup[nrrd->type];
   const std::size_t slice = count / static_cast<std::size_t>(scan.size.z);
-  for_each_slab(scan.size.z, [&](int z) {
+  for_each_in_parallel(scan.size.z, [&](int z) {
     const std::size_t first = static_cast<std::size_t>(z) * slice;
     for (std::size_t i = first; i < first + slice; ++i) scan.grey[i] = lookup(nrrd->data, i);
   });

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -29,8 +27,9 @@ std::size_t bytes_of(Element type) {
 
 template <class T>
 static void decode_as(const std::vector<char>& bytes, bool swap, std::vector<float>& out) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, out.size()), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+  constexpr std::size_t kPiece = 1 << 16;
+  for_each_in_parallel((out.size() + kPiece - 1) / kPiece, [&](std::size_t piece) {
+    for (std::size_t i = piece * kPiece; i < std::min((piece + 1) * kPiece, out.size()); ++i) {
       char b[sizeof(T)];
       std::memcpy(b, &bytes[i * sizeof(T)], sizeof(T));
       if (swap) std::reverse(b, b + sizeof(T));
@@ -260,7 +259,7 @@ static Scan align(RawScan&& raw) {
   }
   // Processes slabs, which fit into the cache.
   constexpr int kSlab = 16;
-  for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
+  for_each_in_parallel((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -307,7 +306,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const auto cubic = [](float a, float b, float c, float d, float t) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
-  for_each_slab(raw.size.z, [&](int k) {
+  for_each_in_parallel(raw.size.z, [&](int k) {
     // new(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k): interpolates first along rows, then along
     // columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;

@@ -67,7 +67,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
     return false;
   };
   std::vector<std::vector<Cell>> of_slab(static_cast<std::size_t>(cells.x));
-  for_each_slab(cells.x, [&](int cx) {
+  for_each_in_parallel(cells.x, [&](int cx) {
     std::vector<double> slopes[3];
     for (int cy = 0; cy < cells.y; ++cy) {
       for (int cz = 0; cz < cells.z; ++cz) {
@@ -188,7 +188,7 @@ const std::array<glm::ivec3, Shading::kTerms>& Shading::powers() {
 void Shading::remove_from(Scan& scan) const {
   Grid<float>& g = scan.grey;
   const glm::dvec3 first = (scan.origin - centre) / half, step = scan.spacing / half;
-  for_each_slab(g.size.x, [&](int x) {
+  for_each_in_parallel(g.size.x, [&](int x) {
     for (int y = 0; y < g.size.y; ++y) {
       const double px = first.x + x * step.x, py = first.y + y * step.y;
       std::array<double, kDegree + 1> of_z{};  // coefficients of the polynomial in z along this row
