@@ -57,9 +57,6 @@ std::vector<DicomImage> slices() {
 }
 const Imported& reference() {
   static const Imported r = [] {
-    test::Phantom p;
-    p.size = kSize;
-    p.spacing = dvec3(kVoxel);
     const std::string header = fmt::format(
         "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: left-posterior-superior\nspace directions: "
         "(0.25,0,0) (0,0.25,0) (0,0,0.25)\nspace origin: ({},{},{})\nendian: little\nencoding: raw\n\n",
