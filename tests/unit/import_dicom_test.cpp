@@ -80,6 +80,10 @@ Imported imported(const char* name, const std::vector<DicomImage>& images) {
 std::string refused(const char* name, const std::vector<DicomImage>& images) {
   return message_of(test::write_series(name, images));
 }
+std::string refused(const std::filesystem::path& file, const std::string& bytes) {
+  test::write(file, bytes);
+  return message_of(file);
+}
 /// Returns the file's bytes in another transfer syntax, converted by GDCM.
 std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType syntax) {
   const auto file = scratch("to_compress.dcm");
@@ -520,8 +524,8 @@ TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   DicomImage boast = images[0];
   boast.rows = boast.columns = 65535, boast.frames = 4000;
   boast.position.reset();
-  test::write(scratch("boast.dcm"), test::dicom_bytes(boast));
-  EXPECT_THAT(message_of(scratch("boast.dcm")), AllOf(HasSubstr("65535 x 65535 x 4000"), HasSubstr("at most")));
+  EXPECT_THAT(refused(scratch("boast.dcm"), test::dicom_bytes(boast)),
+              AllOf(HasSubstr("65535 x 65535 x 4000"), HasSubstr("at most")));
   boast.frames = 1;
   boast.rows = boast.columns = 20000;
   for (int k = 0; k < 4; ++k) {
@@ -533,21 +537,18 @@ TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   // The folder is empty or has one slice.
   std::filesystem::create_directories(scratch("empty_folder"));
   EXPECT_THAT(message_of(scratch("empty_folder")), HasSubstr("no DICOM images"));
-  test::write(scratch("single.dcm"), test::dicom_bytes(images[0]));
-  EXPECT_THAT(message_of(scratch("single.dcm")), AllOf(HasSubstr("at most 1 slices"), HasSubstr("its folder")));
+  EXPECT_THAT(refused(scratch("single.dcm"), test::dicom_bytes(images[0])),
+              AllOf(HasSubstr("at most 1 slices"), HasSubstr("its folder")));
   // Archives.
   const std::string good = test::zip_bytes({{"a", test::dicom_bytes(images[0])}, {"b", test::dicom_bytes(images[1])}});
-  test::write(scratch("cut.zip"), good.substr(0, good.size() - 60));
-  EXPECT_THAT(message_of(scratch("cut.zip")), HasSubstr("ZIP archive"));
+  EXPECT_THAT(refused(scratch("cut.zip"), good.substr(0, good.size() - 60)), HasSubstr("ZIP archive"));
   std::string lies = good;
   const std::size_t entry = lies.find("PK\1\2");
   lies[entry + 27] = '\x7f';  // two gigabytes unpacked
-  test::write(scratch("bomb.zip"), lies);
-  EXPECT_THAT(message_of(scratch("bomb.zip")), AllOf(HasSubstr("file 1"), HasSubstr("deflate")));
+  EXPECT_THAT(refused(scratch("bomb.zip"), lies), AllOf(HasSubstr("file 1"), HasSubstr("deflate")));
   std::string secret = good;
   secret[entry + 8] = 1;
-  test::write(scratch("secret.zip"), secret);
-  EXPECT_THAT(message_of(scratch("secret.zip")), HasSubstr("encrypted"));
+  EXPECT_THAT(refused(scratch("secret.zip"), secret), HasSubstr("encrypted"));
   // A name that is not UTF-8.
   const auto odd = scratch("odd\xff\xfe");
   std::filesystem::create_directories(odd);

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
-#include <iterator>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"

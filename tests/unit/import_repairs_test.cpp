@@ -7,7 +7,6 @@
 #include <cmath>
 #include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
-#include <iterator>
 #include <set>
 
 #include "engine/base/error.h"
