@@ -71,7 +71,7 @@ const std::string kLittle = "endian: little\nencoding: raw\n", kBig = "endian: b
 std::string nrrd(const std::string& type, const std::string& more, const std::string& data) {
   return test::nrrd_header(small_ball(), type, more) + data;
 }
-/// Returns an NRRD file with these lines on its place.
+/// Returns an NRRD file with these lines about its place.
 std::string placed_nrrd(const std::string& lines, const std::string& data = shorts()) {
   return "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\n" + lines + kLittle + "\n" + data;
 }
@@ -123,7 +123,7 @@ TEST(ImportNrrd, EveryTypeEncodingByteOrderUnitAndSpaceGivesTheSameTissue) {
   expect_same("space.nrrd", placed_nrrd("space: left-posterior-superior\nspacings: 0.25 0.25 0.25\n"));
 }
 
-TEST(ImportMetaImage, UnitsFurtherAxesLongCommentsAndForeignPathsAreRead) {
+TEST(ImportMetaImage, UnitsEncodingsFurtherAxesLongCommentsAndForeignPathsAreRead) {
   expect_same("a.mha", metaimage("BinaryDataByteOrderMSB = True\nElementType = MET_USHORT\n",
                                  bytes_as<std::uint16_t>(greys(), true)));
   expect_same("z.mha",
