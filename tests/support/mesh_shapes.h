@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,6 +74,25 @@ inline haptics::TissueMesh ball(const dvec3& half, double edge, const dvec3& cen
   mesh.triangles = std::move(t);
   mesh.tissue.assign(mesh.triangles.size(), tissue);
   return mesh;
+}
+
+/// Makes `count` random edits: splits, flips, collapses, changes of tissue, small and large moves.
+inline void random_edits(haptics::mesh::EditableMesh& mesh, std::mt19937& random, int count) {
+  for (int k = 0; k < count; ++k) {
+    const auto f = static_cast<haptics::mesh::Index>(random() % mesh.face_range());
+    const int i = static_cast<int>(random() % 3);
+    const auto what = random() % 6;
+    if (!mesh.uses(f)) continue;
+    if (what == 0) mesh.split(f, i, 0.5 * (mesh.point(f, i) + mesh.point(f, (i + 1) % 3)));
+    if (what == 1) mesh.flip(f, i);
+    if (what == 2) mesh.collapse(f, i, random() % 2);
+    if (what == 3) mesh.set_tissue(f, random() % 2 ? Tissue::kDentin : Tissue::kEnamel);
+    if (what >= 4) {
+      const haptics::mesh::Index v = mesh.face(f).v[i];
+      mesh.move(v, mesh.vertex(v).p + (what == 4 ? 1e-5 : 1e-4) * dvec3(random() % 7, random() % 5, random() % 3));
+      mesh.settle(v);
+    }
+  }
 }
 
 /// Returns the volume (m³) between the faces and the origin. For a closed mesh this is its volume.

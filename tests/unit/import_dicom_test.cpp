@@ -57,9 +57,6 @@ std::vector<DicomImage> slices() {
 }
 const Imported& reference() {
   static const Imported r = [] {
-    test::Phantom p;
-    p.size = kSize;
-    p.spacing = dvec3(kVoxel);
     const std::string header = fmt::format(
         "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: left-posterior-superior\nspace directions: "
         "(0.25,0,0) (0,0.25,0) (0,0,0.25)\nspace origin: ({},{},{})\nendian: little\nencoding: raw\n\n",
@@ -76,6 +73,16 @@ void expect_reference(const Imported& i) {
   EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
   EXPECT_EQ(i.tissue.tissue, reference().tissue.tissue);
   EXPECT_LT(glm::length(i.tissue.frame.origin - reference().tissue.frame.origin), 1e-9);
+}
+Imported imported(const char* name, const std::vector<DicomImage>& images) {
+  return import_tissue(test::write_series(name, images), {});
+}
+std::string refused(const char* name, const std::vector<DicomImage>& images) {
+  return message_of(test::write_series(name, images));
+}
+std::string refused(const std::filesystem::path& file, const std::string& bytes) {
+  test::write(file, bytes);
+  return message_of(file);
 }
 /// Returns the file's bytes in another transfer syntax, converted by GDCM.
 std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType syntax) {
@@ -207,7 +214,7 @@ TEST(ImportDicom, GantryTiltIsCorrected) {
   placed.z = dvec3(0, 0, 1) / std::cos(kTilt);  // so that slices lie a voxel apart along their normal
   std::vector<DicomImage> images = test::slices_of(greys_of(placed, size, dvec3(kVoxel)), size, dvec3(kVoxel), placed);
   for (DicomImage& image : images) image.tilt = -18.5;
-  const Imported i = import_tissue(test::write_series("tilted", images), {});
+  const Imported i = imported("tilted", images);
   EXPECT_THAT(i.report.notes, Contains(HasSubstr("18.5 degrees")));
   EXPECT_THAT(i.report.notes, Not(Contains(HasSubstr("positions count"))));
   EXPECT_NEAR(glm::length(glm::normalize(glm::dvec3(i.report.world_rotation[2])) - normal), 0, 1e-3);
@@ -220,7 +227,7 @@ TEST(ImportDicom, GantryTiltIsCorrected) {
     EXPECT_NEAR(i.tissue.distance[i.tissue.at(at.x, at.y, at.z)] / kMillimetre, glm::length(back - kCenter) - 2.4, 0.1);
   }
   for (DicomImage& image : images) image.tilt = 5;
-  EXPECT_THAT(import_tissue(test::write_series("tilted_wrongly", images), {}).report.notes,
+  EXPECT_THAT(imported("tilted_wrongly", images).report.notes,
               Contains(AllOf(HasSubstr("5.0 degrees"), HasSubstr("positions count"))));
 }
 
@@ -233,7 +240,7 @@ TEST(ImportDicom, RescaleOfEverySliceCounts) {
       g = static_cast<std::uint16_t>((2 * g - (k % 3 ? -2000 : 14)) / (2 * images[k].slope) * 1.0 +
                                      0.5 * (images[k].slope < 1));
   }
-  const Imported i = import_tissue(test::write_series("rescaled", images), {});
+  const Imported i = imported("rescaled", images);
   // Half greys of slope 2 are rounded.
   EXPECT_NEAR(i.report.soft_grey, reference().report.soft_grey, 4);
   EXPECT_NEAR(i.report.height, reference().report.height, 0.01e-3);
@@ -266,11 +273,11 @@ TEST(ImportDicom, SeveralSeriesAreListedAndChosen) {
 TEST(ImportDicom, CopiesOfSlicesAreLeftOutAndASecondAcquisitionIsAnotherScan) {
   std::vector<DicomImage> images = slices();
   images.push_back(images[4]);
-  const Imported one = import_tissue(test::write_series("copies", images), {});
+  const Imported one = imported("copies", images);
   expect_reference(one);
   EXPECT_THAT(one.report.notes, Contains("1 second copies of slices were left out"));
   images.back().instance = "1.2.3.4.99";
-  EXPECT_THAT(message_of(test::write_series("phases", images)),
+  EXPECT_THAT(refused("phases", images),
               AllOf(HasSubstr("slices 5 and 6"), HasSubstr("0 mm apart"), HasSubstr("one phase")));
   images.pop_back();
   const std::size_t count = images.size();
@@ -295,27 +302,25 @@ TEST(ImportDicom, UnevenSlicesAreInterpolatedAndMissingOnesRefused) {
     image.instance = fmt::format("1.2.3.4.{}", k);
     images.push_back(image);
   }
-  const Imported i = import_tissue(test::write_series("uneven", images), {});
+  const Imported i = imported("uneven", images);
   EXPECT_THAT(i.report.notes, Contains(AllOf(HasSubstr("uneven slices"), HasSubstr("interpolated to 28"))));
   EXPECT_LT(glm::length(i.report.lo - reference().report.lo), 0.03e-3);
   EXPECT_LT(glm::length(i.report.hi - reference().report.hi), 0.03e-3);
   std::vector<DicomImage> fewer = slices();
   fewer.erase(fewer.begin() + 11, fewer.begin() + 13);
-  EXPECT_THAT(
-      message_of(test::write_series("missing", fewer)),
-      AllOf(HasSubstr("slices 11 and 12 of 26"), HasSubstr("0.75 mm apart"), HasSubstr("2 slices are missing")));
+  EXPECT_THAT(refused("missing", fewer), AllOf(HasSubstr("slices 11 and 12 of 26"), HasSubstr("0.75 mm apart"),
+                                               HasSubstr("2 slices are missing")));
 }
 
 TEST(ImportDicom, SlicesWithoutPositionsAreUsedInTheirOrderWithAMessage) {
   std::vector<DicomImage> images = slices();
   for (DicomImage& image : images) image.position.reset(), image.orientation.reset(), image.gap = kVoxel;
-  const Imported i = import_tissue(test::write_series("unplaced", images), {});
+  const Imported i = imported("unplaced", images);
   EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
   EXPECT_EQ(i.report.space, "");
   EXPECT_THAT(i.report.notes, Contains(HasSubstr("do not say where they lie")));
   for (DicomImage& image : images) image.gap = 0;
-  EXPECT_THAT(message_of(test::write_series("unspaced", images)),
-              AllOf(HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm")));
+  EXPECT_THAT(refused("unspaced", images), AllOf(HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm")));
 }
 
 TEST(ImportDicom, SlicesWithoutUsefulPositionsArePlacedByTheirLocationWithAMessage) {
@@ -326,18 +331,18 @@ TEST(ImportDicom, SlicesWithoutUsefulPositionsArePlacedByTheirLocationWithAMessa
     images[k].thickness = 2 * kVoxel;
     images[k].position.reset();
   }
-  const Imported unplaced = import_tissue(test::write_series("located", images), {});
+  const Imported unplaced = imported("located", images);
   EXPECT_EQ(unplaced.tissue.distance, reference().tissue.distance);
   EXPECT_THAT(unplaced.report.notes, Contains(HasSubstr("no Image Position, so the slices are placed by Slice Loc")));
   for (DicomImage& image : images) image.position = kOrigin;
-  const Imported same = import_tissue(test::write_series("same_place", images), {});
+  const Imported same = imported("same_place", images);
   EXPECT_EQ(same.tissue.distance, reference().tissue.distance);
   EXPECT_THAT(same.report.notes, Contains(HasSubstr("same Image Position, so the slices are placed by Slice Loc")));
   for (DicomImage& image : images) image.position.reset(), image.location.reset();
-  EXPECT_THAT(import_tissue(test::write_series("thick", images), {}).report.notes,
+  EXPECT_THAT(imported("thick", images).report.notes,
               Contains(HasSubstr("no distance between slices: it is taken to be their thickness")));
   for (DicomImage& image : images) image.order = 1;
-  EXPECT_THAT(message_of(test::write_series("no_order", images)), HasSubstr("without an order, a position or a loc"));
+  EXPECT_THAT(refused("no_order", images), HasSubstr("without an order, a position or a loc"));
 }
 
 TEST(ImportDicom, TwoReconstructionsInOneSeriesAreTwoScans) {
@@ -363,7 +368,7 @@ TEST(ImportDicom, PaddingIsReadAsAir) {
     image.padding = 63000;
     for (int x = 0; x < kSize.x; ++x) image.pixels[static_cast<std::size_t>(x)] = 63000;
   }
-  const Imported i = import_tissue(test::write_series("padded", images), {});
+  const Imported i = imported("padded", images);
   EXPECT_NEAR(i.report.soft_grey, reference().report.soft_grey, 4);
   EXPECT_NEAR(i.report.height, reference().report.height, 0.02e-3);
   EXPECT_THAT(i.report.notes, Contains(HasSubstr("4 % of the voxels lie outside the measured region")));
@@ -375,10 +380,9 @@ TEST(ImportDicom, UnusedLowBitsAreShiftedOutAndContradictionsRefused) {
     image.bits_stored = 12;
     for (std::uint16_t& g : image.pixels) g = static_cast<std::uint16_t>(g << 4 | 5);
   }
-  expect_reference(import_tissue(test::write_series("high_bit", images), {}));
+  expect_reference(imported("high_bit", images));
   for (DicomImage& image : images) image.high_bit = 7;
-  EXPECT_THAT(message_of(test::write_series("low_high_bit", images)),
-              HasSubstr("High Bit (0028,0102) that contradict"));
+  EXPECT_THAT(refused("low_high_bit", images), HasSubstr("High Bit (0028,0102) that contradict"));
 }
 
 TEST(ImportDicom, ANumberThatIsCutAtAnUnknownCharacterIsRefused) {
@@ -393,16 +397,16 @@ TEST(ImportDicom, ANumberThatIsCutAtAnUnknownCharacterIsRefused) {
 
 TEST(ImportDicom, NoPersonalDataAreWritten) {
   std::vector<DicomImage> images = slices();
-  const Imported i = import_tissue(test::write_series("person", images), {});
+  const Imported i = imported("person", images);
   std::vector<std::string> said = i.report.notes;
   said.insert(said.end(), {i.report.format, i.report.space});
   // Error messages must not contain personal data either, although they are about single files.
   std::vector<DicomImage> missing = images;
   missing.erase(missing.begin() + 5);
-  said.push_back(message_of(test::write_series("person_missing", missing)));
+  said.push_back(refused("person_missing", missing));
   std::vector<DicomImage> two = images;
   for (std::size_t k = 0; k < 14; ++k) two[k].series = "1.2.7";
-  said.push_back(message_of(test::write_series("person_two", two)));
+  said.push_back(refused("person_two", two));
   const auto damaged = test::write_series("person_damaged", images);
   for (const auto& file : std::filesystem::directory_iterator(damaged))
     std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) - 300);
@@ -520,8 +524,8 @@ TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   DicomImage boast = images[0];
   boast.rows = boast.columns = 65535, boast.frames = 4000;
   boast.position.reset();
-  test::write(scratch("boast.dcm"), test::dicom_bytes(boast));
-  EXPECT_THAT(message_of(scratch("boast.dcm")), AllOf(HasSubstr("65535 x 65535 x 4000"), HasSubstr("at most")));
+  EXPECT_THAT(refused(scratch("boast.dcm"), test::dicom_bytes(boast)),
+              AllOf(HasSubstr("65535 x 65535 x 4000"), HasSubstr("at most")));
   boast.frames = 1;
   boast.rows = boast.columns = 20000;
   for (int k = 0; k < 4; ++k) {
@@ -533,21 +537,18 @@ TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   // The folder is empty or has one slice.
   std::filesystem::create_directories(scratch("empty_folder"));
   EXPECT_THAT(message_of(scratch("empty_folder")), HasSubstr("no DICOM images"));
-  test::write(scratch("single.dcm"), test::dicom_bytes(images[0]));
-  EXPECT_THAT(message_of(scratch("single.dcm")), AllOf(HasSubstr("at most 1 slices"), HasSubstr("its folder")));
+  EXPECT_THAT(refused(scratch("single.dcm"), test::dicom_bytes(images[0])),
+              AllOf(HasSubstr("at most 1 slices"), HasSubstr("its folder")));
   // Archives.
   const std::string good = test::zip_bytes({{"a", test::dicom_bytes(images[0])}, {"b", test::dicom_bytes(images[1])}});
-  test::write(scratch("cut.zip"), good.substr(0, good.size() - 60));
-  EXPECT_THAT(message_of(scratch("cut.zip")), HasSubstr("ZIP archive"));
+  EXPECT_THAT(refused(scratch("cut.zip"), good.substr(0, good.size() - 60)), HasSubstr("ZIP archive"));
   std::string lies = good;
   const std::size_t entry = lies.find("PK\1\2");
   lies[entry + 27] = '\x7f';  // two gigabytes unpacked
-  test::write(scratch("bomb.zip"), lies);
-  EXPECT_THAT(message_of(scratch("bomb.zip")), AllOf(HasSubstr("file 1"), HasSubstr("deflate")));
+  EXPECT_THAT(refused(scratch("bomb.zip"), lies), AllOf(HasSubstr("file 1"), HasSubstr("deflate")));
   std::string secret = good;
   secret[entry + 8] = 1;
-  test::write(scratch("secret.zip"), secret);
-  EXPECT_THAT(message_of(scratch("secret.zip")), HasSubstr("encrypted"));
+  EXPECT_THAT(refused(scratch("secret.zip"), secret), HasSubstr("encrypted"));
   // A name that is not UTF-8.
   const auto odd = scratch("odd\xff\xfe");
   std::filesystem::create_directories(odd);

@@ -12,7 +12,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 constexpr double kBand = 1e-3;  // m
 
@@ -29,12 +28,6 @@ Chosen chosen(const dvec3& extent, const std::optional<double>& asked = std::nul
   return result;
 }
 
-TEST(MeshVoxel, IsATenthOfAMillimetreForATooth) {
-  const Chosen tooth = chosen(dvec3(10, 12, 22) * kMillimetre);
-  EXPECT_DOUBLE_EQ(tooth.voxel, 0.1e-3);
-  EXPECT_THAT(tooth.notes, IsEmpty());
-}
-
 TEST(MeshVoxel, OfALargeBodyIsTheSmallestThatIsAllowedAndANoteStatesIt) {
   const dvec3 mouth = dvec3(78, 76, 108) * kMillimetre;
   const Chosen c = chosen(mouth);
@@ -42,12 +35,6 @@ TEST(MeshVoxel, OfALargeBodyIsTheSmallestThatIsAllowedAndANoteStatesIt) {
   EXPECT_THAT(c.notes, ElementsAre(HasSubstr(fmt::format("{:.2f} mm", c.voxel / kMillimetre))));
   EXPECT_DOUBLE_EQ(chosen(mouth, c.voxel).voxel, c.voxel);
   EXPECT_THROW(chosen(mouth, c.voxel - 0.01e-3), Error);
-}
-
-TEST(MeshVoxel, OfTheUserIsUsedUnchanged) {
-  const Chosen c = chosen(dvec3(10, 12, 22) * kMillimetre, 0.234e-3);
-  EXPECT_EQ(c.voxel, 0.234e-3);
-  EXPECT_THAT(c.notes, IsEmpty());
 }
 
 TEST(MeshVoxel, MeshesInDifferentFramesAreRefused) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
-#include <iterator>
 #include <set>
 
 #include "engine/base/error.h"
@@ -88,6 +87,23 @@ double total(const Imported& i) {
 double volume(const Imported& i, Tissue t) {
   return i.report.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
 }
+float distance_at(const DenseTissue& t, const dvec3& mm) {
+  const glm::ivec3 p(glm::round(t.frame.to_voxels(mm * kMillimetre)));
+  return t.distance[t.at(p.x, p.y, p.z)];
+}
+Tissue tissue_at(const DenseTissue& t, const dvec3& mm) {
+  const glm::ivec3 p(glm::round(t.frame.to_voxels(mm * kMillimetre)));
+  return t.tissue[t.at(p.x, p.y, p.z)];
+}
+/// Returns a PLY file of these points and faces as text. `colors`: a point has a colour
+std::string ply_of(int points, int faces, const std::string& data, bool colors = false) {
+  return fmt::format(
+             "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+             "z\n{}element "
+             "face {}\nproperty list uchar int vertex_indices\nend_header\n",
+             points, colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "", faces) +
+         data;
+}
 double sphere(double r) {
   return 4 * kPi / 3 * r * r * r;
 }
@@ -111,12 +127,9 @@ TEST(ImportShells, DistanceInTheOverlapIsThatToTheUnionsSurface) {
   Soup s = box({0, 0, 0}, {10, 6, 6});
   s.add(box({5, 0, 0}, {15, 6, 6}));
   const Imported i = import_tissue(s.write("boxes.stl"), bone());
-  const DenseTissue& t = i.tissue;
   for (double x = 2; x < 13; x += 0.5) {
-    for (const double y : {1.0, 2.4}) {
-      const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(x, y, 3) * kMillimetre)));
-      EXPECT_NEAR(t.distance[t.at(p.x, p.y, p.z)] / kMillimetre, -std::min(y, 1.5), 0.11) << x << " " << y;
-    }
+    for (const double y : {1.0, 2.4})
+      EXPECT_NEAR(distance_at(i.tissue, {x, y, 3}) / kMillimetre, -std::min(y, 1.5), 0.11) << x << " " << y;
   }
 }
 
@@ -220,11 +233,6 @@ TEST(ImportRepair, ALargeHoleIsRefusedWithItsSize) {
               AllOf(HasSubstr("open edges around 1 holes"), HasSubstr("border of"), HasSubstr("a closed surface")));
 }
 
-TEST(ImportRepair, AMeshInMetresIsDistinguishedFromOneInMillimetres) {
-  Soup s = ball({0, 0, 0}, 0.005);
-  EXPECT_THAT(message_of(s.write("metres.stl"), bone()), HasSubstr("with --unit-mm 1000 it would be 10 mm long"));
-}
-
 TEST(ImportParts, OneFilePerTissueGivesEachItsOwnLabel) {
   ImportOptions o;
   o.voxel = 0.1e-3;
@@ -237,9 +245,7 @@ TEST(ImportParts, OneFilePerTissueGivesEachItsOwnLabel) {
   EXPECT_NEAR(volume(i, Tissue::kPulp) / sphere(1), 1, 0.05);
   EXPECT_EQ(i.report.bodies_kept, 1);
   // Deep in the tissue, the distance must not depend on the surface that separates single tissues.
-  const DenseTissue& t = i.tissue;
-  const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(3e-3, 0, 0))));
-  EXPECT_NEAR(t.distance[t.at(p.x, p.y, p.z)], -1e-3, 0.05e-3);
+  EXPECT_NEAR(distance_at(i.tissue, {3, 0, 0}), -1e-3, 0.05e-3);
 }
 
 TEST(ImportParts, APartThatLaterOnesCoverWhollyIsRefused) {
@@ -256,9 +262,7 @@ TEST(ImportParts, AGapBetweenTwoPartsIsClosed) {
   const Imported i = import_tissue("", o);
   EXPECT_EQ(i.report.bodies_kept, 1);
   EXPECT_NEAR(total(i) / (8 * 36), 1, 5e-3);
-  const DenseTissue& t = i.tissue;
-  const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(4.05e-3, 3e-3, 3e-3))));
-  EXPECT_NEAR(t.distance[t.at(p.x, p.y, p.z)], -1.5e-3, 1e-6);
+  EXPECT_NEAR(distance_at(i.tissue, {4.05, 3, 3}), -1.5e-3, 1e-6);
 }
 
 TEST(ImportParts, TissuesInOneFileAreRefusedAndTheRemedyNamed) {
@@ -295,16 +299,10 @@ TEST(ImportTurn, QuarterTurnsMoveTheBodyAndKeepItsHandedness) {
     o.turn = r;
     const Imported turned = import_tissue(file, o);
     EXPECT_EQ(turned.report.world_rotation, glm::transpose(r));
-    for (const dvec3& mm : {dvec3(8, 1, 1), dvec3(1, 5, 1), dvec3(1, 1, 3.4), dvec3(5, 5, 1), dvec3(1, 5, 3.4)}) {
-      const glm::ivec3 a(glm::round(plain.tissue.frame.to_voxels(mm * kMillimetre)));
-      const glm::ivec3 b(glm::round(turned.tissue.frame.to_voxels(r * mm * kMillimetre)));
-      EXPECT_NEAR(plain.tissue.distance[plain.tissue.at(a.x, a.y, a.z)],
-                  turned.tissue.distance[turned.tissue.at(b.x, b.y, b.z)], 1e-5);
-    }
+    for (const dvec3& mm : {dvec3(8, 1, 1), dvec3(1, 5, 1), dvec3(1, 1, 3.4), dvec3(5, 5, 1), dvec3(1, 5, 3.4)})
+      EXPECT_NEAR(distance_at(plain.tissue, mm), distance_at(turned.tissue, r * mm), 1e-5);
   }
-  EXPECT_THROW(quarter_turns("x45"), Error);
-  EXPECT_THROW(quarter_turns(""), Error);
-  EXPECT_THROW(quarter_turns("x90,"), Error);
+  for (const char* wrong : {"x45", "", "x90,"}) EXPECT_THROW(quarter_turns(wrong), Error) << wrong;
 }
 
 /// A quarter of a dental arch: a ridge along a quarter of a circle with three crowns on it and a ragged border.
@@ -326,7 +324,7 @@ struct Arch {
     return {{r * std::cos(angle), r * std::sin(angle), z}, z < kNeck};
   }
   /// Returns the arch as a PLY file with its triangles, and with colours if `colors` is true. `scale`: units per mm.
-  static std::string ply(double scale, bool colors, bool turned, double bottom_shift = 0) {
+  static std::string ply(double scale, bool colors, bool turned) {
     constexpr int kAlong = 160, kAcross = 60;
     std::string points, faces;
     int count = 0;
@@ -335,7 +333,7 @@ struct Arch {
         // The border is ragged.
         const double ragged = j == 0 || j == kAcross ? 0.25 * std::sin(1.7 * i) : 0;
         const Point q = at(kPi / 2 * i / kAlong, kHalf * (2.0 * j / kAcross - 1) * (0.96 + 0.04 * ragged));
-        points += fmt::format("{} {} {}", scale * q.p.x, scale * q.p.y, scale * (q.p.z + bottom_shift));
+        points += fmt::format("{} {} {}", scale * q.p.x, scale * q.p.y, scale * q.p.z);
         points += colors ? q.gum ? " 190 90 95\n" : " 225 220 200\n" : "\n";
       }
     }
@@ -355,12 +353,7 @@ struct Arch {
     const int n = (kAlong + 1) * (kAcross + 1);
     points += colors ? "0 0 0 9 9 9\n0 0.01 0 9 9 9\n0.01 0 0 9 9 9\n" : "0 0 0\n0 0.01 0\n0.01 0 0\n";
     face(n, n + 1, n + 2);
-    return fmt::format(
-               "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
-               "z\n{}element "
-               "face {}\nproperty list uchar int vertex_indices\nend_header\n",
-               n + 3, colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "", count) +
-           points + faces;
+    return ply_of(n + 3, count, points + faces, colors);
   }
   /// Returns the volume (mm³) between the surface and a plane at `below` under 0.
   static double volume(double below) {
@@ -397,17 +390,15 @@ TEST(ImportArch, AnOpenScanIsClosedWithABaseAndItsTissuesAreFoundByColour) {
     const double lowest = Arch::height(0, 0.97 * Arch::kHalf);
     EXPECT_NEAR(total(i) / Arch::volume(3 - lowest), 1, 0.08);
     EXPECT_NEAR(i.report.lo.z / kMillimetre, lowest - 3, 0.9);
-    const auto tissue_at = [&](double angle, double across, double depth_mm) {
-      const dvec3 p = Arch::at(angle, across).p - dvec3(0, 0, depth_mm);
-      const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(p * kMillimetre)));
-      return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
+    const auto below = [&](double angle, double across, double depth_mm) {
+      return tissue_at(i.tissue, Arch::at(angle, across).p - dvec3(0, 0, depth_mm));
     };
     for (const double angle : {kPi / 6, kPi / 3}) {  // the middles of two crowns
-      EXPECT_EQ(tissue_at(angle, 0, 0.5), Tissue::kEnamel);
-      EXPECT_EQ(tissue_at(angle, 0, 2.5), Tissue::kDentin);
-      EXPECT_EQ(tissue_at(angle, 6, 0.5), Tissue::kGingiva);
+      EXPECT_EQ(below(angle, 0, 0.5), Tissue::kEnamel);
+      EXPECT_EQ(below(angle, 0, 2.5), Tissue::kDentin);
+      EXPECT_EQ(below(angle, 6, 0.5), Tissue::kGingiva);
     }
-    EXPECT_EQ(tissue_at(kPi / 4, 0, 0.5), Tissue::kGingiva) << "between two teeth";
+    EXPECT_EQ(below(kPi / 4, 0, 0.5), Tissue::kGingiva) << "between two teeth";
   }
 }
 
@@ -452,11 +443,7 @@ struct Cast {
       const int a = i * (kDeep + 1), b = a + kDeep + 1;
       wall(b, a), wall(a + kDeep, b + kDeep);
     }
-    return fmt::format(
-               "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
-               "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
-               (closed ? 2 : 1) * below, count) +
-           points + faces;
+    return ply_of((closed ? 2 : 1) * below, count, points + faces);
   }
 };
 
@@ -474,12 +461,8 @@ TEST(ImportArch, TheTeethOfAClosedCastAreAwayFromItsFlatBaseWhicheverWayItLies) 
     EXPECT_GT(enamel, 500);
     // The rule that tells gum from teeth by height depends on the direction of its cells.
     EXPECT_NEAR(enamel / upright, 1, turn == oblique ? 0.3 : 0.05);
-    const auto tissue_at = [&](const dvec3& mm) {
-      const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(turn * mm * kMillimetre)));
-      return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
-    };
-    EXPECT_EQ(tissue_at({0, 20, -Cast::kBase + 0.6}), Tissue::kGingiva);
-    EXPECT_EQ(tissue_at({0, Cast::kRow, Cast::height(0, Cast::kRow) - 0.6}), Tissue::kEnamel);
+    EXPECT_EQ(tissue_at(i.tissue, turn * dvec3(0, 20, -Cast::kBase + 0.6)), Tissue::kGingiva);
+    EXPECT_EQ(tissue_at(i.tissue, turn * dvec3(0, Cast::kRow, Cast::height(0, Cast::kRow) - 0.6)), Tissue::kEnamel);
   }
 }
 
@@ -493,21 +476,20 @@ TEST(ImportArch, AFloorOfTheMouthFarFromAnyToothIsGum) {
   ImportOptions o = arch_options();
   o.voxel = 0.3e-3;
   const Imported i = import_tissue(scratch("cast.ply"), o);
-  const auto tissue_at = [&](double x, double y) {
-    const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(dvec3(x, y, Cast::height(x, y) - 0.5) * kMillimetre)));
-    return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
-  };
+  const auto below = [&](double x, double y) { return tissue_at(i.tissue, {x, y, Cast::height(x, y) - 0.5}); };
   for (const double x : {-6.0, 0.0, 5.0}) {
-    for (const double y : {2.0, 6.0, 9.0}) EXPECT_EQ(tissue_at(x, y), Tissue::kGingiva) << x << " " << y;
+    for (const double y : {2.0, 6.0, 9.0}) EXPECT_EQ(below(x, y), Tissue::kGingiva) << x << " " << y;
   }
   for (const double angle : {0.3, 1.0, kPi / 2, 2.5})
-    EXPECT_EQ(tissue_at(Cast::kRow * std::cos(angle), Cast::kRow * std::sin(angle)), Tissue::kEnamel) << angle;
+    EXPECT_EQ(below(Cast::kRow * std::cos(angle), Cast::kRow * std::sin(angle)), Tissue::kEnamel) << angle;
 }
 
-TEST(ImportArch, TheUnitOfAnImplausibleSizeIsAskedForAndNotGuessed) {
+TEST(ImportRepair, AMeshInMetresIsAskedForItsUnitAndNotGuessed) {
+  EXPECT_THAT(message_of(ball({0, 0, 0}, 0.005).write("metres.stl"), bone()),
+              HasSubstr("with --unit-mm 1000 it would be 10 mm long"));
   test::write(scratch("m.ply"), Arch::ply(1e-3, true, false));
-  EXPECT_THAT(message_of(scratch("m.ply"), arch_options()), HasSubstr("with --unit-mm 1000 it would be 2"));
   ImportOptions o = arch_options();
+  EXPECT_THAT(message_of(scratch("m.ply"), o), HasSubstr("with --unit-mm 1000 it would be 2"));
   o.mesh_unit = 1;
   EXPECT_EQ(import_tissue(scratch("m.ply"), o).report.bodies_kept, 1);
 }

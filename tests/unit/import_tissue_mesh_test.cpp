@@ -39,22 +39,17 @@ constexpr int kFace[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
 std::string obj(bool turned = false) {
   std::string text;
-  for (const auto& c : kCorner)
-    text += "v " + std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
-  for (const auto& f : kFace) {
-    text += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[turned ? 2 : 1] + 1) + " " +
-            std::to_string(f[turned ? 1 : 2] + 1) + "\n";
-  }
+  for (const auto& c : kCorner) text += fmt::format("v {} {} {}\n", c[0], c[1], c[2]);
+  for (const auto& f : kFace)
+    text += fmt::format("f {} {} {}\n", f[0] + 1, f[turned ? 2 : 1] + 1, f[turned ? 1 : 2] + 1);
   return text;
 }
 std::string ply() {
   std::string text =
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
       "property list uchar int vertex_indices\nend_header\n";
-  for (const auto& c : kCorner)
-    text += std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
-  for (const auto& f : kFace)
-    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + "\n";
+  for (const auto& c : kCorner) text += fmt::format("{} {} {}\n", c[0], c[1], c[2]);
+  for (const auto& f : kFace) text += fmt::format("3 {} {} {}\n", f[0], f[1], f[2]);
   return text;
 }
 std::string stl() {
@@ -244,11 +239,6 @@ TEST(TissueMesh, ASceneMovesItsMesh) {
   EXPECT_EQ(moved.triangles, there.triangles);
 }
 
-TEST(TissueMesh, AClosedMeshIsFilledToItsVolume) {
-  const TissueMesh mesh = ball({1e-3, 2e-3, 3e-3}, 2e-3);
-  EXPECT_NEAR(rasterized_volume(mesh, true) / volume_of(mesh), 1, 2e-3);
-}
-
 TEST(TissueMesh, OverlappingPartsAreOneBody) {
   TissueMesh both = ball({0, 0, 0}, 2e-3);
   const TissueMesh second = ball({2e-3, 0, 0}, 2e-3);
@@ -256,6 +246,7 @@ TEST(TissueMesh, OverlappingPartsAreOneBody) {
   both.vertices.insert(both.vertices.end(), second.vertices.begin(), second.vertices.end());
   for (const glm::uvec3& t : second.triangles) both.triangles.push_back(t + base);
   both.tissue.assign(both.triangles.size(), Tissue::kDentin);
+  EXPECT_NEAR(rasterized_volume(second, true) / volume_of(second), 1, 2e-3);
   const double one = 4 * kPi / 3 * 8e-9,
                lens = kPi * 2.0 * 1e-3 * 1e-6 * (2 - 1.0 / 3);  // two caps of 1 mm: π h²(R − h/3)
   EXPECT_NEAR(rasterized_volume(both, true) / (2 * one - lens), 1, 5e-3);

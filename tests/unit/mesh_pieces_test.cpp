@@ -19,11 +19,11 @@ using haptics::SurfaceCorner;
 using haptics::SurfacePiece;
 using haptics::TissueMesh;
 using haptics::mesh::EditableMesh;
-using haptics::mesh::Index;
 using haptics::mesh::MeshRecord;
 using haptics::mesh::PieceParameters;
 using haptics::mesh::SurfacePieces;
 using test::ball;
+using test::random_edits;
 using test::square;
 
 constexpr double kEdge = 0.3e-3;                                // m
@@ -73,24 +73,6 @@ std::size_t triangles(const Shown& shown) {
   return count;
 }
 
-void edit(EditableMesh& mesh, std::mt19937& random, int count) {
-  for (int k = 0; k < count; ++k) {
-    const Index f = static_cast<Index>(random() % mesh.face_range());
-    const int i = static_cast<int>(random() % 3);
-    const auto what = random() % 5;
-    if (!mesh.uses(f)) continue;
-    if (what == 0) mesh.split(f, i, 0.5 * (mesh.point(f, i) + mesh.point(f, (i + 1) % 3)));
-    if (what == 1) mesh.flip(f, i);
-    if (what == 2) mesh.collapse(f, i, random() % 2);
-    if (what == 3) mesh.set_tissue(f, random() % 2 ? Tissue::kDentin : Tissue::kEnamel);
-    if (what == 4) {
-      const Index v = mesh.face(f).v[i];
-      mesh.move(v, mesh.vertex(v).p + 2e-5 * dvec3(random() % 7, random() % 5, random() % 3));
-      mesh.settle(v);
-    }
-  }
-}
-
 TEST(SurfacePieces, AfterAnyEditsAndUndoTheyAreThePiecesOfTheCurrentMesh) {
   const haptics::TissueVolume volume = labels();
   for (const bool open : {false, true}) {
@@ -112,7 +94,7 @@ TEST(SurfacePieces, AfterAnyEditsAndUndoTheyAreThePiecesOfTheCurrentMesh) {
     std::vector<MeshRecord> strokes(4);
     for (MeshRecord& stroke : strokes) {
       mesh.record(&stroke);
-      edit(mesh, random, 400);
+      random_edits(mesh, random, 400);
       mesh.record(nullptr);
       show(shown, pieces.take_changed());
       ASSERT_EQ(difference(shown, fresh()), "");

@@ -22,27 +22,10 @@ using haptics::mesh::kNone;
 using haptics::mesh::MeshRecord;
 using test::ball;
 using test::broken;
+using test::random_edits;
 using test::square;
 
 constexpr double kEdge = 0.5e-3;  // m
-
-/// Makes `count` random edits: splits, flips, collapses, small and large moves.
-void edit(EditableMesh& mesh, std::mt19937& random, int count) {
-  for (int k = 0; k < count; ++k) {
-    const Index f = static_cast<Index>(random() % mesh.face_range());
-    const int i = static_cast<int>(random() % 3);
-    const auto what = random() % 5;
-    if (!mesh.uses(f)) continue;
-    if (what == 0) mesh.split(f, i, 0.5 * (mesh.point(f, i) + mesh.point(f, (i + 1) % 3)));
-    if (what == 1) mesh.flip(f, i);
-    if (what == 2) mesh.collapse(f, i, random() % 2);
-    if (what >= 3) {
-      const Index v = mesh.face(f).v[i];
-      mesh.move(v, mesh.vertex(v).p + (what == 3 ? 1e-5 : 1e-4) * dvec3(random() % 7, random() % 5, random() % 3));
-      mesh.settle(v);
-    }
-  }
-}
 
 int euler(const EditableMesh& mesh) {
   const auto borders = mesh.border_edges();
@@ -59,7 +42,7 @@ TEST(EditableMesh, RandomEditsKeepItAManifoldOfTheSameKindWithTheSameBorder) {
     EXPECT_EQ(euler(mesh), open ? 1 : 2);
     std::mt19937 random(7);
     for (int round = 0; round < 20; ++round) {
-      edit(mesh, random, 500);
+      random_edits(mesh, random, 500);
       ASSERT_EQ(broken(mesh), "") << round;
       ASSERT_EQ(mesh.border_edges(), border);
       ASSERT_EQ(euler(mesh), open ? 1 : 2);
@@ -81,7 +64,7 @@ bool reaches_into(const haptics::mesh::Corners& t, const dvec3& lo, const dvec3&
 TEST(EditableMesh, TheGridFindsEveryFaceThatReachesIntoABox) {
   EditableMesh mesh(ball(dvec3(3.0_mm, 2.0_mm, 4.0_mm), kEdge), 0.25 * kEdge, 5000);
   std::mt19937 random(3);
-  edit(mesh, random, 4000);
+  random_edits(mesh, random, 4000);
   for (int k = 0; k < 200; ++k) {
     std::uniform_real_distribution<double> place(-4e-3, 4e-3), size(0, 1e-3);
     const dvec3 lo(place(random), place(random), place(random)),
@@ -116,7 +99,7 @@ TEST(EditableMesh, RoughNormalsFollowEveryEdit) {
   for (int round = 0; round < 10; ++round) {
     record = {};
     mesh.record(&record);
-    edit(mesh, random, 300);
+    random_edits(mesh, random, 300);
     mesh.record(nullptr);
     check(mesh);
     check(EditableMesh(mesh));
@@ -131,7 +114,7 @@ TEST(EditableMesh, ARecordUndoesAndRedoesEditsBitForBit) {
   std::vector<MeshRecord> strokes(6);
   for (MeshRecord& stroke : strokes) {
     mesh.record(&stroke);
-    edit(mesh, random, 300);
+    random_edits(mesh, random, 300);
     mesh.record(nullptr);
     hashes.push_back(mesh.hash());
   }
@@ -146,7 +129,7 @@ TEST(EditableMesh, ARecordUndoesAndRedoesEditsBitForBit) {
       ASSERT_EQ(mesh.hash(), hashes[k + 1]);
     }
   }
-  edit(mesh, random, 2000);
+  random_edits(mesh, random, 2000);
   EXPECT_EQ(broken(mesh), "");
 }
 
@@ -156,7 +139,7 @@ TEST(EditableMesh, TheListOfChangesNamesEveryFaceThatDiffers) {
   std::mt19937 random(5);
   for (int round = 0; round < 10; ++round) {
     const EditableMesh before = mesh;
-    edit(mesh, random, 50);
+    random_edits(mesh, random, 50);
     std::vector<Index> changes;
     mesh.take_changes(changes);
     std::vector<bool> listed(mesh.face_range());
@@ -176,10 +159,10 @@ TEST(EditableMesh, TheListOfChangesNamesEveryFaceThatDiffers) {
 TEST(EditableMesh, EqualCallsOnACopyGiveEqualBits) {
   EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
   std::mt19937 random(2);
-  edit(mesh, random, 1000);
+  random_edits(mesh, random, 1000);
   EditableMesh copy = mesh;
   std::mt19937 one(9), other(9);
-  edit(mesh, one, 1000), edit(copy, other, 1000);
+  random_edits(mesh, one, 1000), random_edits(copy, other, 1000);
   EXPECT_EQ(mesh.hash(), copy.hash());
 }
 

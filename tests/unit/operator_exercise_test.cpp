@@ -1,6 +1,7 @@
 // Tests that an exercise made in the window is a scene like any other.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -35,6 +36,12 @@ std::filesystem::path saved(const NewExercise& exercise) {
 struct Exercise : testing::Test {
   test::ProgramFolder folder{""};
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  Scene imported(const NewTooth& tooth) const {
+    Progress progress;
+    Scene scene = read_scene(import_tooth(tooth, progress));
+    EXPECT_EQ(progress.fraction(), 1);
+    return scene;
+  }
   void SetUp() override { setenv("TYPODONT_HOME", folder.path().c_str(), 1); }
   void TearDown() override { unsetenv("TYPODONT_HOME"); }
 };
@@ -49,24 +56,6 @@ std::string obj_of(std::initializer_list<const char*> vertices, std::initializer
 constexpr std::initializer_list<const char*> kBoxFaces = {"1 4 3 2", "5 6 7 8", "1 2 6 5",
                                                           "2 3 7 6", "3 4 8 7", "4 1 5 8"};
 const std::string kCorner = obj_of({"0 0 0", "4 0 0", "0 4 0", "0 0 4"}, {"1 3 2", "1 2 4", "1 4 3", "2 3 4"});
-
-TEST_F(Exercise, ContainsThePaintAtItsPosition) {
-  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3},
-                                            {Tissue::kCaries, {0, 0, 2e-3}, {1e-3, 0, 2e-3}, 1e-3}};
-  const auto file = saved({.name = "My caries", .goal = "Take it out.", .base = &base, .strokes = strokes});
-  EXPECT_EQ(file, folder.path() / "scenes/my_caries.json");
-
-  const Scene scene = read_scene(file);
-  EXPECT_EQ(scene.name, "My caries");
-  const double painted = load_tissue(scene).volumes()[static_cast<std::size_t>(Tissue::kCaries)];
-  // The volume of a ball that is moved by its own radius: 4/3 π + π mm³.
-  EXPECT_NEAR(painted / kCubicMillimetre, (4.0 / 3 + 1) * kPi, 0.3);
-
-  bool found = false;
-  for (const SceneChoice& choice : find_scenes({}))
-    found = found || (choice.file == file && choice.own && choice.fault.empty());
-  EXPECT_TRUE(found) << "it is there to be chosen";
-}
 
 TEST_F(Exercise, EveryShippedOneStandsUnderAHeadingAndTheTutorialIsFirst) {
   std::set<std::string> ended;  // groups do not come back
@@ -85,11 +74,17 @@ TEST_F(Exercise, EveryShippedOneStandsUnderAHeadingAndTheTutorialIsFirst) {
   EXPECT_GT(ended.size(), 5u);
 }
 
-TEST_F(Exercise, EveryStrokeKeepsTheHardnessAndTheColourItWasPaintedWith) {
+TEST_F(Exercise, IsThereToBeChosenAndEveryStrokeKeepsTheHardnessAndTheColourItWasPaintedWith) {
   const std::vector<PaintStroke> strokes = {
       {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3, 1, 0.8},
       {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 0.5e-3, 1, 0.2, voxel_color({0.2, 0.1, 0.05})}};
-  const Scene scene = read_scene(saved({.name = "Graded", .goal = "Take it out.", .base = &base, .strokes = strokes}));
+  const auto file = saved({.name = "My caries", .goal = "Take it out.", .base = &base, .strokes = strokes});
+  EXPECT_EQ(file, folder.path() / "scenes/my_caries.json");
+  EXPECT_TRUE(std::ranges::any_of(find_scenes({}), [&](const SceneChoice& choice) {
+    return choice.file == file && choice.own && choice.fault.empty();
+  })) << "it is there to be chosen";
+  const Scene scene = read_scene(file);
+  EXPECT_EQ(scene.name, "My caries");
   const haptics::TissueVolume tissue = load_tissue(scene);
   haptics::TissueVolume expected = load_tissue(base);
   paint(expected, strokes);
@@ -203,9 +198,6 @@ TEST_F(Exercise, AnInvalidRuleIsNamedWithItsDisplayedNameAndReplacesNothing) {
   EXPECT_EQ(refused(
                 "taper_deg", [](RuleChoice& c) { c.target = 6; }, nullptr),
             "not refused");
-  for (const session::Language language : {session::Language::kGerman, session::Language::kChinese})
-    EXPECT_NE(session::text("op.rule_no_target", language),
-              session::text("op.rule_no_target", session::Language::kEnglish));
 }
 
 TEST_F(Exercise, AMeshCanBeTheIdealAndAnInvalidOneIsRefusedBeforeAnyFileIsWritten) {
@@ -230,9 +222,7 @@ TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
                obj_of({"50 0 0", "52 0 0", "52 8 0", "50 8 0", "50 0 3", "52 0 3", "52 8 3", "50 8 3"}, kBoxFaces));
   NewTooth tooth{.input = folder / "box.obj", .name = "My box", .crown = Crown::kFront};
   tooth.options.voxel = 0.2e-3;
-  Progress progress;
-  const Scene scene = read_scene(import_tooth(tooth, progress));
-  EXPECT_EQ(progress.fraction(), 1);
+  const Scene scene = imported(tooth);
   const haptics::TissueVolume volume = load_tissue(scene);
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -261,8 +251,7 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
     NewTooth tooth{.input = folder / "unit.obj", .name = "Cube"};
     tooth.options.voxel = 0.5e-3;
     tooth.options.mesh_unit = unit;
-    Progress progress;
-    const auto volumes = load_tissue(read_scene(import_tooth(tooth, progress))).volumes();
+    const auto volumes = load_tissue(imported(tooth)).volumes();
     EXPECT_NEAR(std::cbrt(total(volumes)), unit, 0.02 * unit);
   }
 }
@@ -317,9 +306,7 @@ TEST_F(Exercise, AFailedOrCancelledImportChangesNoFile) {
 TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
   folder.write("sheet.obj", open_sheet(1));
   NewTooth tooth{.input = folder / "sheet.obj", .name = "My scan", .as_scanned = true, .crown = Crown::kDown};
-  Progress progress;
-  const Scene scene = read_scene(import_tooth(tooth, progress));
-  EXPECT_EQ(progress.fraction(), 1);
+  const Scene scene = imported(tooth);
   EXPECT_EQ(model_name(scene), "vertex");
   const haptics::TissueVolume volume = load_tissue(scene);
   EXPECT_FALSE(volume.exact_outside()) << "it is open";
@@ -340,9 +327,8 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
 TEST_F(Exercise, TheHighestPointOfAScannedArchIsAtTheCentreOfTheRigsView) {
   // Two triangles are 40 mm apart, with nothing between them.
   folder.write("arch.obj", "v 0 0 0\nv 5 0 0\nv 0 5 1\nv 40 0 0\nv 45 0 3\nv 40 5 0\nf 1 2 3\nf 4 5 6\n");
-  Progress progress;
-  const haptics::TissueVolume volume = load_tissue(
-      read_scene(import_tooth({.input = folder / "arch.obj", .name = "Arch", .as_scanned = true}, progress)));
+  const haptics::TissueVolume volume =
+      load_tissue(imported({.input = folder / "arch.obj", .name = "Arch", .as_scanned = true}));
   dvec3 top(-1);
   for (const dvec3& p : volume.mesh()->vertices)
     if (p.z > top.z) top = p;
@@ -354,8 +340,7 @@ TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
   const auto extent = [&](double unit) {
     NewTooth tooth{.input = folder / "metres.obj", .name = "Metres", .as_scanned = true};
     tooth.options.mesh_unit = unit;
-    Progress progress;
-    const haptics::TissueVolume volume = load_tissue(read_scene(import_tooth(tooth, progress)));
+    const haptics::TissueVolume volume = load_tissue(imported(tooth));
     double lo = 1, hi = -1;
     for (const dvec3& p : volume.mesh()->vertices) lo = std::min(lo, p.x), hi = std::max(hi, p.x);
     return (hi - lo) / kMillimetre;

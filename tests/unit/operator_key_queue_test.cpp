@@ -20,21 +20,6 @@ std::vector<Key> write(char c) {
   return {{std::toupper(c), true}, {0, false, static_cast<std::uint32_t>(c)}, {std::toupper(c), false}};
 }
 
-TEST(KeyQueue, AKeyPressedTwiceBetweenTwoFramesIsPressedTwice) {
-  KeyQueue queue;
-  for (int i = 0; i < 2; ++i) queue.add(press('M'));
-  int downs = 0, frames = 0;
-  for (bool was = false; !queue.empty(); ++frames) {
-    for (const Key& key : queue.next()) {
-      EXPECT_NE(key.down, was);
-      was = key.down;
-      downs += key.down;
-    }
-  }
-  EXPECT_EQ(downs, 2);
-  EXPECT_EQ(frames, 4);
-}
-
 TEST(KeyQueue, KeysAfterAPageChangeGoToTheNewPage) {
   KeyQueue queue;
   queue.add(std::vector<Key>{{keys::kLeftControl, true}, {'H', true}, {'H', false}, {keys::kLeftControl, false}});

@@ -39,24 +39,6 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
   }
 }
 
-TEST(Frame, WithoutMotionThereIsNoNewFrame) {
-  Stage stage({160, 128});
-  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  stage.renderer->set_tool(round_bur(1.4e-3));
-  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
-  EXPECT_TRUE(stage.draw(frame).drawn);
-  for (int i = 0; i < 5; ++i) {
-    const render::FrameStats stats = stage.draw(frame);
-    EXPECT_FALSE(stats.drawn);
-    EXPECT_EQ(stats.commands, 0);
-    EXPECT_EQ(stats.passes, 0);
-    EXPECT_EQ(stats.frames, 1u);
-  }
-  frame.tool.X_WG.p.x += 1e-6;
-  EXPECT_TRUE(stage.draw(frame).drawn);
-  EXPECT_FALSE(stage.draw(frame).drawn);
-}
-
 TEST(Frame, InvisibleMotionCausesNoNewFrameUntilItBecomesVisible) {
   Stage stage({160, 128}, render::kQualityLadder[0], Passes::kTwo);
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
@@ -349,17 +331,6 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
   }
 }
 
-TEST(Frame, AMonoFrameDrawsOneView) {
-  Stage stage({160, 128});
-  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  display::DisplayRig rig = desk(0.03, 0.024, 0.35);
-  rig.screen.layout = display::Layout::kMono;
-  const render::FrameStats stats = stage.draw(frame_of(rig));
-  EXPECT_EQ(stats.views, 1);
-  EXPECT_EQ(stage.renderer->pictures().options.layers, 1u);
-  EXPECT_EQ(stage.device.validation_messages(), 0);
-}
-
 TEST(Frame, AbsentPartsHaveNoPipeline) {
   Stage stage({64, 64});
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
@@ -404,32 +375,6 @@ TEST(Frame, OnePassForBothEyesDrawsWhatTwoPassesDraw) {
   }
   for (int e = 0; e < 2; ++e) EXPECT_EQ(compare(pictures[0][e], pictures[1][e], 0).pixels, 0);
   EXPECT_GT(compare(pictures[0][0], pictures[0][1], 8).pixels, 100) << "the eyes see the same";
-}
-
-TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
-  // A device that resolves only the first layer would leave the second eye's picture black. Both pictures must contain
-  // the tooth.
-  Stage stage({160, 128});
-  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
-  frame.background = render::Background::kBlack;
-  stage.draw(frame);
-  Stage sharp({160, 128}, render::kQualityLadder[2]);
-  ASSERT_EQ(render::kQualityLadder[2].samples, 1);
-  sharp.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  sharp.draw(frame);
-  for (int e = 0; e < 2; ++e) {
-    const render::Picture p = stage.eye(e);
-    const render::Picture single = sharp.eye(e);
-    long lit = 0, softened = 0;
-    for (std::size_t i = 0; i < p.rgba.size(); i += 4) {
-      lit += p.rgba[i] > 70;
-      // Counts pixels that are black with one sample and grey with four samples.
-      softened += single.rgba[i] == 0 && p.rgba[i] > 60;
-    }
-    EXPECT_GT(lit, 160 * 128 / 11) << e;
-    EXPECT_GT(softened, 30) << "edges are not blended";
-  }
 }
 
 TEST(Device, AMissingDeviceIsAClearError) {

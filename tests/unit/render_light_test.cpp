@@ -113,14 +113,19 @@ TEST(Looks, TheSurfaceOfEveryTissueReflectsWhatFresnelsEquationsSay) {
   }
 }
 
-TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
+/// Returns the light of a lamp at 45 degrees on a floor, and on a red wall at its edge that faces +x.
+render::LightGrid wall_and_floor(bool metal) {
   constexpr float kLong = 0.4f;
   std::vector<LitTriangle> all;
-  // The wall faces +x.
   add_plate(all, {0, -kLong, 0}, {0, kLong, 0}, {0, kLong, kLong}, {0, -kLong, kLong}, {0.8f, 0, 0});
+  const std::size_t wall = all.size();
   add_plate(all, {0, -kLong, 0}, {kLong, -kLong, 0}, {kLong, kLong, 0}, {0, kLong, 0}, glm::vec3(0));
-  const LightScene scene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3);
-  const render::LightGrid grid = scene.light(lamp_at({1, 0, 1}), 3);
+  for (std::size_t i = wall; i < all.size(); ++i) all[i].metal = metal;
+  return LightScene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3).light(lamp_at({1, 0, 1}), 3);
+}
+
+TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
+  const render::LightGrid grid = wall_and_floor(false);
   const glm::vec4 light = render::light_at(grid, {2e-3, 4e-3, 0}, kUp);
   const double expected = 0.5 * 0.8 * std::sqrt(0.5);
   EXPECT_NEAR(light.x, expected, 0.06 * expected);
@@ -129,15 +134,7 @@ TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
 }
 
 TEST(LightScene, MetalMirrorsAWallUpToItsEdge) {
-  constexpr float kLong = 0.4f;
-  std::vector<LitTriangle> all;
-  // The wall faces +x; the floor is metal.
-  add_plate(all, {0, -kLong, 0}, {0, kLong, 0}, {0, kLong, kLong}, {0, -kLong, kLong}, {0.8f, 0, 0});
-  const std::size_t wall = all.size();
-  add_plate(all, {0, -kLong, 0}, {kLong, -kLong, 0}, {kLong, kLong, 0}, {0, kLong, 0}, glm::vec3(0));
-  for (std::size_t i = wall; i < all.size(); ++i) all[i].metal = true;
-  const LightScene scene(all, {dvec3(-1e-3), dvec3(8e-3, 8e-3, 8e-3)}, 1e-3);
-  const render::LightGrid grid = scene.light(lamp_at({1, 0, 1}), 3);
+  const render::LightGrid grid = wall_and_floor(true);
   const auto mirrored = [&](float angle) {  // rad, from the vertical towards the wall
     return render::mirrored_at(grid, {4e-3, 4e-3, 0}, kUp, {-std::sin(angle), 0, std::cos(angle)}).x;
   };

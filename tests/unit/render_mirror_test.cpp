@@ -94,9 +94,8 @@ TEST(Mirror, TheBoxOfTheGlassHoldsAllOfIt) {
 
 TEST(Mirror, AKnownPointAppearsInAPlaneAndInAConcaveGlassWhereTheMirroredCameraAndItsMagnificationPutIt) {
   // A small ball in front of the mirror. Its direct picture and its reflection are separated.
-  const dvec3 ball_at = kBefore;
   Stage stage(kSize);
-  const render::MeshUpdate body = ball(1, glm::vec3(ball_at), 0.45e-3f, Tissue::kGingiva, 24);
+  const render::MeshUpdate body = ball(1, glm::vec3(kBefore), 0.45e-3f, Tissue::kGingiva, 24);
   stage.renderer->update(0, std::span(&body, 1));
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   frame.background = render::Background::kBlack;
@@ -111,8 +110,8 @@ TEST(Mirror, AKnownPointAppearsInAPlaneAndInAConcaveGlassWhereTheMirroredCameraA
       const auto& eye = frame.eyes[static_cast<std::size_t>(e)];
       const glm::dvec2 middle = pixel(eye, frame.mirror.X_WM.p);
       const glm::dvec2 expected =
-          middle + magnified * (pixel(render::reflected(eye, frame.mirror.X_WM), ball_at) - middle);
-      ASSERT_GT(glm::length(expected - pixel(eye, ball_at)), 30);
+          middle + magnified * (pixel(render::reflected(eye, frame.mirror.X_WM), kBefore) - middle);
+      ASSERT_GT(glm::length(expected - pixel(eye, kBefore)), 30);
       const render::Picture picture = stage.eye(e);
       double x = 0, y = 0, weight = 0;
       for (int j = static_cast<int>(expected.y) - 14; j <= static_cast<int>(expected.y) + 14; ++j)
@@ -155,15 +154,14 @@ TEST(Mirror, WithoutAnEyeThatSeesTheGlassThereIsNoSecondPass) {
 
 TEST(Mirror, FogHidesTheReflection) {
   Stage stage(kSize);
-  const dvec3 ball_at = kBefore;
-  const render::MeshUpdate body = ball(1, glm::vec3(ball_at), 0.45e-3f, Tissue::kGingiva, 24);
+  const render::MeshUpdate body = ball(1, glm::vec3(kBefore), 0.45e-3f, Tissue::kGingiva, 24);
   stage.renderer->update(0, std::span(&body, 1));
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   frame.mirror = turned_to_the_eyes();
   const auto redness = [&](double fog) {
     frame.mirror.fog = fog;
     stage.draw(frame);
-    const glm::ivec2 at(pixel(render::reflected(frame.eyes[0], frame.mirror.X_WM), ball_at));
+    const glm::ivec2 at(pixel(render::reflected(frame.eyes[0], frame.mirror.X_WM), kBefore));
     const render::Picture picture = stage.eye(0);
     const auto* c = picture.at(at.x, at.y);
     return c[0] - c[1];

@@ -40,16 +40,6 @@ TEST_F(Views, EveryViewIsCleanUnderTheValidationLayerAndMakesOnlyItsPipelines) {
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
-TEST_F(Views, InnerTissueIsVisibleOnlyInTheXray) {
-  stage.draw(frame);
-  const glm::ivec3 look = middle();
-  EXPECT_LT(look.r - look.g, 25);
-  frame.view = render::View::kXray;
-  stage.draw(frame);
-  const glm::ivec3 xray = middle();
-  EXPECT_GT(xray.r - xray.g, 30);
-}
-
 TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
   frame.view = render::View::kSection;
   frame.section = {0, 0, -1, -2e-3};  // z < −2 mm stays

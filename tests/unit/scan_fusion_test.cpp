@@ -1,10 +1,8 @@
 // Tests an intraoral scan that is registered to a CBCT by picked points, without a window.
 #include "engine/app/planning/scan_fusion.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "tests/support/fuse_phantom.h"
 
@@ -96,16 +94,6 @@ TEST(ScanFusion, ThreePicksLayTheScanOnTheTeethAndReplaceTheCrowns) {
   // After a point has changed, the old registration is no longer valid.
   fusion.drop_last();
   EXPECT_FALSE(fusion.registration());
-}
-
-TEST(ScanFusion, PointsOnOneLineAreRefused) {
-  const haptics::IntraoralScan scan(test::write_stl("line.stl", test::scanned(Pose{}, 1)), kMillimetre);
-  const std::vector<dvec3> line{dvec3(9.5e-3, 12e-3, 31e-3), dvec3(14e-3, 12e-3, 31e-3), dvec3(20e-3, 12e-3, 31e-3)};
-  const haptics::DenseTissue unread;  // the points are refused before the CT is read
-  for (const std::vector<dvec3>& points : {line, {line[0]}}) {
-    EXPECT_THAT([&] { register_scan(scan, unread, points, points, "points", "line.stl"); },
-                testing::ThrowsMessage<Error>(testing::HasSubstr("not on one line")));
-  }
 }
 
 }  // namespace

@@ -206,11 +206,7 @@ TEST(Cavity, WallThicknessIsTheTissueBehindTheWall) {
 TEST(Cavity, ProtectedTissueIsCountedSeparately) {
   Preparation in = a_block();
   in.keep.assign(in.before.distance.size(), false);
-  for (int x = 50; x < kBlock.x; ++x) {
-    for (int y = 0; y < kBlock.y; ++y) {
-      for (int z = 0; z < kBlock.z; ++z) in.keep[in.before.at(x, y, z)] = true;
-    }
-  }
+  for_each_voxel(kBlock, [&](int x, int y, int z) { in.keep[in.before.at(x, y, z)] = x >= 50; });
   in.after = without(tapered_box({0.95e-3, 1e-3}, 1.5e-3, 0));
   EXPECT_NEAR(measure_cavity(in).kept_removed.value(), 0, 1e-3 * kMm3);
   in.after = without(tapered_box({1.95e-3, 1e-3}, 1.5e-3, 0));

@@ -95,14 +95,6 @@ TEST(ImplantMeter, PhasesAreCompletedInOrder) {
   for (const ImplantPhaseMeasures& phase : m.phases) EXPECT_FALSE(phase.skipped);
 }
 
-TEST(ImplantMeter, PullingOutADrillThatALaterPhaseUsesSkipsNothing) {
-  Hand hand;
-  hand.drill(0, 6e-3);
-  hand.go(6e-3, 0, kPilot, implant_level::kSliding);
-  EXPECT_EQ(hand.meter.phase(), 1u);
-  EXPECT_FALSE(hand.meter.result().phases[1].skipped);
-}
-
 TEST(ImplantMeter, WorkWithTheToolOfALaterPhaseSkipsToIt) {
   Hand hand;
   hand.drill(0, 6e-3);

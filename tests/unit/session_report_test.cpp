@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,8 +48,26 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   ASSERT_TRUE(writer.finish(result));
 }
 
+ReportOptions in_language(Language language) {
+  ReportOptions options;
+  options.language = language;
+  return options;
+}
+
+/// Records random ticks and what `fill` appends to them.
+SessionReader recorded(const std::filesystem::path& file, const SessionHeader& header, std::size_t ticks,
+                       const std::function<void(SessionWriter&)>& fill = {}) {
+  {
+    SessionWriter writer(file, header);
+    if (ticks > 0) writer.append(random_ticks(ticks, 1));
+    if (fill) fill(writer);
+    EXPECT_TRUE(writer.finish({}));
+  }
+  return SessionReader(file);
+}
+
 TEST(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "picture.h5";
+  TemporaryFolder folder;
   SessionHeader header = some_header();
   header.streams.push_back({"picture",
                             {{"period_s", "s"},
@@ -57,31 +76,25 @@ TEST(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
                              {"motion_to_photon_s", "s"},
                              {"redrawn", ""},
                              {"quality_step", ""}}});
-  const std::size_t stream = header.streams.size() - 1;
-  {
-    SessionWriter writer(file, header);
-    writer.append(random_ticks(20, 1));
+  const SessionReader session = recorded(folder / "s.h5", header, 20, [&](SessionWriter& writer) {
     for (int i = 0; i < 101; ++i) {
       const double ms = (1 + 0.1 * i) * 1e-3;
-      writer.append(stream, i * 16'000'000, std::array<double, 6>{16e-3, 1e-3, ms, 2 * ms, 0.25, i < 50 ? 1.0 : 3.0});
+      writer.append(header.streams.size() - 1, i * 16'000'000,
+                    std::array<double, 6>{16e-3, 1e-3, ms, 2 * ms, 0.25, i < 50 ? 1.0 : 3.0});
     }
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const std::string html = report_html(SessionReader(file));
+  });
+  const std::string html = report_html(session);
   EXPECT_THAT(html,
               HasSubstr("101 frames were drawn because something had moved; on average 25 % of a frame was redrawn; "
                         "quality between steps 2 and 4 (1: best)."));
   EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // the GPU's time
   EXPECT_THAT(html, HasSubstr("<td>12.0\u00a0ms</td><td>21.8\u00a0ms</td><td>22.0\u00a0ms</td>"));  // hand to screen
-  ReportOptions german;
-  german.language = Language::kGerman;
-  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder auf dem Schirm"));
-  record(file, 20);
-  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames of the picture")));
+  EXPECT_THAT(report_html(session, in_language(Language::kGerman)), HasSubstr("Bilder auf dem Schirm"));
+  EXPECT_THAT(report_html(recorded(folder / "none.h5", some_header(), 20)), Not(HasSubstr("Frames of the picture")));
 }
 
 TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
+  TemporaryFolder folder;
   SessionHeader header = some_header();
   header.streams.push_back({"headset",
                             {{"drawn", ""},
@@ -90,20 +103,16 @@ TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
                              {"margin_s", "s"},
                              {"position_error_m", "m"},
                              {"angle_error_rad", "rad"}}});
-  const std::size_t stream = header.streams.size() - 1;
-  {
-    SessionWriter writer(file, header);
-    writer.append(random_ticks(20, 1));
+  const SessionReader session = recorded(folder / "s.h5", header, 20, [&](SessionWriter& writer) {
     for (int i = 0; i < 101; ++i) {
       // Every fourth frame was not drawn, every tenth frame missed a refresh, and one could not be judged.
       const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
       const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0, ms,
                                       12e-3 - ms,        i ? 0.5e-3 : nan,   0.00349065850};
-      writer.append(stream, i * 11'000'000, row);
+      writer.append(header.streams.size() - 1, i * 11'000'000, row);
     }
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const std::string html = report_html(SessionReader(file));
+  });
+  const std::string html = report_html(session);
   EXPECT_THAT(html, HasSubstr("Frames in the headset"));
   EXPECT_THAT(html, HasSubstr("101 frames, 75 of them with a picture; 11 pictures of the display were missed."));
   EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // pose to submit
@@ -111,11 +120,8 @@ TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
               HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
   EXPECT_THAT(html, HasSubstr("<td>0.500\u00a0mm</td>"));
   EXPECT_THAT(html, HasSubstr("<td>0.200\u00a0°</td>"));
-  ReportOptions german;
-  german.language = Language::kGerman;
-  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder im Headset"));
-  record(file, 20);
-  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames in the headset")));
+  EXPECT_THAT(report_html(session, in_language(Language::kGerman)), HasSubstr("Bilder im Headset"));
+  EXPECT_THAT(report_html(recorded(folder / "none.h5", some_header(), 20)), Not(HasSubstr("Frames in the headset")));
 }
 
 TEST(Catalogue, EveryTextExistsInEveryLanguageWithTheSamePlaceholders) {
@@ -161,12 +167,6 @@ TEST(Catalogue, LanguagesAreKnownByTheirTags) {
   EXPECT_FALSE(language_named("tlh"));
 }
 
-ReportOptions in_language(Language language) {
-  ReportOptions options;
-  options.language = language;
-  return options;
-}
-
 TEST(Report, SaysWhatTheSessionHolds) {
   TemporaryFolder folder;
   record(folder / "s.h5", 3000);
@@ -180,16 +180,36 @@ TEST(Report, SaysWhatTheSessionHolds) {
   EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
 }
 
-TEST(Report, StatesLoopTimingPermissionsAndMotorHeat) {
+/// A tetrahedron whose points deviate from the ideal by -0.5 to 0.5 mm.
+ResultModel some_model() {
+  ResultModel model;
+  const glm::vec3 p[4] = {{0, 0, 0}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, {0, 0, 1e-3f}};
+  const float off[4] = {-0.5e-3f, 0, 0.25e-3f, 0.5e-3f};
+  for (int k = 0; k < 4; ++k)
+    model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(2e-4f)), Tissue::kEnamel, off[k]});
+  model.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return model;
+}
+
+ReportOptions with_result() {
+  ReportOptions options;
+  options.result = options.ideal = some_model();
+  Preparation p = a_block();
+  p.after = without(tapered_box({1e-3, 0.8e-3}, 1.6e-3, 0));
+  p.ideal = without(tapered_box({1e-3, 0.8e-3}, 1.3e-3, 0));
+  options.input.emplace();
+  options.input->before[2] = options.input->after[2] = 1e-7;
+  options.input->cavity = measure_cavity(p);
+  options.score = score(*options.input, default_rules(*options.input));
+  options.preparation = p;
+  return options;
+}
+
+TEST(Report, StatesLoopTimingPermissionsMotorHeatAndHashesOnAPageOfTheirOwn) {
   TemporaryFolder folder;
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(random_ticks(500, 1));
-    writer.loop(some_loop());
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const SessionReader session(folder / "s.h5");
-  const std::string html = report_html(session);
+  const SessionReader session =
+      recorded(folder / "s.h5", some_header(), 500, [](SessionWriter& writer) { writer.loop(some_loop()); });
+  const std::string html = report_html(session, with_result());
   EXPECT_THAT(
       html,
       HasSubstr("60000 ticks; 1 of them ended after the next sample was due (0.0017 %). Longest tick at 41.00 s"));
@@ -202,8 +222,15 @@ TEST(Report, StatesLoopTimingPermissionsAndMotorHeat) {
   EXPECT_THAT(report_html(session, in_language(Language::kGerman)),
               HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
   // The report of a session that did not run live does not contain this section.
-  record(folder / "none.h5", 500);
-  EXPECT_THAT(report_html(SessionReader(folder / "none.h5")), Not(HasSubstr("Real-time priority")));
+  EXPECT_THAT(report_html(recorded(folder / "none.h5", some_header(), 500)), Not(HasSubstr("Real-time priority")));
+  const std::size_t page = html.find("<div id=\"technical\"");
+  ASSERT_NE(page, std::string::npos);
+  for (const char* text : {"id=\"timing\"", "id=\"faults\"", "id=\"details\"", "fnv1a64:", "Real-time priority"}) {
+    EXPECT_GT(html.find(text), page) << text;
+    EXPECT_NE(html.find(text), std::string::npos) << text;
+  }
+  EXPECT_LT(html.find("id=\"items\""), page);
+  EXPECT_THAT(html, HasSubstr("<a href=\"#technical\">"));
 }
 
 TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
@@ -221,14 +248,11 @@ TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
 
 TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   TemporaryFolder folder;
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(random_ticks(100, 1));
+  const SessionReader session = recorded(folder / "s.h5", some_header(), 100, [](SessionWriter& writer) {
     writer.event(1000, EventKind::kTool, "round_012");
     writer.event(2000, EventKind::kFault, "stale_patch");
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const std::string german = report_html(SessionReader(folder / "s.h5"), in_language(Language::kGerman));
+  });
+  const std::string german = report_html(session, in_language(Language::kGerman));
   EXPECT_THAT(german, HasSubstr("Werkzeug: Rundbohrer (round_012)"));
   EXPECT_THAT(german, HasSubstr("Störung: Gewebe über 20 ms zu spät aktualisiert"));
 }
@@ -245,8 +269,7 @@ TEST(Report, StatesThatASessionIsTruncatedOrEmpty) {
   TemporaryFolder folder;
   { SessionWriter(folder / "s.h5", some_header()).append(random_ticks(10, 1)); }
   EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("cut off before its end"));
-  { ASSERT_TRUE(SessionWriter(folder / "e.h5", some_header()).finish({})); }
-  EXPECT_THAT(report_html(SessionReader(folder / "e.h5")), HasSubstr("Nothing was recorded"));
+  EXPECT_THAT(report_html(recorded(folder / "e.h5", some_header(), 0)), HasSubstr("Nothing was recorded"));
 }
 
 TEST(Report, StatesWhatIsMissingFromTheFile) {
@@ -262,8 +285,7 @@ TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
   TemporaryFolder folder;
   SessionHeader header = some_header();
   header.scene_json = R"({"score": {"rules": 3}})";
-  { ASSERT_TRUE(SessionWriter(folder / "s.h5", header).finish({})); }
-  EXPECT_THAT(test::refusal([&] { report_html(SessionReader(folder / "s.h5")); }),
+  EXPECT_THAT(test::refusal([&] { report_html(recorded(folder / "s.h5", header, 0)); }),
               HasSubstr("s.h5: scene: line 1, \"score.rules\": found 3"));
 }
 
@@ -303,39 +325,10 @@ TEST(LearningCurve, NamesAnExerciseInTheReadersLanguage) {
   SessionHeader header = some_header();
   header.scene_json =
       R"({"name": "plain", "task": {"title": {"en": "Class I cavity", "de": "Kavität der Klasse I", "zh": "I 类洞"}, "goal": "g"}})";
-  {
-    SessionWriter writer(folder / "a.h5", header);
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const std::vector<SessionSummary> sessions{summarize(SessionReader(folder / "a.h5"))};
+  const std::vector<SessionSummary> sessions{summarize(recorded(folder / "a.h5", header, 0))};
   EXPECT_THAT(learning_curve_html(sessions, Language::kEnglish), HasSubstr(">Class I cavity</h2>"));
   EXPECT_THAT(learning_curve_html(sessions, Language::kGerman), HasSubstr(">Kavität der Klasse I</h2>"));
   EXPECT_THAT(learning_curve_html(sessions, Language::kChinese), HasSubstr(">I 类洞</h2>"));
-}
-
-/// A tetrahedron whose points deviate from the ideal by -0.5 to 0.5 mm.
-ResultModel some_model() {
-  ResultModel model;
-  const glm::vec3 p[4] = {{0, 0, 0}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, {0, 0, 1e-3f}};
-  const float off[4] = {-0.5e-3f, 0, 0.25e-3f, 0.5e-3f};
-  for (int k = 0; k < 4; ++k)
-    model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(2e-4f)), Tissue::kEnamel, off[k]});
-  model.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  return model;
-}
-
-ReportOptions with_result() {
-  ReportOptions options;
-  options.result = options.ideal = some_model();
-  Preparation p = a_block();
-  p.after = without(tapered_box({1e-3, 0.8e-3}, 1.6e-3, 0));
-  p.ideal = without(tapered_box({1e-3, 0.8e-3}, 1.3e-3, 0));
-  options.input.emplace();
-  options.input->before[2] = options.input->after[2] = 1e-7;
-  options.input->cavity = measure_cavity(p);
-  options.score = score(*options.input, default_rules(*options.input));
-  options.preparation = p;
-  return options;
 }
 
 TEST(ReportPicture, ShowsTheModelAtItsPlaceAndTheDifferenceInColours) {
@@ -385,17 +378,13 @@ TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
   TemporaryFolder folder;
   SessionHeader header = some_header();
   header.scene_json = R"({"name": "n", "tooth": {"mesial": [1, 0, 0], "buccal": [0, 1, 0]}})";
-  {
-    SessionWriter writer(folder / "s.h5", header);
-    writer.append(random_ticks(100, 1));
-    ASSERT_TRUE(writer.finish({}));
-  }
+  const SessionReader session = recorded(folder / "s.h5", header, 100);
   ReportOptions options = with_result();
   Preparation& p = *options.preparation;
   options.input->cavity->over = {0.3e-3, kMiddle + dvec3(0.9e-3, 0, -1.6e-3)};
   const auto page = [&](Language language) {
     options.language = language;
-    return report_html(SessionReader(folder / "s.h5"), options);
+    return report_html(session, options);
   };
   EXPECT_THAT(page(Language::kEnglish), HasSubstr("Cut too deep: greatest depth 0.300\u00a0mm, mesial floor."));
   EXPECT_THAT(page(Language::kGerman), HasSubstr("größte Tiefe 0,300\u00a0mm, Boden, mesial."));
@@ -482,25 +471,6 @@ TEST(Places, TheSidesOfAToothAreReadAndMistakesNamed) {
   EXPECT_THROW(sides(R"({"mesial": [0, 0, 0], "buccal": [0, 1, 0]})"), Error);
 }
 
-TEST(Report, HasTimingFaultsAndHashesOnAPageOfTheirOwn) {
-  TemporaryFolder folder;
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(random_ticks(500, 1));
-    writer.loop(some_loop());
-    ASSERT_TRUE(writer.finish({}));
-  }
-  const std::string html = report_html(SessionReader(folder / "s.h5"), with_result());
-  const std::size_t page = html.find("<div id=\"technical\"");
-  ASSERT_NE(page, std::string::npos);
-  for (const char* text : {"id=\"timing\"", "id=\"faults\"", "id=\"details\"", "fnv1a64:", "Real-time priority"}) {
-    EXPECT_GT(html.find(text), page) << text;
-    EXPECT_NE(html.find(text), std::string::npos) << text;
-  }
-  EXPECT_LT(html.find("id=\"items\""), page);
-  EXPECT_THAT(html, HasSubstr("<a href=\"#technical\">"));
-}
-
 TEST(Catalogue, NamesEveryShippedToolInEveryLanguage) {
   int tools = 0;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
@@ -568,16 +538,16 @@ TEST(Plot, ABandWithoutDataIsAGap) {
   EXPECT_EQ(bands, 2u);
 }
 
-/// While this object exists, the system finds no program.
-struct NoPrograms {
+/// While this object exists, the system finds the programs of this folder only.
+struct ProgramsOf {
   std::string kept = std::getenv("PATH");
-  NoPrograms() { setenv("PATH", "/nowhere", 1); }
-  ~NoPrograms() { setenv("PATH", kept.c_str(), 1); }
+  explicit ProgramsOf(const std::filesystem::path& folder) { setenv("PATH", folder.c_str(), 1); }
+  ~ProgramsOf() { setenv("PATH", kept.c_str(), 1); }
 };
 
 TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
   TemporaryFolder folder;
-  const NoPrograms none;
+  const ProgramsOf none("/nowhere");
   FilmWriter film(folder / "f.mp4", {64, 48, 30});
   const std::vector<std::uint8_t> frame(64 * 48 * 4);
   EXPECT_FALSE(film.add(frame));
@@ -592,16 +562,12 @@ TEST(Film, AFailingEncoderGivesAMessageAndNoFile) {
   std::filesystem::create_directory(folder / "bin");
   std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n";
   std::filesystem::permissions(folder / "bin/ffmpeg", std::filesystem::perms::owner_all);
-  const std::string kept = std::getenv("PATH");
-  setenv("PATH", (folder / "bin").c_str(), 1);
-  {
-    FilmWriter film(folder / "f.mp4", {640, 480, 30});
-    const std::vector<std::uint8_t> frame(640 * 480 * 4);
-    for (int i = 0; i < 50; ++i) film.add(frame);
-    EXPECT_FALSE(film.finish());
-    EXPECT_THAT(film.message(), HasSubstr("ffmpeg gave up: Unknown encoder"));
-  }
-  setenv("PATH", kept.c_str(), 1);
+  const ProgramsOf fake(folder / "bin");
+  FilmWriter film(folder / "f.mp4", {640, 480, 30});
+  const std::vector<std::uint8_t> frame(640 * 480 * 4);
+  for (int i = 0; i < 50; ++i) film.add(frame);
+  EXPECT_FALSE(film.finish());
+  EXPECT_THAT(film.message(), HasSubstr("ffmpeg gave up: Unknown encoder"));
   EXPECT_FALSE(std::filesystem::exists(folder / "f.mp4"));
 }
 

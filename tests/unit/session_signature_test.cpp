@@ -34,7 +34,16 @@ void write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-TEST(Signature, TheCodeIsThatOfRfc4231) {
+struct Signature : testing::Test {
+  const TemporaryFolder folder;
+  SigningKey key;
+  Signature() {
+    make_key(folder / "key");
+    key = load_key(folder / "key");
+  }
+};
+
+TEST_F(Signature, TheCodeIsThatOfRfc4231) {
   EXPECT_EQ(hmac(std::string(20, '\x0b'), "Hi There"),
             "b0344c61d8db38535ca8afceaf0bf12b881dc200c9833da726e9376c2e32cff7");
   EXPECT_EQ(hmac("Jefe", "what do ya want for nothing?"),
@@ -45,10 +54,7 @@ TEST(Signature, TheCodeIsThatOfRfc4231) {
             "60e431591ee0b67f0d8a26aacbf5b77f8e0bc6213728c5140546040f0ee37f54");
 }
 
-TEST(Signature, EveryChangedByteOfAFileIsNoticed) {
-  const TemporaryFolder folder;
-  make_key(folder / "key");
-  const SigningKey key = load_key(folder / "key");
+TEST_F(Signature, EveryChangedByteOfAFileIsNoticed) {
   std::string bytes;
   for (int i = 0; i < 3000; ++i) bytes += static_cast<char>(i * 7);
   write(folder / "s.h5", bytes);
@@ -67,10 +73,9 @@ TEST(Signature, EveryChangedByteOfAFileIsNoticed) {
   EXPECT_EQ(what_is_wrong_with_signature(folder / "s.h5", key), "the file changed after it was signed");
 }
 
-TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
-  const TemporaryFolder folder;
-  make_key(folder / "a"), make_key(folder / "b");
-  const SigningKey a = load_key(folder / "a"), b = load_key(folder / "b");
+TEST_F(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
+  make_key(folder / "b");
+  const SigningKey &a = key, b = load_key(folder / "b");
   EXPECT_NE(a.bytes, b.bytes);
   write(folder / "s.h5", "a session");
   sign_session(folder / "s.h5", a);
@@ -86,10 +91,7 @@ TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
   }
 }
 
-TEST(Signature, ReplacesASignatureButNoFileOfAnotherKindAlsoNotThroughALink) {
-  const TemporaryFolder folder;
-  make_key(folder / "key");
-  const SigningKey key = load_key(folder / "key");
+TEST_F(Signature, ReplacesASignatureButNoFileOfAnotherKindAlsoNotThroughALink) {
   write(folder / "s.h5", "a session");
   sign_session(folder / "s.h5", key);
   write(folder / "s.h5", "the same session, repaired");
@@ -102,10 +104,7 @@ TEST(Signature, ReplacesASignatureButNoFileOfAnotherKindAlsoNotThroughALink) {
   EXPECT_EQ(std::filesystem::file_size(folder / "scene.json"), 2u);
 }
 
-TEST(Signature, OfAnOpenedSessionIsOfTheBytesThatAreReadAlsoIfTheNameGetsAnotherFile) {
-  const TemporaryFolder folder;
-  make_key(folder / "key");
-  const SigningKey key = load_key(folder / "key");
+TEST_F(Signature, OfAnOpenedSessionIsOfTheBytesThatAreReadAlsoIfTheNameGetsAnotherFile) {
   const auto record = [&](const char* name, std::size_t ticks) {
     WriterOptions options;
     options.whole_or_nothing = true;
@@ -127,15 +126,13 @@ TEST(Signature, OfAnOpenedSessionIsOfTheBytesThatAreReadAlsoIfTheNameGetsAnother
   EXPECT_EQ(SessionReader(folder / "s.h5").tick_count(), 500u);
 }
 
-TEST(Signature, OfAVerifiedSessionHoldsAlsoIfTheFileIsWrittenOverAfterwards) {
-  const TemporaryFolder folder;
-  make_key(folder / "key");
+TEST_F(Signature, OfAVerifiedSessionHoldsAlsoIfTheFileIsWrittenOverAfterwards) {
   {
     SessionWriter writer(folder / "s.h5", test::some_header());
     writer.append(test::random_ticks(700, 3));
     ASSERT_TRUE(writer.finish({}));
   }
-  sign_session(folder / "s.h5", load_key(folder / "key"));
+  sign_session(folder / "s.h5", key);
   const OpenedSession verified(folder / "s.h5");
   require_signature(verified, folder / "key");
   std::fstream(folder / "s.h5", std::ios::binary | std::ios::in | std::ios::out) << std::string(100'000, 'x');
@@ -143,9 +140,7 @@ TEST(Signature, OfAVerifiedSessionHoldsAlsoIfTheFileIsWrittenOverAfterwards) {
   EXPECT_THROW(SessionReader(folder / "s.h5"), Error);
 }
 
-TEST(Signature, AKeyIsReadableByItsOwnerAloneAndNeverOverwritten) {
-  const TemporaryFolder folder;
-  make_key(folder / "key");
+TEST_F(Signature, AKeyIsReadableByItsOwnerAloneAndNeverOverwritten) {
   struct stat status {};
   ASSERT_EQ(stat((folder / "key").c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0600u);

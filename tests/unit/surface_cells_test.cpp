@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <set>
 #include <vector>
 
 #include "engine/base/voxels.h"
@@ -15,22 +14,6 @@
 
 namespace typodont::surface {
 namespace {
-
-TEST(CellShapes, CrossExactlyTheEdgesWhoseEndsDiffer) {
-  const CellShapes& shapes = CellShapes::get();
-  for (int config = 0; config < 256; ++config) {
-    int expected = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      for (int bit = 1; bit < 8; bit <<= 1) {
-        if (!(corner & bit)) expected += (config >> corner & 1) != (config >> (corner | bit) & 1);
-      }
-    }
-    std::set<int> edges;
-    for (int i = 0; i < shapes[config].edges; ++i) edges.insert(shapes[config].edge[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(static_cast<int>(edges.size()), expected) << config;
-    EXPECT_EQ(shapes[config].edges, expected) << config;
-  }
-}
 
 TEST(CellShapes, DiagonallyOppositeSolidCornersHaveSeparatePatches) {
   const CellShapes& shapes = CellShapes::get();
