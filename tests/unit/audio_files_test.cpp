@@ -158,11 +158,6 @@ TEST_F(Files, OfTicksGiveForceRemovalAndSlip) {
   EXPECT_EQ(s.tissue, Tissue::kEnamel);
 }
 
-TEST_F(Files, OfTicksContainNoForceInFreeAir) {
-  const auto t = track("t_s,force_x_N,force_y_N,force_z_N,contact_area_mm2\n0,1,0,0,0\n");
-  EXPECT_EQ(t.states[0].force, 0);
-}
-
 TEST_F(Files, OfContactWithMistakesAreRefusedNamingLineAndColumn) {
   EXPECT_THAT(track_refusal("t_s,force\n0,1\n"), HasSubstr("column \"force\""));
   EXPECT_THAT(track_refusal("t_s,force_N\n0,1\n0,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("t_s")));

@@ -404,10 +404,5 @@ TEST(Messages, ContainNoTerminalControlAndNoIncompleteCharacter) {
   EXPECT_TRUE(said.ends_with("ö...")) << said;
 }
 
-TEST(Messages, BeginWithFileAndPlace) {
-  EXPECT_EQ(std::string(Error("", "--size", "0x0", "a size").what()), "--size: found 0x0, expected a size");
-  EXPECT_EQ(std::string(Error("", "", "x", "y").what()), "found x, expected y");
-}
-
 }  // namespace
 }  // namespace typodont

@@ -5,10 +5,8 @@
 
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <random>
-#include <string>
 #include <thread>
 
 #include "engine/contract/contact.h"
@@ -264,16 +262,6 @@ TEST_F(Safety, APedalPressedAtTheStartDoesNotStartTheDrill) {
   told.next.pedal = 1;
   ticks(500, dvec3(0));
   EXPECT_EQ(sample.pedal, 0);
-}
-
-TEST_F(Safety, APedalStuckForTwoMinutesStopsTheDrill) {
-  arm();
-  told.next.pedal = 0.7;
-  ticks(119'000, dvec3(0));
-  EXPECT_EQ(sample.pedal, 0.7);
-  ticks(2000, dvec3(0));
-  EXPECT_EQ(sample.pedal, 0);
-  EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kPedalStuck));
 }
 
 TEST_F(Safety, WarmMotorsGetAtMostTheirLimit) {
