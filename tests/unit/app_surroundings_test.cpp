@@ -67,20 +67,6 @@ TEST(ToothRowTest, TheWorkingToothTouchesBothItsNeighboursAndIsNotPierced) {
   }
 }
 
-TEST(ToothRowTest, NoTwoTeethOfASideAreAlike) {
-  const auto& teeth = lower_row().teeth;
-  for (std::size_t i = 0; i < teeth.size(); ++i)
-    for (std::size_t k = i + 1; k < teeth.size(); ++k) {
-      const bool same_side = glm::determinant(teeth[i].R_FR) * glm::determinant(teeth[k].R_FR) > 0;
-      if (!same_side) continue;
-      double most = 0;  // difference of the distances at the same points of the forms
-      for (double x = -5e-3; x < 5e-3; x += 0.5e-3)
-        for (double y = -5e-3; y < 5e-3; y += 0.5e-3)
-          most = std::max(most, std::abs(teeth[i].form.distance({x, y, 6e-3}) - teeth[k].form.distance({x, y, 6e-3})));
-      EXPECT_GT(most, 0.2e-3) << i << " " << k;
-    }
-}
-
 TEST(ToothRowTest, AFormIsSolidFromItsRootToItsCuspsAndItsDistanceIsNoSteeperThanTheMesherAllows) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);

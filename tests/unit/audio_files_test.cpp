@@ -187,25 +187,6 @@ TEST_F(Files, OfContactAreInterpolatedEveryMillisecond) {
   EXPECT_EQ(states[1001].spindle, 100 * kKrpm);
 }
 
-TEST_F(Files, OfSoundAreWrittenWholeOrNotAtAll) {
-  {
-    WavWriter wav(folder_ / "a.wav", 48000);
-    wav.write(std::vector<float>(100, 0.5f));
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.wav"));
-    wav.finish();
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "a.wav"));
-  }
-  {
-    WavWriter wav(folder_ / "b.wav", 48000);
-    wav.write(std::vector<float>(100, 0.5f));
-  }
-  std::size_t left = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator((folder_ / "a.wav").parent_path()))
-    ++left;
-  EXPECT_EQ(left, 1u);
-  EXPECT_THAT(refusal([&] { WavWriter(folder_ / "no/such/place.wav", 48000); }), HasSubstr("writable"));
-}
-
 TEST_F(Files, SoundSurvives16BitFilesWithinOneStep) {
   const auto x = sound_of(resonance(0.9, 0.5), 5000, 1);
   write_wav(folder_ / "a.wav", x, 44100, SampleFormat::kPcm16);

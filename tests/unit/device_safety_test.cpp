@@ -54,7 +54,8 @@ class Obedient : public HapticDevice {
 
 class Safety : public testing::Test {
  protected:
-  Safety() {
+  Safety() : hand(open()) {}
+  std::unique_ptr<SafeDevice> open() {
     DeviceInfo info;
     info.force_limit = 5;
     info.torque_limit = 0.1;
@@ -62,7 +63,7 @@ class Safety : public testing::Test {
     auto options = SafeDevice::options_for(info);
     options.watchdog_thread = false;
     options.clock = [this] { return told.t; };
-    hand = std::make_unique<SafeDevice>(std::make_unique<Obedient>(told, info), options);
+    return std::make_unique<SafeDevice>(std::make_unique<Obedient>(told, info), options);
   }
   void ticks(int n, const dvec3& f, const dvec3& tau = dvec3(0)) {
     for (int i = 0; i < n; ++i) {
@@ -206,21 +207,12 @@ TEST_F(Safety, AnEmergencyStopGivesZeroForceAtTheNextWriteUntilItEnds) {
 
 TEST_F(Safety, ADeviceOpenedDuringAnEmergencyStopGivesNoForce) {
   set_emergency_stop(true);
-  Told other;
-  DeviceInfo info;
-  info.force_limit = 5;
-  auto options = SafeDevice::options_for(info);
-  options.watchdog_thread = false;
-  options.clock = [&other] { return other.t; };
-  SafeDevice opened(std::make_unique<Obedient>(other, info), options);
-  const auto free_for = [&](int n) {
-    for (int i = 0; i < n; ++i) opened.read(sample), opened.write(dvec3(0), dvec3(0));
-  };
-  free_for(200);
-  EXPECT_FALSE(opened.armed());
+  hand = open();
+  ticks(200, dvec3(0));
+  EXPECT_FALSE(hand->armed());
   set_emergency_stop(false);
-  free_for(100);
-  EXPECT_TRUE(opened.armed());
+  ticks(100, dvec3(0));
+  EXPECT_TRUE(hand->armed());
 }
 
 TEST_F(Safety, ItsReportListsItsInterventionsAndTheMotorsLimit) {
