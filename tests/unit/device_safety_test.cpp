@@ -23,7 +23,7 @@ struct Told {
   bool alive = true;
   std::uint32_t faults = 0;
   dvec3 force{0}, torque{0};
-  int writes = 0, releases = 0;
+  int writes = 0;
   std::function<void()> before_write;
 };
 class Obedient : public HapticDevice {
@@ -41,10 +41,7 @@ class Obedient : public HapticDevice {
     told_.force = f, told_.torque = tau;
     ++told_.writes;
   }
-  void release() noexcept override {
-    told_.force = told_.torque = dvec3(0);
-    ++told_.releases;
-  }
+  void release() noexcept override { told_.force = told_.torque = dvec3(0); }
   std::uint32_t faults() const noexcept override { return told_.faults; }
 
  private:

@@ -37,7 +37,6 @@ class Body {
           static_cast<float>(distance_(field.origin + kSpacing * dvec3(x, y, z)));
     });
   }
-  void cut(std::function<double(const dvec3&)> distance) { distance_ = std::move(distance); }
   CoarseField field;
 
  private:
