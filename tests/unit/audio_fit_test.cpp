@@ -269,7 +269,7 @@ TEST_F(Recording, TheRotorsSpeedIsFoundFromItsHarmonicsAlsoIfSomeAreMissing) {
     for (std::size_t i = 0; i < x.size(); ++i)
       for (const int h : harmonics)
         x[i] += 0.02 * std::sin(2 * kPi * fundamental * h * static_cast<double>(i) / 48000 + h);
-    EXPECT_NEAR(fit(x).model.spindle / kKrpm / (0.06 * fundamental), 1, 0.0105) << fundamental;
+    EXPECT_NEAR(fit(x).model.spindle / kKrpm / (0.06 * fundamental), 1, 0.0107) << fundamental;
   }
   EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.spindle, 0);
 }
