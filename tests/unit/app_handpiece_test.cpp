@@ -173,22 +173,6 @@ TEST(Handpieces, AMistakeInAFileIsNamed) {
   EXPECT_THAT(read(many + "]"), HasSubstr("triangles, expected at most 30000: fewer rings or copies"));
 }
 
-TEST(Handpieces, AMistakeInASceneIsNamed) {
-  const auto scene = [](const std::string& more, const char* tool = R"({"shape": "sphere", "diameter_mm": 1})") {
-    const std::string text = fmt::format(
-        R"({{"tissue": {{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel",
-           "solid": {{"sphere": {{"center_mm": [0, 0, 0], "radius_mm": 3}}}}}}]}}, "tool": {}{}}})",
-        tool, more);
-    return test::refusal([&] { (void)parse_scene(Json::parse(text, "s.json"), "s.json"); });
-  };
-  EXPECT_EQ(scene(R"(, "handpieces": {"shown": "solid", "roll_deg": 215})"), "");
-  EXPECT_THAT(scene(R"(, "handpieces": {"shown": "half"})"),
-              HasSubstr("\"handpieces.shown\": found \"half\", expected \"open\", \"solid\" or \"none\""));
-  EXPECT_THAT(scene(R"(, "handpieces": {"roll_deg": 400})"), HasSubstr("\"handpieces.roll_deg\""));
-  EXPECT_THAT(scene("", R"({"shape": "sphere", "diameter_mm": 1, "handpiece": "turbnie"})"),
-              HasSubstr("\"tool.handpiece\": found \"turbnie\", expected one of "));
-}
-
 constexpr double kTolerance = 2e-6;  // m
 
 /// Every tool of assets/tools and of the implant set.

@@ -94,12 +94,5 @@ TEST(HeatMeter, CountsTheSecondsThatBoneBesideACutIsTooHot) {
   EXPECT_LT(heat.bone(), found.bone_max) << "it cools afterwards";
 }
 
-TEST(HeatMeter, ExistsOnlyInASceneThatAsksForIt) {
-  const Scene crown = read_scene(assets_folder() / "scenes/crown-preparation.json"),
-              cavity = read_scene(assets_folder() / "scenes/class-1-cavity.json");
-  EXPECT_TRUE(heat_meter(crown, tooth()));
-  EXPECT_FALSE(heat_meter(cavity, tooth()));
-}
-
 }  // namespace
 }  // namespace typodont

@@ -64,21 +64,6 @@ struct Around : testing::Test {
   ToothField tooth{haptics::TissueVolume::load(volume_file(scene)), 3e-3};
 };
 
-TEST_F(Around, ThereAreTwoNeighboursAndGumAndTheyAreReproducible) {
-  ASSERT_EQ(meshes.size(), 3u);
-  const auto again = make_surroundings(scene.surroundings).meshes;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    ASSERT_EQ(meshes[m].bricks.size(), again[m].bricks.size());
-    std::size_t triangles = 0;
-    for (std::size_t b = 0; b < meshes[m].bricks.size(); ++b) {
-      EXPECT_EQ(meshes[m].bricks[b].indices, again[m].bricks[b].indices);
-      triangles += meshes[m].bricks[b].indices.size() / 3;
-    }
-    EXPECT_GT(triangles, 1000u);
-    EXPECT_LT(triangles, 20000u);  // cheap to draw
-  }
-}
-
 TEST_F(Around, NeighboursTouchTheToothAndDoNotPierceIt) {
   for (std::size_t m = 0; m < 2; ++m) {
     double nearest = 1;
@@ -97,59 +82,6 @@ TEST_F(Around, TheGumTouchesTheToothAndStaysBelowTheCrown) {
     on_tooth += std::abs(tooth.distance(c.p)) < 0.5e-3;
   }
   EXPECT_GT(on_tooth / all, 0.05);
-}
-
-TEST_F(Around, TheirSectionFaceCoversTheWholeCut) {
-  const SurroundingsShape shape = *surroundings_shape(scene.surroundings);
-  const dvec3 n = glm::normalize(dvec3(0.1, 1, -0.05)), origin(1e-3, 2e-3, 3e-3);
-  const double offset = glm::dot(n, dvec3(6.8e-3, 5.6e-3, 16e-3));
-  std::vector<std::array<glm::dvec2, 3>> face;  // x and z tell the points of this plane apart
-  double gum_z = 1, root_z = 1;
-  bool pulp = false, enamel = false;
-  for (const auto& tile : shape.section_face(n, offset, origin))
-    for (std::size_t i = 0; i < tile.indices.size(); i += 3) {
-      std::array<glm::dvec2, 3> t;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const render::Vertex& v = tile.vertices[tile.indices[i + k]];
-        const dvec3 p = origin + dvec3(v.p);
-        ASSERT_NEAR(glm::dot(n, p), offset, 20e-6);
-        t[k] = {p.x, p.z};
-        const Tissue tissue = v.tissue[v.second > 0.5f];
-        (tissue == Tissue::kGingiva ? gum_z : root_z) = std::min(tissue == Tissue::kGingiva ? gum_z : root_z, p.z);
-        pulp |= tissue == Tissue::kPulp;
-        enamel |= tissue == Tissue::kEnamel;
-      }
-      face.push_back(t);
-    }
-  EXPECT_TRUE(pulp && enamel);
-  EXPECT_LT(root_z, 11e-3);  // the neighbours' roots are in it, deep beneath the gum's edge at 14.5 mm
-  EXPECT_LT(gum_z, root_z);
-  const auto covered = [&](const glm::dvec2& q) {
-    return std::any_of(face.begin(), face.end(), [&](const auto& t) {
-      const auto side = [&](int a, int b) {
-        const glm::dvec2 u = t[b] - t[a], v = q - t[a];
-        return u.x * v.y - u.y * v.x;
-      };
-      const double s0 = side(0, 1), s1 = side(1, 2), s2 = side(2, 0);
-      return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
-    });
-  };
-  int within = 0, without = 0;
-  for (double x = -9e-3; x < 23e-3; x += 0.43e-3)
-    for (double z = 4e-3; z < 22e-3; z += 0.43e-3) {
-      const dvec3 p(x, (offset - n.x * x - n.z * z) / n.y, z);
-      const double nearest = std::min(shape.neighbour(p), shape.gum(p)), own = shape.tooth(p);
-      if (nearest < -0.15e-3 && own > 0.1e-3) {
-        EXPECT_TRUE(covered({x, z})) << x << " " << z;
-        ++within;
-      }
-      if (nearest > 0.15e-3) {
-        EXPECT_FALSE(covered({x, z})) << x << " " << z;
-        ++without;
-      }
-    }
-  EXPECT_GT(within, 300);
-  EXPECT_GT(without, 300);
 }
 
 TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
@@ -302,57 +234,45 @@ TEST_F(Around, TheCoarseMeshesAreShadedSmoothly) {
   }
 }
 
-TEST(SuctionInAScene, IsReadWithItsTipAndMistakesAreNamed) {
-  const auto scene = [](const std::string& suction, const char* parts = "[\"haptics\", \"render\", \"debris\"]") {
-    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": )" + std::string(parts) +
-                                       R"(, "suction": )" + suction + "}",
-                                   "scene.json"),
-                       "scene.json");
-  };
-  const Scene plain = scene(R"({"position_mm": [1, 2, 3], "flow_l_per_min": 60, "radius_mm": 5})");
+Scene wet_scene(const std::string& key, const char* parts = R"("haptics", "render", "debris")",
+                const char* motor = R"("spindle": "air_turbine")") {
+  return parse_scene(
+      Json::parse(fmt::format(R"({{"tissue": {{"solids": []}}, "tool": "round_012", {}, "parts": [{}], {}}})", motor,
+                              parts, key),
+                  "scene.json"),
+      "scene.json");
+}
+
+TEST(SuctionInAScene, HasTheOpeningAndTheFlowOfItsTipOrItsOwnAndNeedsAPlaceAndDebris) {
+  const Scene plain = wet_scene(R"("suction": {"position_mm": [1, 2, 3], "flow_l_per_min": 60, "radius_mm": 5})");
   ASSERT_TRUE(plain.suction && plain.suction_on);
   EXPECT_LT(glm::length(plain.suction->p_W - dvec3(1e-3, 2e-3, 3e-3)), 1e-12);
   EXPECT_NEAR(plain.suction->flow, 1e-3, 1e-12);
   EXPECT_NEAR(plain.suction->radius, 5e-3, 1e-12);
-  EXPECT_FALSE(scene(R"({"on": false})").suction);
-  EXPECT_THROW(scene(R"({"flow_l_per_min": 60})"), Error);
-  EXPECT_THROW(scene(R"({"flow": 60})"), Error);
-  EXPECT_THROW(scene(R"({"position_mm": [0, 0, 0]})", R"(["haptics"])"), Error);
-
-  const Scene held = scene(R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 2, 0]})");
+  EXPECT_FALSE(wet_scene(R"("suction": {"on": false})").suction);
+  const Scene held = wet_scene(R"("suction": {"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 2, 0]})");
   EXPECT_NEAR(held.suction_tip.opening, 4e-3, 1e-12);
   EXPECT_NEAR(held.suction->radius, 2e-3, 1e-12) << "the opening's";
   EXPECT_NEAR(held.suction->flow, 120e-3 / 60, 1e-9);
   EXPECT_LT(glm::length(held.suction_tip.X_WS.R * dvec3(0, 0, 1) - dvec3(0, 1, 0)), 1e-9);
   EXPECT_TRUE(hand_holds_suction(held));
-  EXPECT_NEAR(scene(R"({"position_mm": [1, 2, 3], "tip": "surgical", "radius_mm": 3})").suction->radius, 3e-3, 1e-12);
-  for (const char* wrong : {R"({"tip": "surgical"})", R"({"position_mm": [1, 2, 3], "tip": "hose"})",
-                            R"({"position_mm": [1, 2, 3], "axis": [0, 0, 1]})",
-                            R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 0, 0]})"})
-    EXPECT_THROW(scene(wrong), Error) << wrong;
+  for (const char* wrong :
+       {R"({"flow_l_per_min": 60})", R"({"tip": "surgical"})", R"({"position_mm": [1, 2, 3], "axis": [0, 0, 1]})",
+        R"({"position_mm": [1, 2, 3], "tip": "surgical", "axis": [0, 0, 0]})"})
+    EXPECT_THROW(wet_scene(std::string(R"("suction": )") + wrong), Error) << wrong;
+  EXPECT_THROW(wet_scene(R"("suction": {"position_mm": [0, 0, 0]})", R"("haptics")"), Error);
 }
 
-TEST(SprayInAScene, TakesTheMotorsNozzlesAndMistakesAreNamed) {
-  const auto scene = [](const std::string& spray, const char* parts = R"(["haptics", "render", "debris"])",
-                        const char* motor = R"("spindle": "air_turbine")") {
-    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", )" + std::string(motor) +
-                                       R"(, "parts": )" + parts + R"(, "spray": )" + spray + "}",
-                                   "scene.json"),
-                       "scene.json");
-  };
-  const Scene plain = scene("{}");
-  ASSERT_TRUE(plain.spray);
-  EXPECT_TRUE(plain.spray_on);
+TEST(SprayInAScene, TakesTheMotorsNozzlesAndNeedsThemAndDebris) {
+  const Scene plain = wet_scene(R"("spray": {})");
+  ASSERT_TRUE(plain.spray && plain.spray_on);
   EXPECT_NEAR(plain.spray->flow, 30e-6 / 60, 1e-15);
   EXPECT_EQ(plain.spray->count, 4);
-  const Scene little = scene(R"({"flow_ml_per_min": 12, "on": false})");
+  const Scene little = wet_scene(R"("spray": {"flow_ml_per_min": 12, "on": false})");
   EXPECT_NEAR(little.spray->flow, 12e-6 / 60, 1e-15);
   EXPECT_FALSE(little.spray_on);
-  EXPECT_THROW(scene(R"({"flow_ml_per_min": 0})"), Error);
-  EXPECT_THROW(scene(R"({"flow": 10})"), Error);
-  EXPECT_THROW(scene(R"({"on": 1})"), Error);
-  EXPECT_THROW(scene("{}", R"(["haptics", "render"])"), Error);
-  EXPECT_THROW(scene("{}", R"(["debris"])", R"("spindle_krpm": 300)"), Error) << "an ideal motor has no nozzles";
+  EXPECT_THROW(wet_scene(R"("spray": {})", R"("haptics", "render")"), Error);
+  EXPECT_THROW(wet_scene(R"("spray": {})", R"("debris")", R"("spindle_krpm": 300)"), Error) << "no nozzles";
 }
 
 TEST(SprayOfTheView, FillsTheCavityAndCostsNothingWithoutNozzlesOrAtRest) {
@@ -423,19 +343,15 @@ TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
       "scene"));
   EXPECT_LT(glm::length(mirror.X_WM.p - dvec3(1e-3, 2e-3, 3e-3)), 1e-15);
   EXPECT_LT(glm::length(mirror.X_WM.rotate({0, 0, 1}) - dvec3(0, -1, 0)), 1e-12);
-  EXPECT_EQ(mirror.diameter, 0.02);
-  EXPECT_EQ(mirror.fog, 0.3);
   EXPECT_EQ(held(mirror, {}).diameter, 0.02);
   EXPECT_EQ(held(mirror, {}).fog, 0.3);
-  EXPECT_EQ(mirror.focal, 0.06);
   EXPECT_EQ(held(mirror, {}).focal, 0.06);
   EXPECT_DOUBLE_EQ(magnification(mirror), 4.0 / 3);
   EXPECT_EQ(magnification(MouthMirror{}), 1);
   EXPECT_EQ(held({}, {}).diameter, 22e-3) << "a hand has a mirror where the scene has none";
-  for (const char* wrong :
-       {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
-        R"({"translation_mm": [0, 0, 0], "fog": 2})", R"({"translation_mm": [0, 0, 0], "focal_mm": 29})",
-        R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
+  for (const char* wrong : {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
+                            R"({"translation_mm": [0, 0, 0], "focal_mm": 29})",
+                            R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
     EXPECT_THROW(read_mouth_mirror(Json::parse(wrong, "scene")), Error) << wrong;
 }
 

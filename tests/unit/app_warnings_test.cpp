@@ -1,7 +1,6 @@
 // Warnings over the picture: when they come, how they fade, and that a replay shows those of the session.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <functional>

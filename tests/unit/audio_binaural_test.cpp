@@ -110,11 +110,6 @@ TEST(Binaural, SoundsWithTheDelayAndTheShadowOfTheFormulas) {
   }
 }
 
-TEST(Binaural, IsTheSameInBothEarsStraightAhead) {
-  const auto y = heard(sine(3000, 4800), at(0));
-  for (std::size_t i = 0; i < y.size(); i += 2) ASSERT_EQ(y[i], y[i + 1]);
-}
-
 TEST(Binaural, MovesWithoutClicks) {
   // The source jumps from one ear to the other every 0.1 s. Between two samples, a channel may not change faster than
   // the sine itself can, including the change of the delay and the shadow's gain of 2.

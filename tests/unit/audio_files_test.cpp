@@ -158,11 +158,6 @@ TEST_F(Files, OfTicksGiveForceRemovalAndSlip) {
   EXPECT_EQ(s.tissue, Tissue::kEnamel);
 }
 
-TEST_F(Files, OfTicksContainNoForceInFreeAir) {
-  const auto t = track("t_s,force_x_N,force_y_N,force_z_N,contact_area_mm2\n0,1,0,0,0\n");
-  EXPECT_EQ(t.states[0].force, 0);
-}
-
 TEST_F(Files, OfContactWithMistakesAreRefusedNamingLineAndColumn) {
   EXPECT_THAT(track_refusal("t_s,force\n0,1\n"), HasSubstr("column \"force\""));
   EXPECT_THAT(track_refusal("t_s,force_N\n0,1\n0,2\n"), AllOf(HasSubstr("line 3"), HasSubstr("t_s")));
@@ -190,25 +185,6 @@ TEST_F(Files, OfContactAreInterpolatedEveryMillisecond) {
   EXPECT_EQ(states[1000].t, kNanosPerSecond);
   EXPECT_EQ(states[1000].spindle, 200 * kKrpm);
   EXPECT_EQ(states[1001].spindle, 100 * kKrpm);
-}
-
-TEST_F(Files, OfSoundAreWrittenWholeOrNotAtAll) {
-  {
-    WavWriter wav(folder_ / "a.wav", 48000);
-    wav.write(std::vector<float>(100, 0.5f));
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.wav"));
-    wav.finish();
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "a.wav"));
-  }
-  {
-    WavWriter wav(folder_ / "b.wav", 48000);
-    wav.write(std::vector<float>(100, 0.5f));
-  }
-  std::size_t left = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator((folder_ / "a.wav").parent_path()))
-    ++left;
-  EXPECT_EQ(left, 1u);
-  EXPECT_THAT(refusal([&] { WavWriter(folder_ / "no/such/place.wav", 48000); }), HasSubstr("writable"));
 }
 
 TEST_F(Files, SoundSurvives16BitFilesWithinOneStep) {

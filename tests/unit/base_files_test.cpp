@@ -288,28 +288,6 @@ TEST_F(Outputs, KeepModeAndOwnerOfTheReplacedFile) {
   }
 }
 
-TEST_F(Outputs, DoNotChangeAWriteProtectedFile) {
-  const fs::path file = write("kept.txt", "old");
-  ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
-  ASSERT_EQ(::chmod(folder.c_str(), 0777), 0);
-  const pid_t child = ::fork();
-  if (child == 0) {  // who is root may write everywhere
-    if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
-    ::_exit(refusal([&] { put(file, "new"); }).find("Permission denied") != std::string::npos ? 0 : 1);
-  }
-  int status = -1;
-  ::waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
-  EXPECT_EQ(read_text(file), "old");
-}
-
-TEST_F(Outputs, HaveUnpredictableNamesWhileIncomplete) {
-  const PartialFile a(folder / "x.txt"), b(folder / "x.txt");
-  EXPECT_NE(a.path(), b.path());
-  EXPECT_EQ(a.path().parent_path(), folder);
-  EXPECT_EQ(fs::file_size(a.path()), 0u) << "made, so that nobody else can make it";
-}
-
 /// Runs `work` in a child process and returns the child's exit status. The child's messages are discarded.
 int status_of(const std::function<void()>& work) {
   const pid_t child = ::fork();
@@ -321,6 +299,25 @@ int status_of(const std::function<void()>& work) {
   int status = -1;
   ::waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST_F(Outputs, DoNotChangeAWriteProtectedFile) {
+  const fs::path file = write("kept.txt", "old");
+  ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
+  ASSERT_EQ(::chmod(folder.c_str(), 0777), 0);
+  EXPECT_EQ(status_of([&] {  // who is root may write everywhere
+              if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
+              ::_exit(refusal([&] { put(file, "new"); }).find("Permission denied") != std::string::npos ? 0 : 1);
+            }),
+            0);
+  EXPECT_EQ(read_text(file), "old");
+}
+
+TEST_F(Outputs, HaveUnpredictableNamesWhileIncomplete) {
+  const PartialFile a(folder / "x.txt"), b(folder / "x.txt");
+  EXPECT_NE(a.path(), b.path());
+  EXPECT_EQ(a.path().parent_path(), folder);
+  EXPECT_EQ(fs::file_size(a.path()), 0u) << "made, so that nobody else can make it";
 }
 
 TEST_F(Outputs, AreDeletedIfASignalEndsTheProgramBeforeTheyAreComplete) {
@@ -402,11 +399,6 @@ TEST(Messages, ContainNoTerminalControlAndNoIncompleteCharacter) {
   for (int i = 0; i < 200; ++i) long_text += "ö";
   const std::string said = Error("x", "", long_text, "").what();
   EXPECT_TRUE(said.ends_with("ö...")) << said;
-}
-
-TEST(Messages, BeginWithFileAndPlace) {
-  EXPECT_EQ(std::string(Error("", "--size", "0x0", "a size").what()), "--size: found 0x0, expected a size");
-  EXPECT_EQ(std::string(Error("", "", "x", "y").what()), "found x, expected y");
 }
 
 }  // namespace

@@ -48,16 +48,6 @@ TEST(Ticker, ItsTimeBeginsWithTheFirstSampleHoweverLateThatIs) {
   EXPECT_GE(now() - began, 20'000'000);
 }
 
-TEST(Pose, ProductsJoinEqualInnerFrames) {
-  using namespace literals;
-  const Pose X_AB{{1, 2, 3}, glm::angleAxis(90.0_deg, dvec3(0, 0, 1))};
-  const Pose X_BC{{0.5, 0, 0}, glm::angleAxis(30.0_deg, dvec3(1, 0, 0))};
-  const dvec3 p_CQ(0.1, 0.2, 0.3);
-  EXPECT_LT(glm::length((X_AB * X_BC) * p_CQ - X_AB * (X_BC * p_CQ)), 1e-15);
-  EXPECT_LT(glm::length(inverse(X_AB) * (X_AB * p_CQ) - p_CQ), 1e-15);
-  EXPECT_LT(glm::length(X_AB * dvec3(1, 0, 0) - dvec3(1, 3, 3)), 1e-15);
-}
-
 TEST(Pose, AngleAndPathBetweenTwoPosesUseTheShorterRotation) {
   using namespace literals;
   const dvec3 axis = glm::normalize(dvec3(1, -2, 3));
@@ -76,29 +66,11 @@ TEST(Pose, RotationBetweenAlsoTurnsOppositeVectors) {
   }
 }
 
-TEST(Units, LiteralsAreSI) {
-  using namespace literals;
-  EXPECT_DOUBLE_EQ(0.6_mm, 6e-4);
-  EXPECT_DOUBLE_EQ(300.0_krpm, 2 * kPi * 5000);
-  EXPECT_DOUBLE_EQ(1.0_N_per_mm, 1000);
-}
-
 TEST(Tissue, NamesAndNumbersConvertBothWays) {
   for (int i = 0; i < kTissueCount; ++i) {
     EXPECT_EQ(tissue_named(name_of(static_cast<Tissue>(i))), static_cast<Tissue>(i));
   }
   EXPECT_FALSE(tissue_named("chalk"));
-}
-
-TEST(Json, ErrorsNameFileKeyFoundAndExpected) {
-  const Json json = Json::parse(R"({"tool": {"diameter_mm": -1.4, "shape": 3}})", "round.json");
-  EXPECT_EQ(refusal([&] { json["tool"]["diameter_mm"].number(0.3, 8); }),
-            "round.json: line 1, \"tool.diameter_mm\": found -1.4, expected 0.3 to 8");
-  EXPECT_EQ(refusal([&] { json["tool"]["shape"].string(); }),
-            "round.json: line 1, \"tool.shape\": found 3, expected a string");
-  EXPECT_THAT(refusal([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
-  EXPECT_THAT(refusal([&] { json["tool"].allow_only({"shape"}); }),
-              HasSubstr("\"tool.diameter_mm\": found an unknown key, expected one of shape"));
 }
 
 enum class Edge { kBlade, kGrit };
@@ -155,14 +127,6 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   EXPECT_EQ(schema["properties"]["marks"]["items"]["properties"].keys().size(), 1u);
 }
 
-TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
-  const auto file = temporary("nan.csv", "t_s,x_mm\n0,1\n0.1,nan\n");
-  EXPECT_THAT(refusal([&] {
-                read_csv(file, {"t_s", "x_mm"});
-              }),
-              HasSubstr("line 3, column x_mm: found \"nan\", expected a finite number"));
-}
-
 TEST(Csv, TablesOfSpreadsheetsAreReadAsTheyAreWritten) {
   const std::vector<std::vector<double>> rows = {{-66.296, 1}, {13.146, 2.5}};
   for (const char* text : {"t_s,x_mm\n-66.296,1\n13.146,2.5\n", "t_s;x_mm\r\n-66,296;1\r\n13,146;2,5\r\n",
@@ -189,10 +153,6 @@ TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
   EXPECT_THAT(refusal([] { read_csv(temporary("b.csv", "t_s\n"), {"t_s", "x"}); }), HasSubstr("no column \"x\""));
   EXPECT_THAT(refusal([] { read_csv(temporary("c.csv", "t_s\n1,2\n"), {"t_s"}); }), HasSubstr("2 cells"));
   EXPECT_THAT(refusal([] { read_csv("/nowhere/d.csv", {"t_s"}); }), HasSubstr("No such file"));
-}
-
-TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
-  EXPECT_THAT(refusal([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
 }
 
 TEST(PartialFile, ADiscardedFileLeavesNothingAndKeepsTheOldFile) {

@@ -1,7 +1,6 @@
 // Tests the single steps of calibration, their files, and the guided capture.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 
 #include "calibration/bench_simulator.h"
@@ -114,24 +113,16 @@ TEST(Eyes, AlignmentsAtOneDepthDoNotDetermineTheDistance) {
   EXPECT_NE(solve_eyes(alignments, rig).not_determined, "");
 }
 
-TEST(Eyes, TheUsersOffsetIsMeasuredWhenAskedFor) {
-  BenchSimulator bench({});
-  const RigGeometry& rig = bench.truth();
-  std::vector<EyeAlignment> alignments;
+TEST(Eyes, TheUsersOffsetIsMeasuredWithinItsUncertainty) {
   std::vector<SeenTouch> touches;
   Noise random(4);
   for (int i = 0; i < 60; ++i) {
     const dvec3 p = random.in_box(dvec3(-0.05), dvec3(0.05));
-    const bool right = i % 2;
-    alignments.push_back(
-        {right, pixel_for(rig, right ? rig.eyes.right_eye() : rig.eyes.left_eye(), p), p + random.normal3(1e-4)});
     touches.push_back({p, p + dvec3(0.001, -0.002, 0.003) + random.normal3(1e-4)});
   }
-  const EyesResult result = solve_eyes(alignments, rig);
   const UserOffset offset = user_offset_of(touches);
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     EXPECT_NEAR(offset.W[axis], dvec3(0.001, -0.002, 0.003)[axis], 4 * offset.sigma[axis]);
-  }
 }
 
 TEST(Verify, DistinguishesPassFailAndTooFewPoints) {
@@ -227,12 +218,6 @@ TEST(RigFile, AnArmThatReadsThreePercentLongInOneAxisIsNoticedByThePixelsOfThePa
   }
 }
 
-TEST(RigFile, BadValuesNameTheirKey) {
-  const Folder folder;
-  std::ofstream(folder / "rig.json") << R"({"X_WH": {"translation_mm": [0,0,0], "rotation_wxyz": [1,1,0,0]}})";
-  EXPECT_NE(refusal([&] { RigFile::load(folder / "rig.json"); }).find("X_WH.rotation_wxyz"), std::string::npos);
-}
-
 TEST(CaptureFiles, EverythingWrittenIsReadBackToTheLastBit) {
   const Folder folder;
   const SimulatedRoutine run = simulate_routine({});
@@ -320,17 +305,6 @@ TEST(PromptMarks, AMarkIsDrawnAtItsPlaceOnThePanel) {
   const Picture marks = prompt_marks(prompt, 640, 360);
   EXPECT_EQ(marks.grey[180 * 640 + 160], 255);
   EXPECT_EQ(marks.grey[180 * 640 + 480], 0);
-}
-
-TEST(CueSound, EveryCueSoundsDifferentAndEndsInSilence) {
-  for (const Cue cue : {Cue::kReady, Cue::kTaken, Cue::kOutlier, Cue::kUndone, Cue::kDone}) {
-    const auto sound = cue_sound(cue, 48000);
-    EXPECT_EQ(sound.size(), 7680u);
-    EXPECT_LT(std::abs(sound.back()), 0.01);
-    if (cue != Cue::kTaken) {
-      EXPECT_NE(sound, cue_sound(Cue::kTaken, 48000));
-    }
-  }
 }
 
 TEST(ReportPage, EscapesItsInputAndShowsTheVerdict) {

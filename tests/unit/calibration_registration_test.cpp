@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "calibration/registration_solver.h"
 #include "calibration/statistics.h"

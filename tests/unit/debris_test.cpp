@@ -135,29 +135,9 @@ TEST(Debris, ChipsLeaveTheAreaOfTheContact) {
   EXPECT_GT(widest(1.0), 0.4_mm);
 }
 
-TEST(Debris, RimOfACommonTurbineThrowsAtTwentyFiveMetresASecond) {
-  Debris debris;
-  Cut cut = cut_of(1, 1);
-  cut.spindle = 400 * kKrpm;
-  cut.n_C_W = {0, 1, 0};
-  debris.emit(cut, {.head_radius = 0.6_mm}, table());
-  double fastest = 0;
-  for (std::size_t i = 0; i < debris.alive(); ++i) {
-    fastest = std::max(fastest, static_cast<double>(glm::length(debris.velocity(i))));
-  }
-  EXPECT_GT(fastest, 20);
-  EXPECT_LT(fastest, 25.2 * 1.25 + 0.1);
-}
-
 TEST(Drag, IsSchillerAndNaumanns) {
   // For 50 µm of enamel in air at rest, Stokes' law gives the relaxation time ρd²/18μ = 22 ms.
   EXPECT_NEAR(1 / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 0.0224, 1e-4);
-  // At Re = 100 the drag is 1 + 0.15·100^0.687 = 4.55 times Stokes'.
-  const double speed = 100 * 1.8e-5 / (1.2 * 50e-6);
-  EXPECT_NEAR(drag_rate(speed, 50e-6, 2900, 1.2, 1.8e-5) / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 4.55, 0.01);
-}
-
-TEST(Drag, TableFollowsTheFormula) {
   for (double re = 1e-3; re < 999; re *= 1.013) {
     EXPECT_NEAR(drag_factor(re), 1 + 0.15 * std::pow(re, 0.687), 1e-4 * drag_factor(re)) << re;
   }
@@ -215,22 +195,6 @@ TEST(Debris, StaysOutOfTheTissueAndComesToRestOnIt) {
   int resting = 0;
   for (std::size_t k = 0; k < debris.alive(); ++k) resting += debris.velocity(k) == glm::vec3(0);
   EXPECT_GT(resting, 10);
-}
-
-TEST(Debris, SuctionDrawsTheDustIn) {
-  const Floor floor;
-  double sucked[2];
-  for (const int on : {0, 1}) {
-    Debris debris;
-    const Suction suction{{0, 0.015, 0.005}, 5e-3, 4e-3};
-    Cut cut = cut_of(1, 0.5);
-    cut.spindle = 100 * kKrpm;
-    debris.emit(cut, {.head_radius = 0.6_mm}, table());
-    for (int i = 0; i < 500; ++i) debris.step(2e-3, floor.field, on ? &suction : nullptr);
-    sucked[on] = debris.ledger().sucked / total(debris.ledger().born);
-  }
-  EXPECT_EQ(sucked[0], 0);
-  EXPECT_GT(sucked[1], 0.3);
 }
 
 TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {

@@ -15,17 +15,13 @@ namespace {
 const char* const kPresets[] = {"assets/devices/woody.json", "assets/devices/woody_2019.json",
                                 "assets/devices/polhem_v3.json"};
 
-Counts home_of(const Arm& arm) {
-  return arm.home;
-}
-
 TEST(Arm, WoodenHapticsHasItsPublishedHomePosition) {
   const Arm arm = read_arm(kPresets[0]);
-  const dvec3 theta = body_angles(arm, home_of(arm));
+  const dvec3 theta = body_angles(arm, arm.home);
   EXPECT_NEAR(theta.x, 0, 1e-3);
   EXPECT_NEAR(theta.y, 0, 1e-3);
   EXPECT_NEAR(theta.z, kPi / 2, 1e-3);
-  const dvec3 p = stylus_pose(arm, home_of(arm)).p;
+  const dvec3 p = stylus_pose(arm, arm.home).p;
   EXPECT_NEAR(p.x, 0.025, 1e-6);
   EXPECT_NEAR(p.y, 0.000, 1e-6);
   EXPECT_NEAR(p.z, 0.205, 1e-6);
@@ -35,11 +31,11 @@ TEST(Arm, PolhemInItsInkwellIsCloseToTheBaseAndToTheSide) {
   // The expected angles were computed by hand from the five-bar equations: θ = 120.4°, 124.8°, 238.5°, λ = -30°, ρ = 36
   // mm.
   const Arm arm = read_arm(kPresets[2]);
-  const dvec3 theta = body_angles(arm, home_of(arm));
+  const dvec3 theta = body_angles(arm, arm.home);
   EXPECT_NEAR(theta.x / kDegree, 120.4, 0.2);
   EXPECT_NEAR(theta.y / kDegree, 124.8, 0.2);
   EXPECT_NEAR(theta.z / kDegree, 238.5, 0.2);
-  const Pose pose = stylus_pose(arm, home_of(arm));
+  const Pose pose = stylus_pose(arm, arm.home);
   EXPECT_NEAR(glm::length(dvec3(pose.p.x + 0.2045, pose.p.y, 0)), 0.036, 2e-3);
   EXPECT_NEAR(pose.p.z, 0.037, 3e-3);
 }
@@ -105,7 +101,7 @@ TEST(Arm, MotorWorkEqualsTheWorkOnTheHand) {
 
 TEST(Arm, CurrentsAreScaledTogetherSoThatTheForceKeepsItsDirection) {
   const Arm arm = read_arm(kPresets[0]);
-  const dvec3 theta = body_angles(arm, home_of(arm));
+  const dvec3 theta = body_angles(arm, arm.home);
   const Currents weak = motor_currents(arm, theta, {0.1, 0.2, -0.1}, dvec3(0));
   const Currents strong = motor_currents(arm, theta, {100, 200, -100}, dvec3(0));
   EXPECT_TRUE(strong.clipped);
@@ -147,11 +143,9 @@ TEST(Arm, APresetOutOfRangeIsRefusedByKey) {
     write_file_atomically(file, text);
     return test::refusal([&] { read_arm(file); });
   };
-  EXPECT_NE(refused("\"linkage\":\"serial\"", "\"linkage\":\"delta\"").find("linkage"), std::string::npos);
   EXPECT_NE(refused("[160,120,120]", "[160,0,120]").find("body_mm"), std::string::npos);
   EXPECT_NE(refused("\"current_limit_A\":3", "\"current_limit_A\":300").find("current_limit_A"), std::string::npos);
   EXPECT_NE(refused("[2000,2000,2000,0,0,0]", "[2000,0,2000,0,0,0]").find("encoder_counts"), std::string::npos);
-  EXPECT_NE(refused("\"linkage\"", "\"linkages\"").find("linkages"), std::string::npos);
 }
 
 TEST(Encoder, ContinuesAcrossTheOverflowOfSixteenBits) {

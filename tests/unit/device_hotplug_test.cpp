@@ -9,7 +9,6 @@
 
 #include <array>
 #include <atomic>
-#include <cstring>
 #include <thread>
 
 #include "engine/base/error.h"

@@ -129,12 +129,6 @@ TEST(SerialArm, APortThatHangsUpIsALostDevice) {
   EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
 }
 
-TEST(SerialArm, ASecondProgramIsInformedThatTheDeviceIsInUse) {
-  SerialBoard board;
-  const auto first = open_serial(board.port);
-  EXPECT_THAT(test::refusal([&] { open_serial(board.port); }), testing::HasSubstr("another program holds this device"));
-}
-
 TEST(SerialArm, APortWithoutValidAnswersIsRefusedByName) {
   int master, slave;
   char name[128];

@@ -61,7 +61,7 @@ dvec3 quantised(const dvec3& p) {
   return kStep * glm::round(p / kStep);
 }
 
-TEST(VelocityEstimator, IsExactlyZeroAtRestDespiteAFlickeringCount) {
+TEST(VelocityEstimator, OfAFlickeringCountAtRestIsAtMostOneCountInAWindow) {
   VelocityEstimator estimator(kStep);
   std::mt19937 random(1);
   double worst = 0;

@@ -259,37 +259,27 @@ std::vector<FoundDevice> found_by(const std::string& scheme) {
   return driver(scheme).find();
 }
 
-TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedOnlyOnceForListing) {
+TEST(ForceDimension, IsOpenedBySerialAndListingNeitherOpensItAgainNorDisturbsIt) {
   StandIn library(TYPODONT_STANDIN_DHD);
   auto* const opened = library.get<int()>("standin_dhd_opened");
+  auto* const powered = library.get<bool()>("standin_dhd_powered");
   found_by("forcedimension");
-  const int before = opened();
-  for (int i = 0; i < 5; ++i) {
-    const auto found = found_by("forcedimension");
-    ASSERT_EQ(found.size(), 1u);
-    EXPECT_EQ(found[0].address, "forcedimension:0");
-    EXPECT_EQ(found[0].model, "sigma.7 (stand-in)");
-    EXPECT_EQ(found[0].serial, "4711");
-    EXPECT_EQ(found[0].force_limit, 12);
-    EXPECT_TRUE(found[0].permitted);
-  }
-  EXPECT_EQ(opened(), before);
-  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")()) << "a list switches no force on";
-}
-
-TEST(ForceDimension, IsOpenedBySerialAndListingDoesNotDisturbIt) {
-  StandIn library(TYPODONT_STANDIN_DHD);
-  auto* const opened = library.get<int()>("standin_dhd_opened");
+  int before = opened();
+  const auto list = [&] {
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(found_by("forcedimension").size(), 1u);
+    EXPECT_EQ(opened(), before);
+  };
+  list();
+  EXPECT_FALSE(powered()) << "a list switches no force on";
   auto device = driver("forcedimension").open("4711", {});
   EXPECT_EQ(device->info().serial, "4711");
-  const int before = opened();
-  EXPECT_EQ(found_by("forcedimension").size(), 1u);
-  EXPECT_EQ(opened(), before);
-  EXPECT_TRUE(library.get<bool()>("standin_dhd_powered")());
+  before = opened();
+  list();
+  EXPECT_TRUE(powered());
   EXPECT_THROW(driver("forcedimension").open("4712", {}), Error);
 }
 
-TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithModelSerialAndLimit) {
+TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithoutSwitchingForceOn) {
   StandIn library(TYPODONT_STANDIN_HD);
   const auto folder = std::filesystem::temp_directory_path() / ("typodont_hd_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder / "config");
@@ -303,9 +293,6 @@ TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithModelSerialAndLimit)
   found = found_by("openhaptics");
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].address, "openhaptics:Default Device");
-  EXPECT_EQ(found[0].model, "Touch (stand-in)");
-  EXPECT_EQ(found[0].serial, "S-0001");
-  EXPECT_DOUBLE_EQ(found[0].force_limit, 3.3);
   EXPECT_TRUE(found[0].permitted);
   EXPECT_FALSE(found[1].permitted) << "named, but not there";
   EXPECT_FALSE(library.get<bool()>("standin_hd_output")());

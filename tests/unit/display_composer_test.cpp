@@ -26,55 +26,42 @@ double exact(const std::vector<std::uint8_t>& rgba, const ivec2& size, double u,
          b * ((1 - a) * at(left, top + 1) + a * at(left + 1, top + 1));
 }
 
-TEST(ProcessorComposer, AStretchedPictureDiffersFromExactInterpolationByAtMostTwoOf255Levels) {
-  std::mt19937 random(11);
+/// Composes a random picture into a target of this size. Returns the largest difference from exact interpolation at
+/// the places (u, v), as fractions of the picture, that `place` gives for the fractions of the target.
+template <class Place>
+double worst_level(const ivec2& target, unsigned seed, const Place& place, const Warp* warp = nullptr) {
+  constexpr ivec2 kSize{64, 48};
+  std::mt19937 random(seed);
+  std::vector<std::uint8_t> eye(static_cast<std::size_t>(4 * kSize.x * kSize.y));
+  for (std::uint8_t& byte : eye) byte = static_cast<std::uint8_t>(random());
+  std::vector<std::uint8_t> out(static_cast<std::size_t>(4 * target.x * target.y));
+  ProcessorComposer composer;
+  composer.compose({{eye.data(), eye.data()}, kSize}, Mix::kOneEye, {{0, 0}, target}, warp ? 1 : 0,
+                   {0, 0, target.x, target.y}, out.data(), static_cast<std::size_t>(4 * target.x), warp);
   double worst = 0;
-  for (const ivec2& target : {ivec2{256, 192}, ivec2{160, 120}, ivec2{97, 201}, ivec2{20, 13}}) {
-    const ivec2 size{64, 48};
-    std::vector<std::uint8_t> eye(static_cast<std::size_t>(4 * size.x * size.y));
-    for (std::uint8_t& byte : eye) byte = static_cast<std::uint8_t>(random());
-    std::vector<std::uint8_t> out(static_cast<std::size_t>(4 * target.x * target.y));
-    ProcessorComposer composer;
-    composer.compose({{eye.data(), eye.data()}, size}, Mix::kOneEye, {{0, 0}, target}, 0, {0, 0, target.x, target.y},
-                     out.data(), static_cast<std::size_t>(4 * target.x));
-    for (int y = 0; y < target.y; ++y)
-      for (int x = 0; x < target.x; ++x)
-        for (int channel = 0; channel < 3; ++channel) {
-          // The eyes' pictures are RGBA, the target is BGRA.
-          const std::uint8_t drawn = out[static_cast<std::size_t>(4 * (y * target.x + x) + 2 - channel)];
-          const double right = exact(eye, size, (x + 0.5) * size.x / target.x, (y + 0.5) * size.y / target.y, channel);
-          worst = std::max(worst, std::abs(drawn - right));
-        }
-  }
-  EXPECT_LE(worst, 2);
+  for (int y = 0; y < target.y; ++y)
+    for (int x = 0; x < target.x; ++x)
+      for (int channel = 0; channel < 3; ++channel) {
+        // The eyes' pictures are RGBA, the target is BGRA.
+        const std::uint8_t drawn = out[static_cast<std::size_t>(4 * (y * target.x + x) + 2 - channel)];
+        const glm::dvec2 at = place(glm::dvec2((x + 0.5) / target.x, (y + 0.5) / target.y)) * glm::dvec2(kSize);
+        worst = std::max(worst, std::abs(drawn - exact(eye, kSize, at.x, at.y, channel)));
+      }
+  return worst;
 }
 
-TEST(ProcessorComposer, AWarpedPictureDiffersFromExactInterpolationByAtMostTwoOf255Levels) {
+TEST(ProcessorComposer, AStretchedOrWarpedPictureDiffersFromExactInterpolationByAtMostTwoOf255Levels) {
+  for (const ivec2& target : {ivec2{256, 192}, ivec2{160, 120}, ivec2{97, 201}, ivec2{20, 13}})
+    EXPECT_LE(worst_level(target, 11, [](const glm::dvec2& at) { return at; }), 2) << target.x;
   // A warp that stretches the picture by 0.9 in x, and moves the picture by a tenth of its height.
-  constexpr ivec2 kSize{64, 48}, kTarget{97, 80};
   Warp warp;
   for (auto& places : warp)
     for (int row = 0; row < kWarpSide; ++row)
       for (int column = 0; column < kWarpSide; ++column)
         places.push_back({0.05f + 0.9f * static_cast<float>(column) / (kWarpSide - 1),
                           0.1f + static_cast<float>(row) / (kWarpSide - 1)});
-  std::mt19937 random(12);
-  std::vector<std::uint8_t> eye(static_cast<std::size_t>(4 * kSize.x * kSize.y));
-  for (std::uint8_t& byte : eye) byte = static_cast<std::uint8_t>(random());
-  std::vector<std::uint8_t> out(static_cast<std::size_t>(4 * kTarget.x * kTarget.y));
-  ProcessorComposer composer;
-  composer.compose({{eye.data(), eye.data()}, kSize}, Mix::kOneEye, {{0, 0}, kTarget}, 1, {0, 0, kTarget.x, kTarget.y},
-                   out.data(), static_cast<std::size_t>(4 * kTarget.x), &warp);
-  double worst = 0;
-  for (int y = 0; y < kTarget.y; ++y)
-    for (int x = 0; x < kTarget.x; ++x)
-      for (int channel = 0; channel < 3; ++channel) {
-        const double right = exact(eye, kSize, (0.05 + 0.9 * (x + 0.5) / kTarget.x) * kSize.x,
-                                   (0.1 + (y + 0.5) / kTarget.y) * kSize.y, channel);
-        const std::uint8_t drawn = out[static_cast<std::size_t>(4 * (y * kTarget.x + x) + 2 - channel)];
-        worst = std::max(worst, std::abs(drawn - right));
-      }
-  EXPECT_LE(worst, 2);
+  const auto moved = [](const glm::dvec2& at) { return glm::dvec2(0.05 + 0.9 * at.x, 0.1 + at.y); };
+  EXPECT_LE(worst_level({97, 80}, 12, moved, &warp), 2);
 }
 
 }  // namespace

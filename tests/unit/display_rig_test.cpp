@@ -31,17 +31,6 @@ TEST(Kooima, WorkedExampleIsReproducedInItsOwnForm) {
   EXPECT_FALSE(eye.flip);
 }
 
-TEST(Kooima, VulkanFormDiffersOnlyInItsYAndItsDepth) {
-  const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
-  const dmat4 gl = opengl_projection(eye.frustum), vk = eye.projection;
-  for (int column = 0; column < 4; ++column) {
-    EXPECT_EQ(vk[column][0], gl[column][0]);
-    EXPECT_EQ(vk[column][1], -gl[column][1]);
-    EXPECT_NEAR(vk[column][2], 0.5 * (gl[column][2] + gl[column][3]), 1e-15);
-    EXPECT_EQ(vk[column][3], gl[column][3]);
-  }
-}
-
 TEST(Kooima, CornersOfTheScreenAreCornersOfThePicture) {
   const Screen s = worked_screen();
   const EyeView eye = eye_view(s, {}, {.1, -.05, .4}, {0.1, 2.0});
@@ -175,11 +164,8 @@ std::string message_for(std::string text, std::string_view from, std::string_vie
 TEST(RigFile, BadValuesNameTheirPlaceWhatWasFoundAndWhatWasExpected) {
   EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirorr\","),
               testing::AllOf(HasSubstr("rig.json"), HasSubstr("display"), HasSubstr("mirorr"), HasSubstr("offscreen")));
-  EXPECT_THAT(message_for(kExample, "side_by_side", "sidebyside"),
-              testing::AllOf(HasSubstr("screen.layout"), HasSubstr("sidebyside"), HasSubstr("side_by_side")));
   EXPECT_THAT(message_for(kExample, "\"ipd_mm\": 64", "\"ipd_mm\": -1"),
               testing::AllOf(HasSubstr("head.ipd_mm"), HasSubstr("-1")));
-  EXPECT_THAT(message_for(kExample, "\"ipd_mm\"", "\"ipd\""), testing::AllOf(HasSubstr("head"), HasSubstr("ipd")));
   EXPECT_THAT(message_for(kExample, "[0,2,0]", "[0,0,0]"), testing::AllOf(HasSubstr("mirror.normal")));
   EXPECT_THAT(message_for(kExample, "opentrack:4242", "opentrack:99999"),
               testing::AllOf(HasSubstr("head.tracker"), HasSubstr("65535")));
@@ -188,7 +174,6 @@ TEST(RigFile, BadValuesNameTheirPlaceWhatWasFoundAndWhatWasExpected) {
               testing::AllOf(HasSubstr("screen.corners_mm"), HasSubstr("right angle")));
   EXPECT_THAT(message_for(kExample, "[0,300,400]", "[0,-500,400]"),
               testing::AllOf(HasSubstr("head.eye_center_mm"), HasSubstr("behind the picture")));
-  EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirror\", \"magnify\": 0,"), HasSubstr("magnify"));
   EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirror\", \"magnify_about_mm\": [1,2,3],"),
               testing::AllOf(HasSubstr("magnify_about_mm"), HasSubstr("\"magnify\" beside it")));
   EXPECT_THAT(message_for(R"({"display":"hmd", "hmd": {"magnify": 4}})", "\"hmd\",", "\"hmd\", \"magnify\": 3,"),

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 
 #include "engine/display/writing.h"
 #include "tests/support/color_vision.h"
@@ -68,13 +67,6 @@ TEST(Writing, AForceThatIsNotShownChangesNoPixel) {
     says.force = force;
     EXPECT_FALSE(hidden.differs(says, {640, 360})) << force << " N";
   }
-}
-
-TEST(Writing, SaysASlowSpindlesSpeedInRevolutionsPerMinute) {
-  EXPECT_EQ(display::spindle_text(0.8), "800 rpm");
-  EXPECT_EQ(display::spindle_text(0.0149), "10 rpm");
-  EXPECT_EQ(display::spindle_text(0), "0 rpm");
-  EXPECT_EQ(display::spindle_text(299.6), "300 krpm");
 }
 
 TEST(Writing, FitsSmallPicturesWithLettersThatCanBeRead) {

@@ -37,7 +37,6 @@ class Body {
           static_cast<float>(distance_(field.origin + kSpacing * dvec3(x, y, z)));
     });
   }
-  void cut(std::function<double(const dvec3&)> distance) { distance_ = std::move(distance); }
   CoarseField field;
 
  private:
@@ -299,24 +298,6 @@ TEST(Spray, ItsWaterIsTheFlowOfTheNozzlesAndEveryDropIsAccountedFor) {
   }
 }
 
-TEST(Spray, WetsTheTissueBelowTheBur) {
-  const Body body(plane({0, 0, 1}));
-  Film film(body.field, table());
-  Spray spray(kFourNozzles);
-  const SpraySource source = bur_at({0, 0, 1e-3});
-  for (int i = 0; i < 20; ++i) {
-    spray.step(1.0 / 60, &source, body.field, film);
-    film.step(1.0 / 60);
-  }
-  double near = 0, all = 0;
-  for (const FilmCell& cell : cells_of(film, body.field)) {
-    all += cell.water * cell.area;
-    if (glm::length(cell.p_W) < 4e-3) near += cell.water * cell.area;
-  }
-  EXPECT_GT(film.water_at({0, 0, 0}), 20e-6);
-  EXPECT_GT(near, 0.3 * all);
-}
-
 TEST(Spray, TheSameSeedGivesTheSameBits) {
   std::uint64_t hashes[3][2];
   for (int run = 0; run < 3; ++run) {
@@ -334,24 +315,6 @@ TEST(Spray, TheSameSeedGivesTheSameBits) {
     EXPECT_EQ(hashes[0][k], hashes[1][k]);
     EXPECT_NE(hashes[0][k], hashes[2][k]);
   }
-}
-
-TEST(Spray, WithoutWaterAndWithoutFilmNothingIsComputed) {
-  const Body body(plane({0, 0, 1}));
-  Film film(body.field, table());
-  Spray spray(kFourNozzles);
-  const SpraySource dry = bur_at({0, 0, 1e-3}, 0);
-  const std::uint64_t spray_before = spray.hash(), film_before = film.hash();
-  for (int i = 0; i < 100; ++i) {
-    spray.step(1.0 / 60, i % 2 ? &dry : nullptr, body.field, film);
-    film.step(1.0 / 60);
-  }
-  EXPECT_EQ(spray.droplets_stepped(), 0u);
-  EXPECT_EQ(film.cells_stepped(), 0u);
-  EXPECT_EQ(film.loaded(), 0u);
-  EXPECT_EQ(spray.hash(), spray_before);
-  EXPECT_EQ(film.hash(), film_before);
-  EXPECT_EQ(spray.ledger().sprayed.water, 0);
 }
 
 }  // namespace

@@ -128,15 +128,11 @@ TEST(Chips, AControlledMotorHoldsItsSpeedUpToTheStatedTorque) {
   EXPECT_THROW(motor(6), Error);
 }
 
-TEST(Chips, EdgesOutsideOfPhysicsAreRefusedWithKeyAndRange) {
-  const auto refused = [](const std::string& keys) {
-    return test::refusal(
-        [&] { (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, )" + keys + "}", "tool")); });
-  };
-  using testing::AllOf, testing::HasSubstr;
-  EXPECT_THAT(refused(R"("blades": 65)"), AllOf(HasSubstr("blades"), HasSubstr("64")));
-  EXPECT_THAT(refused(R"("grit_um": 600)"), AllOf(HasSubstr("grit_um"), HasSubstr("500")));
-  EXPECT_THAT(refused(R"("blades": 6, "grit_um": 100)"), HasSubstr("one of them"));
+TEST(Chips, OfAToolWithBladesAndGrainsAreRefused) {
+  const std::string said = test::refusal([] {
+    (void)read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "blades": 6, "grit_um": 100})", "tool"));
+  });
+  EXPECT_THAT(said, testing::HasSubstr("one of them"));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Tests colour per voxel: where it is stored, what keeps and what removes it.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>

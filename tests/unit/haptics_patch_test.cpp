@@ -4,14 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <random>
-#include <set>
-#include <thread>
 
 #include "engine/base/ring.h"
 #include "engine/base/units.h"

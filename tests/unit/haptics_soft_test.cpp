@@ -210,13 +210,6 @@ TEST(SoftTissue, BleedsOnlyFromACutThatIsDeepEnough) {
   EXPECT_LT(glm::length(cut.tissue.wounds()[0].p_W), 0.6_mm);
 }
 
-TEST(SoftTissue, BloodSpreadsSlowlyToItsBound) {
-  const SoftLaw law;
-  EXPECT_EQ(haptics::blood_radius(law, 0), 0);
-  EXPECT_NEAR(haptics::blood_radius(law, law.blood_time), law.blood_radius * (1 - std::exp(-1.0)), 1e-9);
-  EXPECT_LE(haptics::blood_radius(law, 3600), law.blood_radius);
-}
-
 TEST(SoftTissue, SendsEveryVisibleMoveUntilThePictureShowsThePresentState) {
   Pressed layer(ball_probe(), flat_layer());
   std::vector<float> seen(layer.surface->points().size(), 0);
