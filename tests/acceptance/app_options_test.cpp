@@ -220,12 +220,6 @@ TEST_F(Options, ARunTakesTheMouseByItsNameAndTheExpertAsHand) {
   refuse("run {}/scene.json --hand expert: --audio none: --rig closeup", HasSubstr("ideal"));
 }
 
-TEST_F(Options, HelpSaysThatTheProgramWithoutArgumentsOpensTheWindow) {
-  const Ran help = expect_ok(run("--help"));
-  EXPECT_THAT(help.out, HasSubstr("Without arguments, typodont opens the operator's window."));
-  EXPECT_EQ(run("servo --help").status, 0);
-}
-
 TEST_F(Options, AFolderWithoutScansIsRefused) {
   std::filesystem::create_directory(folder.path() / "empty");
   refuse("import {}/empty --out {}/x.vdb", HasSubstr("found no DICOM images"));
