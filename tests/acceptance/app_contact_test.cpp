@@ -2,7 +2,6 @@
 // hand.
 #include <gmock/gmock.h>
 
-
 #include "engine/app/recording.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"

@@ -80,12 +80,6 @@ TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheL
   }
 }
 
-TEST(Demo, TheRigOfTheWholeFilmIsFullHdForEachEye) {
-  const Json rig = Json::load("assets/rigs/film.json");
-  EXPECT_EQ(rig["screen"]["layout"].string(), "side_by_side");
-  EXPECT_EQ(rig["screen"]["pixels"].numbers(2), (std::vector<double>{2 * 1920, 1080}));
-}
-
 TEST(Demo, AnUnwritableFolderIsRefused) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   expect_exit(folder.run("demo --out /proc/nowhere"), 2, "/proc/nowhere");

@@ -90,6 +90,9 @@ TEST_F(Options, AnOptionWithoutEffectIsRefused) {
            {"report {} --out {}/x.html --expert e.h5", "--expert"},
            {"import {}/s.stl --out {}/x.vdb --spacing-mm 0.1", "--spacing-mm"},
            {"import {}/s.stl --out {}/x.vdb --thresholds 1", "--thresholds"},
+           {"import {}/s.stl --out {}/x.vdb --series 1", "--series"},
+           {"import {}/s.stl --out {}/x.vdb --hounsfield 0", "--hounsfield"},
+           {"import {}/s.stl --out {}/x.vdb --nan-as 0", "--nan-as"},
            {"import {}/s.nrrd --out {}/x.vdb --unit-mm 10", "--unit-mm"},
            {"import {}/s.nrrd --out {}/x.vdb --shell-mm 1", "--shell-mm"},
            {"calibrate --noise-mm 1", "--noise-mm"}})
