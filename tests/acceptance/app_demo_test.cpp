@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "engine/base/json.h"
 #include "engine/render/picture.h"
 #include "engine/session/film.h"
 #include "engine/session/session_file.h"

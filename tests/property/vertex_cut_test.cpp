@@ -337,6 +337,28 @@ TEST(VertexCut, MovedVerticesLieOnTheHead) {
   }
 }
 
+TEST(VertexCut, RotatingTheWorkpieceRotatesTheResult) {
+  // Splits and moves depend on lengths only. A rotation keeps lengths, except for rounding.
+  const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
+  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
+    const VertexHead head(head_of(shape));
+    haptics::TissueMesh tissue = square(4.0_mm, 0.37_mm);
+    std::mt19937 random(3);
+    for (dvec3& p : tissue.vertices) {  // so that no two lengths are equal
+      p += 1e-7 * dvec3(random() % 100, random() % 100, random() % 100);
+    }
+    haptics::TissueMesh turned = tissue;
+    for (dvec3& p : turned.vertices) p = R * p;
+    Workpiece one(tissue, 0.1_mm), other(turned, 0.1_mm);
+    const dquat tilt = glm::angleAxis(0.3, dvec3(0, 1, 0));
+    const Pose A{{0, 0, head.reach() + 0.1_mm}, tilt}, B{{0.1_mm, 0, 0.3_mm}, tilt};
+    const double first = drive(one, head, A, B, 0.1_mm);
+    const double second = drive(other, head, {R * A.p, R * A.R}, {R * B.p, R * B.R}, 0.1_mm);
+    EXPECT_GT(first, 1e-12);
+    EXPECT_NEAR(first, second, 1e-6 * first) << haptics::name_of(shape);
+  }
+}
+
 TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRuleDoesNot) {
   const VertexHead head(round_head());
   const double depth = 1.5 * kRadius, edge = kRadius / 10;
