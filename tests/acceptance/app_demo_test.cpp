@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "engine/base/json.h"
 #include "engine/render/picture.h"
 #include "engine/session/film.h"
 #include "engine/session/session_file.h"
@@ -78,12 +77,6 @@ TEST(Demo, MakesPicturesAFilmOfTenSecondsSoundSessionAndReportOfACavityWhereTheL
     EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 20'000u);
     EXPECT_THAT(ran.out, HasSubstr("film with sound, 10 frames"));
   }
-}
-
-TEST(Demo, TheRigOfTheWholeFilmIsFullHdForEachEye) {
-  const Json rig = Json::load("assets/rigs/film.json");
-  EXPECT_EQ(rig["screen"]["layout"].string(), "side_by_side");
-  EXPECT_EQ(rig["screen"]["pixels"].numbers(2), (std::vector<double>{2 * 1920, 1080}));
 }
 
 TEST(Demo, AnUnwritableFolderIsRefused) {

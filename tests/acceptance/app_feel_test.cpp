@@ -99,18 +99,5 @@ TEST(Feel, BreakingThroughAHardShellOverASoftCoreGivesNoForceStep) {
   EXPECT_LT(felt.end_z_mm, -5);  // the bur passed through
 }
 
-TEST(Feel, ThePlaneOfTheLastContactReplacesALatePatch) {
-  // A stylus that slides across a roller, 4 mm in half a second, while no patch comes for 200 ms.
-  const std::string roller = R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"cylinder":
-    {"center_mm": [0, 0, -5], "axis": [0, 1, 0], "radius_mm": 8, "height_mm": 8}}}]},
-    "friction": false, "tool": {"shape": "sphere", "diameter_mm": 1, "cuts": false}})";
-  const Felt free = drill(roller, {0, 0, 3.55}, 1.0, 2.5),
-             late = drill(roller, {0, 0, 3.55}, 1.0, 2.5, "--stall-carver-ms 200");
-  EXPECT_EQ(free.faults, 0u);
-  EXPECT_TRUE(late.faults & bits(Fault::kPatchEdge));
-  EXPECT_LT(late.worst_step, 0.02);
-  EXPECT_NEAR(late.max_force, 1.0, 0.3);
-}
-
 }  // namespace
 }  // namespace typodont

@@ -195,6 +195,8 @@ TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   };
   EXPECT_EQ(with("", ""), "");
   EXPECT_EQ(with(R"(, "hardness": 0)", R"(, "force_limit_N": 300, "torque_limit_Nmm": 20000)"), "");
+  const Json own = Json::parse(scene(R"(, "torque_limit_Nmm": 4000)"), "scene");
+  EXPECT_DOUBLE_EQ(parse_scene(own, "scene.json").servo.torque_limit, 4) << "N·m";
   EXPECT_THAT(with(R"(, "color": [0, 0, 1.5])", ""), AllOf(HasSubstr("color"), HasSubstr("three numbers from 0 to 1")));
   EXPECT_THAT(with(R"(, "hardness": 1.5)", ""), AllOf(HasSubstr("hardness"), HasSubstr("1.5"), HasSubstr("0 to 1")));
   EXPECT_THAT(with("", R"(, "paint": [{"tissue": "caries", "hardness": -1, "solid": {"sphere": {"radius_mm": 1}}}])"),
@@ -202,17 +204,6 @@ TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   EXPECT_THAT(with("", R"(, "force_limit_N": 301)"),
               AllOf(HasSubstr("force_limit_N"), HasSubstr("301"), HasSubstr("0.1 to 300")));
   EXPECT_THAT(with("", R"(, "torque_limit_Nmm": 0)"), AllOf(HasSubstr("torque_limit_Nmm"), HasSubstr("1 to 20000")));
-}
-
-TEST(SceneKeys, TheForceLimitDefaultsToTwentyNewtonAndTheTorqueLimitToHalfANewtonMetre) {
-  const auto settings = [](const std::string& more) {
-    return parse_scene(Json::parse(scene(more), "scene"), "scene.json").servo;
-  };
-  EXPECT_EQ(settings("").force_limit, 20);
-  EXPECT_EQ(settings("").torque_limit, 0.5);
-  const auto own = settings(R"(, "force_limit_N": 200, "torque_limit_Nmm": 4000)");
-  EXPECT_EQ(own.force_limit, 200);
-  EXPECT_DOUBLE_EQ(own.torque_limit, 4);
 }
 
 TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {

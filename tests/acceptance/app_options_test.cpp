@@ -90,6 +90,9 @@ TEST_F(Options, AnOptionWithoutEffectIsRefused) {
            {"report {} --out {}/x.html --expert e.h5", "--expert"},
            {"import {}/s.stl --out {}/x.vdb --spacing-mm 0.1", "--spacing-mm"},
            {"import {}/s.stl --out {}/x.vdb --thresholds 1", "--thresholds"},
+           {"import {}/s.stl --out {}/x.vdb --series 1", "--series"},
+           {"import {}/s.stl --out {}/x.vdb --hounsfield 0", "--hounsfield"},
+           {"import {}/s.stl --out {}/x.vdb --nan-as 0", "--nan-as"},
            {"import {}/s.nrrd --out {}/x.vdb --unit-mm 10", "--unit-mm"},
            {"import {}/s.nrrd --out {}/x.vdb --shell-mm 1", "--shell-mm"},
            {"calibrate --noise-mm 1", "--noise-mm"}})
@@ -218,12 +221,6 @@ TEST_F(Options, TheServoCommandStatesItsOutputSizeAndRefusesMoreThanTheFreeDiskS
 TEST_F(Options, ARunTakesTheMouseByItsNameAndTheExpertAsHand) {
   refuse("run {}/scene.json --hand mouse --audio none: --rig closeup", HasSubstr("a window rig"));
   refuse("run {}/scene.json --hand expert: --audio none: --rig closeup", HasSubstr("ideal"));
-}
-
-TEST_F(Options, HelpSaysThatTheProgramWithoutArgumentsOpensTheWindow) {
-  const Ran help = expect_ok(run("--help"));
-  EXPECT_THAT(help.out, HasSubstr("Without arguments, typodont opens the operator's window."));
-  EXPECT_EQ(run("servo --help").status, 0);
 }
 
 TEST_F(Options, AFolderWithoutScansIsRefused) {

@@ -1,7 +1,6 @@
 // Tests `typodont import` through the command line with the CT of a molar that is shipped with the program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <string>
@@ -153,20 +152,6 @@ TEST(ImportCommand, OneOfSeveralSeriesIsImportedWithItsLabelsAndWithoutThePatien
   for (const std::string& text : {ran.out, ran.err, test::read_text(out), test::read_text(labels)}) {
     for (const char* secret : {"HUSH", "HANNAH", test::kPatientId, test::kBirthDate})
       EXPECT_THAT(text, testing::Not(HasSubstr(secret)));
-  }
-}
-
-TEST(ImportCommand, AMeshIsImportedAndScanOptionsAreRefusedForIt) {
-  std::string cube =
-      "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face "
-      "6\nproperty list uchar int vertex_indices\nend_header\n";
-  for (int i = 0; i < 8; ++i) cube += fmt::format("{} {} {}\n", i & 1 ? 6 : 0, i & 2 ? 6 : 0, i & 4 ? 8 : 0);
-  test::write(scratch("cube.ply"), cube + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n");
-  const std::string mesh = scratch("cube.ply").string(), out = scratch("cube.vdb").string();
-  const Ran ran = expect_ok(run(fmt::format("{} --preset bone --voxel-mm 0.2 --out {} --json", mesh, out)));
-  EXPECT_NEAR(Json::parse(ran.out, "report")["volume_mm3"]["total"].number(), 6 * 6 * 8, 3);
-  for (const char* option : {"--series 1", "--spacing-mm 1", "--hounsfield 0", "--nan-as 0", "--thresholds 1"}) {
-    expect_exit(run(fmt::format("{} {} --out {}", mesh, option, out)), 2, "a scan");
   }
 }
 

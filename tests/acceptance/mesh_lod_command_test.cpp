@@ -167,24 +167,6 @@ TEST_F(MeshLodCommand, InTheToothSectionTheTipFindsTheStripOfDentinAndSticksInCa
   }
 }
 
-TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
-  write_block();
-  const std::vector<std::pair<std::string, double>> tools{
-      {"round_012", 0.6}, {"cylinder_010", 2.0}, {"flame_012", 2.0}};  // mm from the centre to the tip
-  for (const auto& [tool, tip] : tools) {
-    const auto z = [&](double above) { return std::to_string(tip + above); };
-    folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0," + z(0.9) + ",1,0,0,0,1\n0.3,0,0," +
-                                 z(-0.2) + ",1,0,0,0,1\n0.8,0.3,0.1," + z(-0.5) + ",1,0,0,0,1\n1.0,0,0," + z(1.4) +
-                                 ",1,0,0,0,0\n");
-    const std::string s = scene(R"("model": "mesh_lod", "spindle_krpm": 300, "tool": ")" + tool + "\"");
-    const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "s.h5");
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    EXPECT_GT(Json::parse(ran.out, "summary")["cuts"].number(), 50) << tool;
-    const auto check = folder.run("replay " + folder / "s.h5" + " --check");
-    EXPECT_EQ(check.status, 0) << tool << check.out << check.err;
-  }
-}
-
 TEST_F(MeshLodCommand, AMeshIsAlsoTissueForTheOtherModels) {
   write_block();
   folder.write("hand.csv",

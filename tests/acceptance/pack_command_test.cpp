@@ -173,19 +173,6 @@ TEST_F(FitMaterial, ATableOfTheSevenDocumentedColumnsFromOtherCodeGivesTheHardne
   EXPECT_LT(error.items().back().number(), 0.01 * error.items().front().number());
 }
 
-TEST_F(FitMaterial, ACurveWithoutContactAndADivergingStepAreRefusedWithAReasonAndLeaveNoFile) {
-  const std::string block = scene("scene.json", "[8, 8, 4]");
-  const auto free =
-      folder.run("fit-material " + ticks(block, 5.5) + " --scene " + block + " --out " + folder / "m.json");
-  EXPECT_EQ(free.status, 2);
-  EXPECT_THAT(free.err, AllOf(HasSubstr("ticks.csv"), HasSubstr("contact")));
-  const auto wild =
-      folder.run("fit-material " + ticks(block, 4.0) + " --eta 1000 --scene " + block + " --out " + folder / "m.json");
-  EXPECT_EQ(wild.status, 2);
-  EXPECT_THAT(wild.err, AllOf(HasSubstr("unstable"), HasSubstr("below")));
-  EXPECT_FALSE(std::filesystem::exists(folder / "m.json"));
-}
-
 TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
   expect_ok(folder.run("pack " + scene() + " --spheres 300 --out " + folder / "p.h5"));
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");

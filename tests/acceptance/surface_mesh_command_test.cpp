@@ -1,9 +1,8 @@
 // Tests `typodont mesh` as users run it: the program, its files, and its exit statuses.
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -13,8 +12,6 @@ namespace typodont::surface {
 namespace {
 
 using namespace typodont::test;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 class MeshCommand : public ::testing::Test {
  protected:
@@ -77,19 +74,6 @@ TEST_F(MeshCommand, OtherFormatsHoldTheSameTriangles) {
   std::size_t faces = 0;
   for (std::size_t at = text.find("\nf "); at != std::string::npos; at = text.find("\nf ", at + 1)) ++faces;
   EXPECT_EQ(faces, triangles);
-}
-
-TEST_F(MeshCommand, BadInputIsRefusedByNameAndLeavesNoFile) {
-  const std::string file = scene(R"({"sphere": {"center_mm": [0,0,0], "radius_mm": 2}})");
-  Ran result = run(file + " --out " + (folder / "s.xyz"));
-  EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.err, AllOf(HasSubstr("s.xyz"), HasSubstr(".stl")));
-  expect_exit(run((folder / "nowhere.vdb") + " --out " + (folder / "s.ply")), 2, "nowhere.vdb");
-  result = run(file + " --out " + (folder / "s.ply") + " --tolerance-mm -1");
-  EXPECT_EQ(result.status, 2);
-  expect_exit(run(file + " --out " + (folder / "no/such/folder/s.ply")), 2, "no/such/folder");
-  EXPECT_FALSE(std::filesystem::exists(folder / "s.ply"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "s.xyz"));
 }
 
 }  // namespace

@@ -202,12 +202,20 @@ TEST(ContactCases, ABurThatStopsInItsOwnHoleComesOutFreely) {
   }
 }
 
-TEST(ContactCases, AProbeSinksIntoCariesWithoutAStepAndIsHeldWhenWithdrawn) {
-  for (const char* model : {"offset", R"({"packing": {"spheres": 2000}})", "mesh_lod", "vertex"}) {
-    ServoSettings settings = test::probe_settings(model);
-    settings.tool.diameter = settings.tool.length = 0.25_mm;
+TEST(ContactCases, AProbeSinksIntoCariesWithoutAStepAndIsHeldWhenWithdrawnAndDoesNeitherInEnamel) {
+  const auto pointed = [](const char* model) {
+    ServoSettings settings = with_head(test::probe_settings(model), HeadShape::kSphere, 0.25_mm, 0.25_mm);
     settings.tool.cuts = false, settings.tool.sink_yield = 0.3;
-    HapticBench bench = soft_block(settings, "caries");
+    return settings;
+  };
+  HapticBench hard = soft_block(pointed("offset"), "enamel");
+  Moves above{hard, {0, 0, 0.325_mm}};
+  above.to({0, 0, -1.375_mm}, 1);
+  EXPECT_GT(hard.last.X_WG.p.z, 0.124_mm);
+  above.to({0, 0, 1.6_mm}, 1.5);
+  EXPECT_GT(above.min_force_z, -1e-3);
+  for (const char* model : {"offset", R"({"packing": {"spheres": 2000}})", "mesh_lod", "vertex"}) {
+    HapticBench bench = soft_block(pointed(model), "caries");
     Moves hand{bench, {0, 0, 0.325_mm}};
     hand.to({0, 0, -1.375_mm}, 1);
     hand.to(hand.at, 0.5);

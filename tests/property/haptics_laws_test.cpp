@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <random>
 #include <tuple>
-#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/coupling/friction.h"
@@ -65,33 +63,24 @@ TEST(Friction, StaysInsideCoulombsConeAndInTheTangentPlaneOnAnyPath) {
   }
 }
 
-TEST(Friction, FallsFromStaticToDynamicByNoMoreThanTheSlip) {
+TEST(Friction, FallsFromStaticToDynamicByNoMoreThanTheSlipInAnyDirection) {
   const FrictionLaw law{0.5, 0.4, 500};
   for (const double step : {0.1e-6, 2e-6, 20e-6}) {
-    FrictionState state;
-    dvec3 last(0);
-    double most = 0;
-    for (int i = 1; i * step < 3e-3; ++i) {
-      const dvec3 f = friction_force(law, {i * step, 0, 0}, {(i - 1) * step, 0, 0}, {0, 0, 1}, 1.5, state);
-      ASSERT_LE(glm::length(f - last), 2 * law.stiffness * step) << step << ", " << i;
-      most = std::max(most, glm::length(f));
-      last = f;
+    for (int k = 0; k < 24; ++k) {
+      const dvec3 way = step * dvec3(std::cos(k * kPi / 12), std::sin(k * kPi / 12), 0);
+      FrictionState state;
+      dvec3 last(0);
+      double most = 0;
+      for (int i = 1; i * step < 3e-3; ++i) {
+        const dvec3 f = friction_force(law, way * double(i), way * double(i - 1), {0, 0, 1}, 1.5, state);
+        ASSERT_LE(glm::length(f - last), 2 * law.stiffness * step * (1 + 1e-9)) << step << ", " << k << ", " << i;
+        most = std::max(most, glm::length(f));
+        last = f;
+      }
+      EXPECT_GT(most, 0.95 * 0.5 * 1.5);
+      EXPECT_NEAR(glm::length(last), 0.4 * 1.5, 1e-9);
+      EXPECT_NEAR(glm::dot(last, way), -0.4 * 1.5 * step, 1e-9 * step) << k;
     }
-    EXPECT_GT(most, 0.95 * 0.5 * 1.5);
-    EXPECT_NEAR(glm::length(last), 0.4 * 1.5, 1e-9);
-  }
-}
-
-TEST(Friction, IsIsotropic) {
-  const FrictionLaw law;
-  for (int k = 0; k < 24; ++k) {
-    const dvec3 way(std::cos(k * kPi / 12), std::sin(k * kPi / 12), 0);
-    FrictionState state;
-    dvec3 f(0);
-    for (int i = 1; i <= 2000; ++i)
-      f = friction_force(law, way * (i * 1e-6), way * ((i - 1) * 1e-6), {0, 0, 1}, 1.0, state);
-    EXPECT_NEAR(glm::dot(f, way), -law.dynamic_coefficient, 1e-9) << k;
-    EXPECT_NEAR(glm::length(f), law.dynamic_coefficient, 1e-9) << k;
   }
 }
 

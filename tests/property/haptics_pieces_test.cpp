@@ -122,12 +122,6 @@ TEST(LoosePieces, TheForceLawGivesTheBitsOfItsVersion) {
   EXPECT_EQ(found, 67u + 179u);
 }
 
-TEST(LoosePieces, TheTissueStaysOneBodyAfterAnyCut) {
-  std::size_t found = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) hash_of_sawing(0.1, seed, found);
-  EXPECT_GT(found, 20u);
-}
-
 TEST(LoosePieces, BodiesThatWereSeparateFromTheStartAreNotLoose) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "enamel", "solid": {"union": [

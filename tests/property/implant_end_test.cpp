@@ -9,7 +9,6 @@
 #include "engine/base/voxels.h"
 #include "haptics/contact/implant/end_voxels.h"
 #include "haptics/dense_tissue.h"
-#include "haptics/work.h"
 #include "tests/support/implant_bench.h"
 
 namespace typodont::haptics::implant {
@@ -170,16 +169,6 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
       EXPECT_NEAR(b.max_grey / a.max_grey, 1, 2e-2) << diameter << " mm, round " << round;
     }
   }
-}
-
-TEST(ImplantEnd, AVoxelCountsAsOneQuery) {
-  std::mt19937 random(1);
-  const Tool tool = test::implant_tool("drill", 2.2, 5, test::drill_block(0, 1));
-  const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3);
-  const TissuePatch patch = floor_of_bone(-35, false, false, random);
-  const std::uint64_t before = queries_of_this_thread();
-  scan_end(EndVoxels(voxels), patch, law_of(tool, true), {-8, 2, -18}, {1, 0, 0, 0});
-  EXPECT_EQ(queries_of_this_thread() - before, voxels.ahead);
 }
 
 }  // namespace

@@ -442,22 +442,6 @@ TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPosition) {
               testing::AllOf(testing::HasSubstr("beds[0]"), testing::HasSubstr("a bed inside bone")));
 }
 
-TEST(ImplantModel, ABedDefinedInTheSceneWorksFromTheFirstTick) {
-  const char* const model =
-      R"({"implant": {"beds": [{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": 4, "diameter_mm": 2.2}]}})";
-  ImplantSession s(TissueVolume(read_solids(Json::parse(
-                       R"({"voxel_mm": 0.15, "solids": [{"tissue": "cancellous_bone", "solid": {"difference": [
-                         {"box": {"center_mm": [0, 0, -4], "size_mm": [9, 9, 8]}},
-                         {"cylinder": {"radius_mm": 1.1, "height_mm": 8}}]}}]})",
-                       "bone"))),
-                   implant_settings(model));
-  s.land_with(kGauge22);
-  for (int i = 0; i < 20; ++i) s.push(0.6);
-  EXPECT_NE(s.tick.level, kHigh);
-  for (int i = 0; i < 3000; ++i) s.push(1);
-  EXPECT_NEAR(s.depth(), 4e-3, 0.1e-3);
-}
-
 /// Force (N) by which the hand's motion in one tick may change the force of spring and damper. A rotation of the hand
 /// moves the end of the tool.
 double effect_of(const ImplantSession& s, const Pose& last, double damping) {

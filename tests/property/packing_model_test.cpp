@@ -139,21 +139,6 @@ TEST(PackingModel, ASphereOffTheToolsOriginTurnsTheHandWithItsForceTimesItsLever
   }
 }
 
-TEST(PackingModel, TheRemovedVolumeEqualsTheMotorsWork) {
-  ServoSettings s = settings(kPacking);
-  Session run(s);
-  for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
-  double work = 0;
-  for (int i = 0; i < 1500; ++i) {
-    // the force increases gradually; after a jump into the tissue, the teeth would press only some ticks later
-    const double newton = 0.8 * std::min(1.0, i / 300.0);
-    run.push(newton, 1);
-    work += s.tool.cutting_coefficient * newton * s.tool.radius() * run.last.spindle * 1e-3;
-  }
-  const double spent = removed(run.last) * s.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
-  EXPECT_NEAR(spent / work, 1, 0.05);
-}
-
 TEST(PackingModel, DenserTissueIsCutSlowerByTheRatioOfTheDensities) {
   for (const char* speed : {"", R"("speed_mm_per_s": 1, )"}) {
     double taken[2];

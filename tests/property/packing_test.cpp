@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "engine/base/error.h"
@@ -149,13 +148,6 @@ TEST(Packing, MoreSpheresUnderTheSameLimitFillMoreAndLeaveSmallerHoles) {
   }
   EXPECT_GT(coverage, 0.75);
   EXPECT_LT(coverage, 1.0);
-}
-
-TEST(Packing, TissueBeyondTheFieldsBandIsPackedAsDeepAsItIs) {
-  // The narrow band is 0.6 mm wide. The middle of the ball is 2.5 mm below the surface.
-  const SpherePacking p = packed(sampled(kSolids[0]), 60);
-  EXPECT_GT(p.radius.front(), 0.7_mm);
-  EXPECT_GT(p.coverage(), 0.5);
 }
 
 TEST(Packing, TheProgressCallbackCanCancelPacking) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <random>
 
 #include "engine/surface/mesh_export.h"
 #include "tests/support/campaign.h"
@@ -18,25 +17,6 @@ using test::put;
 
 TEST(Incremental, TheMeshAfterRandomCutsEqualsAFullRemesh) {
   EXPECT_EQ(test::cut_and_compare(test::campaign(500)), "");
-}
-
-TEST(Incremental, OrderOfUpdatesDoesNotMatter) {
-  CutBlock block(3);
-  block.cut({20, 22, 24}, 9);
-  std::vector<glm::ivec3> keys = block.keys();
-  std::uint64_t expected = 0;
-  std::mt19937 random(2);
-  for (int order = 0; order < 4; ++order) {
-    SurfaceMesher mesher;
-    for (const glm::ivec3& key : keys) {
-      put(mesher, block.brick(key));
-      if (order == 2) mesher.remesh();  // remesh after every single brick
-    }
-    mesher.remesh();
-    if (order == 0) expected = mesher.hash();
-    EXPECT_EQ(mesher.hash(), expected);
-    std::shuffle(keys.begin(), keys.end(), random);
-  }
 }
 
 TEST(Incremental, OnlyBricksNearTheCutAreRemeshed) {

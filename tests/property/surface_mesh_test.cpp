@@ -138,21 +138,6 @@ TEST(Colors, RefineAFlatFaceOnlyWhereTheyChangeAndMoveNoVertexOffIt) {
   EXPECT_LT(step, all / 8) << "and not elsewhere";
 }
 
-TEST(Torus, HasOneHandleAndStaysWithinTheTolerance) {
-  Random random(3);
-  for (const float tolerance : {-1.f, 0.05f, 0.15f}) {
-    const glm::dvec3 centre = random.point(0, 16), axis = random.direction();
-    const Field torus = [=](const glm::dvec3& p) {
-      const glm::dvec3 d = p - centre;
-      const double along = glm::dot(d, axis), across = glm::length(d - along * axis);
-      return std::hypot(across - 18, along) - 6.5;
-    };
-    const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 27.0, centre + 27.0, torus), tolerance));
-    expect_surface(topology_of(mesh), 0);
-    EXPECT_LT(max_error(mesh, torus), std::max(static_cast<double>(tolerance), 0.04));
-  }
-}
-
 TEST(Plate, WithADrilledHoleHasGenusOneAndASharpRim) {
   Random random(5);
   for (const float tolerance : {-1.f, 0.05f, 0.2f}) {

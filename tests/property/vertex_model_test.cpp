@@ -57,7 +57,7 @@ TEST(VertexForce, TheMeanForceIsIndependentOfTheMeshAndThePublishedSumIsNot) {
   EXPECT_GT(sum_fine, 2 * sum_coarse);
 }
 
-TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalWithinADegree) {
+TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalWithinThreeDegrees) {
   HapticBench bench(ball_of(0.1_mm), probe_settings(R"({"vertex": {}})"));
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
