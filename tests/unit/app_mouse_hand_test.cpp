@@ -6,6 +6,8 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/mouse_hand.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/task/task.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
 #include "haptics/solid.h"
