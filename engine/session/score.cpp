@@ -13,8 +13,10 @@ namespace typodont::session {
 
 namespace {
 
-// Cutoff of the high-pass filter for tremor, Hz. Tremor is at 8 to 12 Hz, intended motion below 3 Hz.
-constexpr double kTremorCutoff = 5.0;
+// Tremor is at 8 to 12 Hz. A fourth difference over half periods, h, of 10 Hz shows it: its gain is sin⁴(π·f·h). Sharp
+// turns of strokes are in this octave too, but as a power law, so that power(10 Hz)² = power(5 Hz) · power(20 Hz).
+constexpr double kTremorLag = 0.025;  // s, half a period of 20 Hz
+constexpr double kTremorGain = 0.9;   // power of a sine of 9 Hz after the filter
 // Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
 constexpr double kPathBlock = 0.1;
 constexpr double kFreeBetween = 0.1;   // s; a longer time without contact ends a stroke
@@ -27,14 +29,10 @@ void set_scored_times(std::span<ServoTick> ticks, double servo_rate) {
 }
 
 HandMeter::HandMeter(double servo_rate)
-    : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Second-order Butterworth filter by the bilinear transform with pre-warping.
-  const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
-  const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
-  b0_ = norm;
-  a1_ = 2.0 * (k * k - 1.0) * norm;
-  a2_ = (1.0 - std::numbers::sqrt2 * k + k * k) * norm;
-}
+    : rate_(servo_rate),
+      lag_(static_cast<std::size_t>(std::max(1.0, std::round(servo_rate * kTremorLag)))),
+      recent_(16 * lag_ + 1),
+      block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {}
 
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
@@ -44,14 +42,10 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // The filter starts as if the hand had rested at p; a start at the origin would look like tremor.
-      filter_ = {p, p, dvec3(0), dvec3(0)};
+      std::ranges::fill(recent_, p);  // as if the hand had rested at p
     }
     t_last_ = tick.t;
-    ++ticks_;
-
-    const dvec3 high = b0_ * (p - 2.0 * filter_.x1 + filter_.x2) - a1_ * filter_.y1 - a2_ * filter_.y2;
-    filter_ = {p, filter_.x1, high, filter_.y1};
+    recent_[ticks_++ % recent_.size()] = p;
 
     block_sum_ += p;
     if (++block_count_ == block_size_) {
@@ -72,8 +66,15 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
       ++contact_ticks_;
       force_sum_ += force;
       force_max_ = std::max(force_max_, force);
-      tremor_square_ += glm::dot(high, high);
-      ++tremor_ticks_;
+      for (std::size_t i = 0, lag = 4 * lag_; i < octaves_.size(); ++i, lag /= 2) {
+        // The middle of all differences is 8 · lag_ ticks ago.
+        const auto at = [&](std::size_t k) {
+          return recent_[(ticks_ + 8 * lag_ + 2 * lag - k * lag) % recent_.size()];
+        };
+        const auto moved = [&](std::size_t k) { return at(k) - at(k + 1); };
+        const dvec3 fast = (moved(0) - 3.0 * moved(1) + 3.0 * moved(2) - moved(3)) / 16.0;
+        octaves_[i] += glm::dot(fast, fast);
+      }
       if (!in_stroke_ || to_seconds(tick.t - last_contact_) > kFreeBetween) {
         end_stroke();
         in_stroke_ = true;
@@ -99,7 +100,8 @@ HandMeasures HandMeter::result() const {
   m.force_max = force_max_;
   m.path_length = path_;
   m.strokes = strokes_ + (in_stroke_ && stroke_cut_ > kMinRemoved ? 1 : 0);
-  m.tremor_rms = tremor_ticks_ ? std::sqrt(tremor_square_ / static_cast<double>(tremor_ticks_)) : 0;
+  const double tremor = std::max(0.0, octaves_[1] - std::sqrt(octaves_[0] * octaves_[2])) / kTremorGain;
+  m.tremor_rms = contact_ticks_ ? std::sqrt(tremor / static_cast<double>(contact_ticks_)) : 0;
   m.faults = faults_;
   return m;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 #include <span>
@@ -30,7 +31,7 @@ struct HandMeasures {
   double force_max = 0;      // N, largest force in the session
   double path_length = 0;    // m, path of the hand, not the proxy; without tremor
   int strokes = 0;           // number of contacts that removed tissue
-  double tremor_rms = 0;     // m, root mean square motion above 5 Hz, in contact
+  double tremor_rms = 0;     // m, root mean square tremor of 8 to 12 Hz, in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
@@ -43,18 +44,17 @@ class HandMeter {
   HandMeasures result() const;
 
  private:
-  struct Filter {  // state of the second-order high-pass filter, for each axis
-    dvec3 x1{0}, x2{0}, y1{0}, y2{0};
-  };
   void end_stroke();
 
   double rate_;
-  double b0_, a1_, a2_;
-  Filter filter_;
   bool first_ = true;
   Nanos t_first_ = 0, t_last_ = 0;
-  std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
-  double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
+  std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0;
+  double force_sum_ = 0, force_max_ = 0;
+  // Tremor: the last positions, and sums of the squared motion in the octaves around 5, 10 and 20 Hz.
+  std::size_t lag_;  // ticks, half a period of 20 Hz
+  std::vector<dvec3> recent_;
+  std::array<double, 3> octaves_{};
   // Path length: sum of the distances between mean positions over short intervals.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};

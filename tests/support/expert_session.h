@@ -79,6 +79,7 @@ struct ExpertResult {
   DrillMeter drill;
   double decay_seen = 0;  // fraction of the cut surface that shows caries
   std::string items;      // the score's items, one per line
+  double tremor = 0;      // m rms, as scored
 };
 
 /// Returns the fraction of the samples next to new surface that are labelled as caries.
@@ -137,6 +138,7 @@ inline ExpertResult expert_session(const std::string& name, double longest) {
   const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
   ExpertResult result{100 * score.points / score.full, input.hand.time, drill,
                       decay_on_new_surface(start, session.carver().volume()), ""};
+  result.tremor = input.hand.tremor_rms;
   for (const session::ScoreItem& item : score.items) {
     if (item.weight > 0)
       result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value,

@@ -44,18 +44,44 @@ TEST(HandMeter, PathLengthIsTheLineWithoutTheTremorOnIt) {
   EXPECT_NEAR(measure(circle, always).path_length, 2 * kPi * 5e-3, 0.5e-3);
 }
 
-TEST(HandMeter, TremorIsTheHandAboveFiveHertzAndNothingBelow) {
+/// A sine along y, with the amplitude m.
+dvec3 sine(double t, double hz, double amplitude) {
+  return {0, amplitude * std::sin(2 * kPi * hz * t), 0};
+}
+
+/// Strokes along x, 1.5 mm long, which reverse in one tick. `hz`: there and back.
+dvec3 strokes(double t, double hz) {
+  return {1.5e-3 / kPi * std::asin(std::sin(2 * kPi * hz * t)), 0, 0};
+}
+
+TEST(HandMeter, TremorIsTheHandFromEightToTwelveHertz) {
   const double a = 100e-6;
-  const auto at = [&](double hz) {
-    return measure([&](double t) { return dvec3(0, a * std::sin(2 * kPi * hz * t), 0); }, always).tremor_rms;
+  const auto at = [&](double hz, double amplitude) {
+    return measure([&](double t) { return sine(t, hz, amplitude); }, always).tremor_rms;
   };
-  // Butterworth, second order: |H|² = 1 / (1 + (5/f)⁴).
-  for (const double hz : {8.0, 10.0, 12.0}) {
-    const double expected = a / std::sqrt(2.0) / std::sqrt(1 + std::pow(5 / hz, 4));
-    EXPECT_NEAR(at(hz), expected, 0.03 * expected) << hz;
+  for (const double hz : {8.0, 9.0, 10.0, 11.0, 12.0}) {
+    // Power of the octave around f: sin⁸(π/2 · hz/f); the others' geometric mean is the background.
+    const auto power = [&](double f) { return std::pow(std::sin(kPi / 2 * hz / f), 8); };
+    const double expected = a / std::sqrt(2.0) * std::sqrt((power(10) - std::sqrt(power(5) * power(20))) / 0.9);
+    EXPECT_NEAR(at(hz, a), expected, 0.03 * expected) << hz;
+    EXPECT_NEAR(at(hz, a), a / std::sqrt(2.0), 0.2 * a / std::sqrt(2.0)) << hz;
   }
-  EXPECT_LT(at(0.5), 0.02 * a);
+  EXPECT_LT(at(0.5, a), 1e-3 * a);
+  EXPECT_LT(at(1, 5e-3), 10e-6);
   EXPECT_EQ(measure([](double) { return dvec3(0.1, -0.2, 0.3); }, always).tremor_rms, 0);
+}
+
+TEST(HandMeter, StrokesWithSharpTurnsAreNoTremorAndHideNone) {
+  for (const double hz : {1.0, 1.4, 1.7, 2.0, 2.3, 2.6, 3.0}) {
+    EXPECT_LT(measure([&](double t) { return strokes(t, hz); }, always).tremor_rms, 20e-6) << hz;
+    const auto trembling = [&](double t) { return strokes(t, hz) + sine(t, 9, 100e-6 * std::sqrt(2.0)); };
+    EXPECT_NEAR(measure(trembling, always).tremor_rms, 100e-6, 15e-6) << hz;
+  }
+}
+
+TEST(HandMeter, AJumpOfTheHandIsNoTremor) {
+  const auto jump = [](double t) { return dvec3(t < 5 ? 0 : 5e-3, 0, 0); };
+  EXPECT_LT(measure(jump, always).tremor_rms, 1e-6);
 }
 
 TEST(HandMeter, TremorDoesNotDependOnTheServoRate) {
