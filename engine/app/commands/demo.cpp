@@ -240,7 +240,7 @@ void run(const DemoOptions& options) {
   // is drawn, it may be some stops behind.
   std::future<void> following;
   bool filming = false, picturing = false, rested = false;
-  Nanos stop = 0, followed = 0;  // ns, time of the last stop, and time to which the second thread has got
+  Nanos stop = 0, followed = 0;  // ns, times of the last stop, and of the last one that the second thread was given
   while (tick.t + period <= end_t && session.advance(demo_hand)) {
     const double t = to_seconds(tick.t);
     const auto in_film = [&] { return film_began >= 0 && (options.film || t < film_began + kFilmed); };
@@ -265,11 +265,10 @@ void run(const DemoOptions& options) {
     std::vector<render::MeshUpdate> bricks;
     if (films || pictured) bricks = view.update(carver);
     if (following.valid()) following.get();
-    const double steps = std::max(1.0, to_seconds(stop - followed) / kStep);
     if (const double took = lap(); filming || picturing) {
       (filming ? frame_pace : moment).took(took);
     } else {
-      second.took(took / (steps * kStep));
+      second.took(took / std::max(kStep, to_seconds(stop - followed)));
     }
     filming = films, picturing = before || during, rested = rests, followed = stop;
     if (!bricks.empty()) stage.show(bricks, frame.origin);
