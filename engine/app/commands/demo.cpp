@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
@@ -68,7 +70,8 @@ constexpr double kDuring =
     0.3;  // removed fraction of the caries, at which the picture "during" and the short film are made
 constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;        // s, length of the short film
-constexpr double kStep = 1.0 / 25;    // s, time between two updates of the pictures
+constexpr double kStep = 1.0 / 25;    // s, time between two stops of the session
+constexpr double kBehind = 2;         // s, longest time by which chips and water follow the session
 constexpr double kPictureEvery = 10;  // s, time between two pictures "at_…"
 // Chips and water move only while they are drawn, and shortly before: kSettling (s) before a picture "at_…"; from the
 // removed fraction kNearlyDuring of the caries until the picture "during" and the film are made.
@@ -185,6 +188,7 @@ void run(const DemoOptions& options) {
   Pace second(0.15), frame_pace(options.film ? 0.25 : 0.08), moment(4);
   constexpr double kEnding = 4;
   constexpr int kMoments = 3;
+  int moments = 0;  // number of moments whose pictures were ordered
   Nanos last = now();
   const auto lap = [&] { return to_seconds(now() - std::exchange(last, now())); };
   std::uint64_t frames = 0;
@@ -193,27 +197,23 @@ void run(const DemoOptions& options) {
     const double t = to_seconds(tick.t), filmed = options.film ? length : std::min(length, kFilmed);
     const double unfilmed = std::max(0.0, filmed - static_cast<double>(frames) / options.fps);
     const double left = std::max(0.0, length - t - unfilmed) * second.each() +
-                        unfilmed * options.fps * frame_pace.each() +
-                        (kMoments - static_cast<int>(pictures.size())) * moment.each() + kEnding;
+                        unfilmed * options.fps * frame_pace.each() + (kMoments - moments) * moment.each() + kEnding;
     const double passed = to_seconds(now() - began);
     fraction = std::max(fraction, passed / (passed + left));
     progress.at(fraction);
   };
   const auto take_pictures = [&](const std::string& name, const char* title, const Look& shown) {
-    lap();
-    stage.show(view.update(carver), frame.origin);
     write_pictures(stage, world, shown, options.out, name, pictures, title);
-    moment.took(lap());
     log::info("drew {}", (options.out / (name + "_left.png")).string());
   };
-  const auto say = [&] {
+  const auto notice = [&] {
     using Phase = DemoHand::Phase;
     const Phase phase = demo_hand.phase();
     if (phase == Phase::kAway && end.empty())
       end = result_text(carver.volume(), header.volumes_before, options.language);
-    world.say(phase == Phase::kExplore ? hud_text(options.language, "exploring")
-              : phase == Phase::kDrill ? hud_text(options.language, "removing")
-                                       : end);
+    return phase == Phase::kExplore ? hud_text(options.language, "exploring")
+           : phase == Phase::kDrill ? hud_text(options.language, "removing")
+                                    : end;
   };
 
   show_progress();
@@ -224,8 +224,9 @@ void run(const DemoOptions& options) {
     recorder.writer().heartbeat();
     sound.advance(tick.t);
   };
-  const auto add_frame = [&] {
-    stage.draw(world);
+  bool drawing = false;  // true: the stage draws a frame that the film does not have yet
+  const auto take_frame = [&] {
+    if (!std::exchange(drawing, false)) return;
     render::Picture left = stage.eye(0);
     stage.write_over(left);
     if (!film) film.emplace(mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
@@ -235,9 +236,11 @@ void run(const DemoOptions& options) {
     if (!stereo) stereo.emplace(stereo_mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
     stereo->add(screen.rgba);
   };
-  // A second thread moves the water and draws the film, while the session advances to the next stop.
+  // A second thread moves the water and draws the pictures, while the session advances to the next stop. Where nothing
+  // is drawn, it may be some stops behind.
   std::future<void> following;
-  bool filming = false;
+  bool filming = false, picturing = false, rested = false;
+  Nanos stop = 0, followed = 0;  // ns, times of the last stop, and of the last one that the second thread was given
   while (tick.t + period <= end_t && session.advance(demo_hand)) {
     const double t = to_seconds(tick.t);
     const auto in_film = [&] { return film_began >= 0 && (options.film || t < film_began + kFilmed); };
@@ -245,64 +248,76 @@ void run(const DemoOptions& options) {
     const bool looks = t >= next_look;
     if (!looks && !films) continue;
     record();
-    if (following.valid()) following.get();
-    if (filming) {
-      frame_pace.took(lap());
-    } else {
-      second.took(lap() / kStep);
-    }
-    say();
     if (looks) next_look += kStep;
-    const bool before = pictures.empty();
     const double removed = tick.removed[kCaries] / header.volumes_before[kCaries];
-    const bool during = pictures.size() == 1 && removed > kDuring;
-    if (before || during || t >= next_picture) {
-      reader.read(tick.t);
-      if (before) take_pictures("before", "Before", {});
-      if (during) {
-        take_pictures("during", "While drilling", {});
-        if (!options.film) film_began = next_frame = t;
-      }
-      if (t >= next_picture) {
-        stage.show(view.update(carver), frame.origin);
-        stage.draw(world);
-        const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", next_picture);
-        write_eye(stage, 0, file);
-        log::info("drew {}", file.string());
-        next_picture += kPictureEvery;
-      }
-      lap();
+    const bool before = moments == 0, during = moments == 1 && removed > kDuring, at = t >= next_picture;
+    if (before || during) ++moments;
+    if (during && !options.film) film_began = next_frame = t;
+    const double at_time = next_picture;
+    if (at) next_picture += kPictureEvery;
+    const bool pictured = before || during || at;
+    const bool near_during = moments == 1 && removed > kNearlyDuring;
+    const bool rests = !(in_film() || near_during || t >= next_picture - kSettling);
+    const Nanos earlier = std::exchange(stop, tick.t);
+    if (!films && !pictured && rests == rested && to_seconds(stop - followed) < kBehind && following.valid() &&
+        following.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      continue;
+    std::vector<render::MeshUpdate> bricks;
+    if (films || pictured) bricks = view.update(carver);
+    if (following.valid()) following.get();
+    if (const double took = lap(); filming || picturing) {
+      (filming ? frame_pace : moment).took(took);
+    } else {
+      second.took(took / std::max(kStep, to_seconds(stop - followed)));
     }
-    const bool near_during = pictures.size() == 1 && removed > kNearlyDuring;
-    world.rest_debris(!(in_film() || near_during || t >= next_picture - kSettling));
-    filming = films;
+    filming = films, picturing = before || during, rested = rests, followed = stop;
+    if (!bricks.empty()) stage.show(bricks, frame.origin);
     if (films) {
-      stage.show(view.update(carver), frame.origin);
       ++frames;
       next_frame += 1 / options.fps;
     }
-    following = std::async(std::launch::async, [&reader, &add_frame, films, until = tick.t] {
+    following = std::async(std::launch::async, [&, before, during, at, at_time, pictured, films, rests, earlier,
+                                                until = stop, text = notice()] {
+      reader.read(pictured ? until : earlier);
+      if (pictured) take_frame();
+      world.say(text);
+      if (before) take_pictures("before", "Before", {});
+      if (during) take_pictures("during", "While drilling", {});
+      if (at) {
+        stage.draw(world);
+        const fs::path file = options.out / fmt::format("at_{:03.0f}_s.png", at_time);
+        write_eye(stage, 0, file);
+        log::info("drew {}", file.string());
+      }
+      world.rest_debris(rests);
       reader.read(until);
-      if (films) add_frame();
+      if (!films) return;
+      stage.draw(world, {}, take_frame);
+      drawing = true;
     });
     show_progress();
   }
   if (following.valid()) following.get();
+  take_frame();
   record();
+  sound.stop(tick.t);
+  // Completes the films while the last pictures and the report are made.
+  const session::FilmSound heard{wav, std::max(0.0, film_began)};
+  const auto finish = [&heard](auto& writer) { return writer && writer->finish(heard); };
+  auto finished = std::async(std::launch::async, [&] { return std::pair(finish(film), finish(stereo)); });
   reader.read(tick.t);
   world.say(result_text(carver.volume(), header.volumes_before, options.language));
+  stage.show(view.update(carver), frame.origin);
   take_pictures("after", "After", {.debris = false});
-  sound.stop(tick.t);
 
   recorder.turn();
   session::SessionResult result = session_result(carver.volume());
   result.pictures = pictures;
   if (!recorder.writer().finish(result)) throw RunFailure(recorder.writer().status().message);
-  const session::FilmSound heard{wav, std::max(0.0, film_began)};
-  const bool filmed = film && film->finish(heard), filmed_stereo = stereo && stereo->finish(heard);
   const session::SessionReader recorded(session_file);
   const fs::path report = options.out / "report.html";
   write_file_atomically(report, session::report_html(recorded, report_of(recorded)), FileKind::kPage);
+  const auto [filmed, filmed_stereo] = finished.get();
   progress.at(1);
 
   const PerTissue& removed = tick.removed;

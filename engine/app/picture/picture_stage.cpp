@@ -418,7 +418,7 @@ void PictureStage::follow_bend() {
   compositor_->bend(display::warp(rig_));
 }
 
-render::FrameStats PictureStage::draw(World& world, const Look& shown) {
+render::FrameStats PictureStage::draw(World& world, const Look& shown, const std::function<void()>& take_last) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
     missed_ = true;  // the content of a minimised window may be lost, so the next frame must be drawn
@@ -441,6 +441,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   frame.tool.X_WG = shown_at_;
   if (options_.cursor && shown.tool) add_cursor(world.tool(), shown_at_, frame);
   const display::Screen& screen = rig_.screen;
+  if (take_last) take_last();
   if (options_.hud)
     hud_ = typodont::hud(world, options_.language, view_);
   else if (options_.warnings)
@@ -470,7 +471,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown) {
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_ || one_eye_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller uses the pictures immediately: they must be finished
+    if (!output_) ring_.wait_idle(device_);  // the caller uses pictures() immediately: they must be finished
     timing_.shown = to_seconds(now() - began);
     return stats;
   }

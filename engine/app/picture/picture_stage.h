@@ -2,6 +2,7 @@
 // renderer and the screen of a display rig. Render thread only.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -129,9 +130,10 @@ class PictureStage {
   /// frame W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Draws and shows one frame of the world. Offscreen, waits until it is finished. `look`: which parts of the world
-  /// are shown; show_as() sets its view.
-  render::FrameStats draw(World& world, const Look& look = {});
+  /// Draws and shows one frame of the world. Offscreen, waits until it is finished, unless one eye is drawn. `look`:
+  /// which parts of the world are shown; show_as() sets its view. `take_last`: called before text and pictures of the
+  /// last frame are replaced, but after work for which the GPU need not be finished.
+  render::FrameStats draw(World& world, const Look& look = {}, const std::function<void()>& take_last = {});
 
   /// True if something inside the box may be visible in the next frame. An empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
@@ -144,7 +146,8 @@ class PictureStage {
   /// Options::embedded is true. True if the size changed.
   bool resize(glm::ivec2 eye_size);
 
-  /// True: the next frames are drawn for the left eye only; eye(0) returns them, the screen does not show them.
+  /// True: the next frames are drawn for the left eye only; eye(0) waits for them and returns them, the screen does not
+  /// show them.
   void draw_one_eye(bool on) { one_eye_ = on; }
   bool draws_one_eye() const { return one_eye_; }
 
