@@ -279,7 +279,9 @@ class Pictures(InFolder):
         self.assertEqual(above.shape, (2, 120, 160, 3))
         self.assertTrue((above[0] != above[1]).any(), "two eyes see two pictures")
         with typodont.Session(file) as session:
-            np.testing.assert_array_equal(session.render(1.0, size=size, program=PROGRAM), after)
+            again = session.render(1.0, size=size, program=PROGRAM)
+        # Core.render() passes the pose in mm, which may change its last bit, and a pixel by 1.
+        self.assertLessEqual(int(np.abs(again.astype(int) - after).max()), 1)
 
     def test_what_cannot_be_drawn_raises(self):
         with typodont.Scene(BALL) as scene, scene.core() as core:
