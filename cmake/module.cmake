@@ -46,6 +46,10 @@ function(typodont_library name)
   set_property(GLOBAL APPEND PROPERTY TYPODONT_INSTALLED ${name})
 endfunction()
 
+# Options of tests that measure no time. With -O1, GCC 12 warns wrongly about std::string.
+set(typodont_test_options $<$<CONFIG:Release>:-O1>
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-restrict>")
+
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
 # program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND (tests/support/add_tests.cmake).
 # [LIVE] or [WINDOW]: the tests need real time, or a window on a display; they also get the label `live` and have a
@@ -53,9 +57,6 @@ endfunction()
 # display. [MEASURED regex]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
 # suite share an expensive set-up, so they always run in one process. [ONE_PROCESS]: all tests of the program do, and
 # become one ctest KIND.NAME. [LAUNCHER program …]: starts the test program.
-# With -O1, GCC 12 warns wrongly about std::string.
-set(typodont_test_options $<$<CONFIG:Release>:-O1>
-    "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-restrict>")
 function(typodont_test name)
   cmake_parse_arguments(ARG "LIVE;WINDOW;ONE_PROCESS" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER;LAUNCHER" ${ARGN})
   set(live)
@@ -76,7 +77,7 @@ function(typodont_test name)
                                         GTest::gtest_main)
   if(NOT ARG_KIND STREQUAL "bench")  # less optimisation and shared headers halve the time of compilation
     target_compile_options(${name} PRIVATE ${typodont_test_options})
-    target_precompile_headers(${name} REUSE_FROM typodont_test_headers)
+    target_precompile_headers(${name} REUSE_FROM typodont_test_own_cache)
   endif()
   set(listed ${CMAKE_CURRENT_BINARY_DIR}/${name}_tests.txt)
   add_custom_command(TARGET ${name} POST_BUILD BYPRODUCTS ${listed} VERBATIM

@@ -13,8 +13,9 @@ namespace typodont::session {
 
 namespace {
 
-// Tremor is at 8 to 12 Hz. A fourth difference over half periods, h, of 10 Hz shows it: its gain is sin⁴(π·f·h). Sharp
-// turns of strokes are in this octave too, but as a power law, so that power(10 Hz)² = power(5 Hz) · power(20 Hz).
+// Tremor is at 8 to 12 Hz. The fourth difference of positions at intervals h has the gain sin⁴(π·f·h) for the frequency
+// f; h = 50 ms shows the octave around 10 Hz. The power of strokes with sharp turns follows a power law of f, so in
+// this octave it is the geometric mean of the powers around 5 and 20 Hz.
 constexpr double kTremorLag = 0.025;  // s, half a period of 20 Hz
 constexpr double kTremorGain = 0.9;   // power of a sine of 9 Hz after the filter
 // Positions are averaged over this time before the path length is computed, s; tremor would lengthen the path.
@@ -42,7 +43,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      std::ranges::fill(recent_, p);  // as if the hand had rested at p
+      std::ranges::fill(recent_, p);  // begins as if the hand had rested at p
     }
     t_last_ = tick.t;
     recent_[ticks_++ % recent_.size()] = p;
@@ -67,7 +68,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
       force_sum_ += force;
       force_max_ = std::max(force_max_, force);
       for (std::size_t i = 0, lag = 4 * lag_; i < octaves_.size(); ++i, lag /= 2) {
-        // The middle of all differences is 8 · lag_ ticks ago.
+        // All three differences are centred 8 · lag_ ticks ago.
         const auto at = [&](std::size_t k) {
           return recent_[(ticks_ + 8 * lag_ + 2 * lag - k * lag) % recent_.size()];
         };

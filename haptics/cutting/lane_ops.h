@@ -1,5 +1,5 @@
-// Operations on eight floats (GCC vector types) or on sixteen (AVX-512). Results are exact
-// or rounded as in IEEE 754, so they are bit-identical on every processor. Private to haptics/cutting.
+// Operations on eight floats (GCC vector types) or on sixteen (AVX-512). Results are exact or rounded as in IEEE 754,
+// so they are bit-identical on every processor. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>

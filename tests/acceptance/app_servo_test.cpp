@@ -250,6 +250,21 @@ TEST(LiveSession, WithAnIntermediateSurfaceReplaysBitForBit) {
   }
   EXPECT_GT(cuts, 50);
 }
+TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
+  GrowingFile recording(folder / "s.h5");
+  const Ran live = folder.interrupted(
+      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()), SIGTERM,
+      [&] { return recording.has_grown(); });
+  EXPECT_EQ(live.status, 0) << live.err;
+  const Ran ran = expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
+  const Json json = Json::parse(ran.out, "out");
+  EXPECT_GT(json["ticks"].integer(), 0);
+  EXPECT_FALSE(json["truncated"].boolean());
+}
+
 #ifdef TYPODONT_WINDOW
 TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion) {
   ProgramFolder folder(TYPODONT_PROGRAM);

@@ -253,6 +253,16 @@ TEST_F(Safety, APedalPressedAtTheStartDoesNotStartTheDrill) {
   EXPECT_EQ(sample.pedal, 0);
 }
 
+TEST_F(Safety, APedalStuckForTwoMinutesStopsTheDrill) {
+  arm();
+  told.next.pedal = 0.7;
+  ticks(119'000, dvec3(0));
+  EXPECT_EQ(sample.pedal, 0.7);
+  ticks(2000, dvec3(0));
+  EXPECT_EQ(sample.pedal, 0);
+  EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kPedalStuck));
+}
+
 TEST_F(Safety, WarmMotorsGetAtMostTheirLimit) {
   arm();
   ticks(60'000, {0, 0, 5});  // a minute at full force

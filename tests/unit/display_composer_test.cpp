@@ -26,8 +26,8 @@ double exact(const std::vector<std::uint8_t>& rgba, const ivec2& size, double u,
          b * ((1 - a) * at(left, top + 1) + a * at(left + 1, top + 1));
 }
 
-/// Composes a random picture into a target of this size. Returns the largest difference from exact interpolation at
-/// the places (u, v), as fractions of the picture, that `place` gives for the fractions of the target.
+/// Composes a random picture into a target of this size. `place`: position in the picture for a position in the target,
+/// both as fractions. Returns the largest difference from exact interpolation at these positions.
 template <class Place>
 double worst_level(const ivec2& target, unsigned seed, const Place& place, const Warp* warp = nullptr) {
   constexpr ivec2 kSize{64, 48};

@@ -31,6 +31,17 @@ TEST(Kooima, WorkedExampleIsReproducedInItsOwnForm) {
   EXPECT_FALSE(eye.flip);
 }
 
+TEST(Kooima, VulkanFormDiffersOnlyInItsYAndItsDepth) {
+  const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
+  const dmat4 gl = opengl_projection(eye.frustum), vk = eye.projection;
+  for (int column = 0; column < 4; ++column) {
+    EXPECT_EQ(vk[column][0], gl[column][0]);
+    EXPECT_EQ(vk[column][1], -gl[column][1]);
+    EXPECT_NEAR(vk[column][2], 0.5 * (gl[column][2] + gl[column][3]), 1e-15);
+    EXPECT_EQ(vk[column][3], gl[column][3]);
+  }
+}
+
 TEST(Kooima, CornersOfTheScreenAreCornersOfThePicture) {
   const Screen s = worked_screen();
   const EyeView eye = eye_view(s, {}, {.1, -.05, .4}, {0.1, 2.0});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/cutting/carve.h"
@@ -243,6 +244,22 @@ TEST(SafeEnd, RestsOnTheFloorWhileTheFlankCuts) {
   EXPECT_EQ(total(bench.last.removed), 0);
   EXPECT_NEAR(bench.last.X_WG.p.z, 4.0_mm + 0.4_mm + 1.5_mm, 5e-6);
   EXPECT_NEAR(bench.last.f_T_W.z, 0.5 * 0.4, 0.01);  // dentin
+}
+
+TEST(Shank, IsReadFromAToolFileAndRefusedIfImpossible) {
+  const Tool tool = haptics::read_tool(Json::parse(
+      R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"diameter_mm": 1.6, "neck_mm": 0.8, "taper_mm": 5, "length_mm": 8},
+          "safe_end": {"diameter_mm": 0.5, "length_mm": 0.3}})",
+      "tool"));
+  EXPECT_DOUBLE_EQ(tool.shank_length, 8e-3);
+  EXPECT_DOUBLE_EQ(tool.neck_length, 5e-3);
+  EXPECT_DOUBLE_EQ(tool.safe_length, 0.3e-3);
+  EXPECT_THROW(
+      haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"length_mm": 8}})", "tool")),
+      Error);
+  EXPECT_THROW(
+      haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"neck_mm": 0.5}})", "tool")),
+      Error);
 }
 
 }  // namespace

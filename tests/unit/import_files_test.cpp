@@ -75,7 +75,7 @@ std::string nrrd(const std::string& type, const std::string& more, const std::st
 std::string placed_nrrd(const std::string& lines, const std::string& data = shorts()) {
   return "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\n" + lines + kLittle + "\n" + data;
 }
-/// Returns a scan that is rotated by `r` in this space. `origin`: mm
+/// Returns an NRRD file of a scan that is rotated by `r` in the given space. `origin`: mm
 std::string oblique_nrrd(const char* space, const glm::dmat3& r, const dvec3& origin) {
   std::string directions;
   for (int k = 0; k < 3; ++k) directions += fmt::format(" ({},{},{})", 0.25 * r[k].x, 0.25 * r[k].y, 0.25 * r[k].z);

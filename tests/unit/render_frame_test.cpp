@@ -331,6 +331,17 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
   }
 }
 
+TEST(Frame, AMonoFrameDrawsOneView) {
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  display::DisplayRig rig = desk(0.03, 0.024, 0.35);
+  rig.screen.layout = display::Layout::kMono;
+  const render::FrameStats stats = stage.draw(frame_of(rig));
+  EXPECT_EQ(stats.views, 1);
+  EXPECT_EQ(stage.renderer->pictures().options.layers, 1u);
+  EXPECT_EQ(stage.device.validation_messages(), 0);
+}
+
 TEST(Frame, AbsentPartsHaveNoPipeline) {
   Stage stage({64, 64});
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));

@@ -60,7 +60,7 @@ TEST(HandMeter, TremorIsTheHandFromEightToTwelveHertz) {
     return measure([&](double t) { return sine(t, hz, amplitude); }, always).tremor_rms;
   };
   for (const double hz : {8.0, 9.0, 10.0, 11.0, 12.0}) {
-    // Power of the octave around f: sin⁸(π/2 · hz/f); the others' geometric mean is the background.
+    // Power of the sine in the octave around f. The background is the geometric mean of the two other octaves.
     const auto power = [&](double f) { return std::pow(std::sin(kPi / 2 * hz / f), 8); };
     const double expected = a / std::sqrt(2.0) * std::sqrt((power(10) - std::sqrt(power(5) * power(20))) / 0.9);
     EXPECT_NEAR(at(hz, a), expected, 0.03 * expected) << hz;

@@ -71,7 +71,7 @@ constexpr double kDuring =
 constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;        // s, length of the short film
 constexpr double kStep = 1.0 / 25;    // s, time between two stops of the session
-constexpr double kBehind = 2;         // s, longest time by which chips and water follow the session
+constexpr double kBehind = 2;         // s, chips and water may be this far behind the session
 constexpr double kPictureEvery = 10;  // s, time between two pictures "at_…"
 // Chips and water move only while they are drawn, and shortly before: kSettling (s) before a picture "at_…"; from the
 // removed fraction kNearlyDuring of the caries until the picture "during" and the film are made.
@@ -236,8 +236,8 @@ void run(const DemoOptions& options) {
     if (!stereo) stereo.emplace(stereo_mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
     stereo->add(screen.rgba);
   };
-  // A second thread moves the water and draws the pictures, while the session advances to the next stop. Where nothing
-  // is drawn, it may be some stops behind.
+  // A second thread moves chips and water and draws the pictures, while the session advances to the next stop. Where it
+  // draws nothing, it may be up to kBehind behind.
   std::future<void> following;
   bool filming = false, picturing = false, rested = false;
   Nanos stop = 0, followed = 0;  // ns, times of the last stop, and of the last one that the second thread was given
