@@ -1,9 +1,10 @@
-# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …]): adds a static library typodont_NAME.
+# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …]): adds a static library typodont_NAME. A shared
+# library may contain its objects, as libtypodont.so does.
 function(typodont_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(typodont_${name} STATIC ${ARG_SOURCES})
   target_link_libraries(typodont_${name} PUBLIC typodont_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY})
+  set_target_properties(typodont_${name} PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} POSITION_INDEPENDENT_CODE ON)
 endfunction()
 
 # typodont_pages(MODULE a.cpp …): adds files that show, read or write, and compute little. They are compiled with less
@@ -22,9 +23,7 @@ function(typodont_library name)
   cmake_parse_arguments(ARG "" "" "HEADERS" ${ARGN})
   set(library typodont_${name})
   add_library(Typodont::${name} ALIAS ${library})
-  set_target_properties(${library} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
-  # Without this, functions that a shared library could replace are not inlined.
-  target_compile_options(${library} PRIVATE -fno-semantic-interposition)
+  set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
   set(headers)
   set(found ${ARG_HEADERS})
   list(TRANSFORM found PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)

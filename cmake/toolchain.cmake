@@ -31,7 +31,10 @@ target_compile_definitions(typodont_options INTERFACE GLM_FORCE_DEPTH_ZERO_TO_ON
 # them.
 add_compile_options(
   "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wpedantic;$<$<CXX_COMPILER_ID:GNU>:-Werror>;-Wshadow;-Wconversion;-Wno-sign-conversion;-Wnon-virtual-dtor;-Woverloaded-virtual>"
-  -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
+  -ffp-contract=off  # the same bits with and without FMA: replays are compared bit for bit
+  # Square roots need not set errno and comparisons need not trap, so that loops can be vectorised. NaN stays allowed.
+  -fno-math-errno -fno-trapping-math
+  -fno-semantic-interposition)  # inlines functions that a shared library could otherwise replace
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 18)  # files of a module that are compiled at once
 if(TYPODONT_UNITY)  # there, a class may have members with types of its own file
   add_compile_options("$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>")

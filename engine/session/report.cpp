@@ -1,5 +1,6 @@
 #include "engine/session/report.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -19,12 +20,24 @@ SessionPicture read_picture(const std::filesystem::path& png, std::string_view n
   return picture;
 }
 
-ScoreInput score_input(const SessionReader& session) {
-  return input_of(session, course_of(session));
+ScoreInput score_input(const SessionReader& session, const HandMeasures& hand, const PerTissue& removed) {
+  ScoreInput in;
+  in.before = session.header().volumes_before;
+  in.hand = hand;
+  const auto& result = session.result();
+  if (result && result->has_volumes) {
+    in.after = result->volumes_after;
+  } else {
+    for (std::size_t i = 0; i < kTissueCount; ++i) in.after[i] = std::max(0.0, in.before[i] - removed[i]);
+  }
+  if (result && result->has_ideal) in.ideal = result->volumes_ideal;
+  if (result && result->min_pulp_distance >= 0) in.pulp_distance = result->min_pulp_distance;
+  return in;
 }
 
 Score score_session(const SessionReader& session) {
-  return score_of(session, score_input(session));
+  const Course course = course_of(session);
+  return score_of(session, score_input(session, course.hand, course.removed_total));
 }
 
 std::string report_html(const SessionReader& session, const ReportOptions& options) {

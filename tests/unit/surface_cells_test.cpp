@@ -192,7 +192,7 @@ TEST(GreatestCurvature, OfACylinderIsThatOfItsRoundDirection) {
   EXPECT_NEAR(max_curvature(strip, 0.016f), 0.1f, 0.03f);
 }
 
-TEST(Moments, DoNotDependOnTheOrderOfAddition) {
+TEST(Moments, MovedToAnotherOriginAreThoseComputedThere) {
   Moments near, far, moved;
   const glm::vec3 shift(3.5f, -2, 1);
   for (const glm::vec3 p : {glm::vec3(0.1f, 0.2f, 0.3f), glm::vec3(-0.4f, 0.1f, 0.2f), glm::vec3(0.3f, -0.3f, 0)}) {

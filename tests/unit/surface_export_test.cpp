@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -80,24 +81,29 @@ TEST_F(Export, StlFacetsPointOutward) {
 }
 
 TEST_F(Export, ObjIsTheSameMeshAsText) {
+  const std::string ply = written("ball.ply");
+  const std::size_t vertices = ply.find("end_header\n") + 11;
   std::istringstream in(written("ball.obj"));
-  std::string line;
-  std::size_t vertices = 0, normals = 0, faces = 0;
-  unsigned greatest = 0;
+  std::string line, kind;
+  std::size_t positions = 0, normals = 0, faces = 0;
   while (std::getline(in, line)) {
-    vertices += line.starts_with("v ");
-    normals += line.starts_with("vn ");
-    if (line.starts_with("f ")) {
-      ++faces;
-      unsigned a, b, c, d;
-      ASSERT_EQ(std::sscanf(line.c_str(), "f %u//%*u %u//%*u %u//%u", &a, &b, &c, &d), 4);
-      greatest = std::max({greatest, a, b, c});
+    std::istringstream words(line);
+    words >> kind;
+    if (glm::vec3 p; kind == "v") {
+      ASSERT_TRUE(words >> p.x >> p.y >> p.z);
+      for (int k = 0; k < 3; ++k) ASSERT_EQ(p[k], read<float>(ply, vertices + 28 * positions + 4 * k));
+      ++positions;
+    } else if (glm::vec3 n; kind == "vn") {
+      ASSERT_TRUE(words >> n.x >> n.y >> n.z);
+      ASSERT_LT(glm::length(n - mesh_.vertices.at(normals++).normal), 1e-5);
+    } else if (kind == "f") {
+      const auto& [a, b, c] = mesh_.triangles.at(faces++);
+      ASSERT_EQ(line, fmt::format("f {0}//{0} {1}//{1} {2}//{2}", a + 1, b + 1, c + 1));
     }
   }
-  EXPECT_EQ(vertices, mesh_.vertices.size());
+  EXPECT_EQ(positions, mesh_.vertices.size());
   EXPECT_EQ(normals, mesh_.vertices.size());
   EXPECT_EQ(faces, mesh_.triangles.size());
-  EXPECT_EQ(greatest, mesh_.vertices.size());
 }
 
 TEST_F(Export, GlbContainsTheMeshInMetresWithColours) {

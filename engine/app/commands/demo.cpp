@@ -71,7 +71,7 @@ constexpr double kDuring =
 constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
 constexpr double kFilmed = 10;        // s, length of the short film
 constexpr double kStep = 1.0 / 25;    // s, time between two stops of the session
-constexpr double kBehind = 2;         // s, chips and water may be this far behind the session
+constexpr double kBehind = 10;        // s, chips and water may be this far behind the session
 constexpr double kPictureEvery = 10;  // s, time between two pictures "at_…"
 // Chips and water move only while they are drawn, and shortly before: kSettling (s) before a picture "at_…"; from the
 // removed fraction kNearlyDuring of the caries until the picture "during" and the film are made.

@@ -352,7 +352,8 @@ std::vector<Defect> of_damage(const session::DamageMeasures& damage) {
 /// Finds the times at which the force was larger than the score tolerates.
 class ForceMeter {
  public:
-  explicit ForceMeter(const session::ScoreItem* item) : max_(item && item->full > 0 ? item->target : 1e300) {}
+  /// `max`: N, largest force that costs no points
+  explicit ForceMeter(double max) : max_(max) {}
   void add(const ServoTick& tick) {
     if ((tick.faults & bits(Fault::kHeld)) || !(tick.depth > 0 || tick.contact_area > 0)) return;
     const double force = glm::length(tick.f_T_W);
@@ -374,7 +375,7 @@ class ForceMeter {
   std::vector<Defect> take() { return std::move(defects_); }
 
  private:
-  double max_;  // N, largest force that costs no points
+  double max_;
   Nanos last_ = 0;
   std::vector<Defect> defects_;
 };
@@ -393,6 +394,7 @@ void add_moments(const session::SessionReader& session, std::span<const haptics:
   std::vector<DefectStroke*> strokes;
   for (Defect& defect : defects)
     for (DefectStroke& stroke : defect.strokes) strokes.push_back(&stroke);
+  if (strokes.empty()) return;
   std::ranges::sort(strokes, {}, &DefectStroke::first);
   const auto margin = static_cast<std::uint64_t>(kBefore * rate), after = static_cast<std::uint64_t>(kAfter * rate);
   std::size_t begin = 0;
@@ -425,9 +427,11 @@ std::vector<session::Defect> find_defects(const session::SessionReader& session,
   const Cutters cutters(judged.cuts, tools);
   std::vector<Defect> defects = of_tissue(judged, cutters);
   if (judged.input.damage) std::ranges::move(of_damage(*judged.input.damage), std::back_inserter(defects));
-  ForceMeter force(item_of(judged.score, "force_max_N"));
-  each_tick(session, [&](const ServoTick& tick) { force.add(tick); });
-  std::ranges::move(force.take(), std::back_inserter(defects));
+  if (const session::ScoreItem* item = item_of(judged.score, "force_max_N"); item && item->full > 0) {
+    ForceMeter force(item->target);
+    each_tick(session, [&](const ServoTick& tick) { force.add(tick); });
+    std::ranges::move(force.take(), std::back_inserter(defects));
+  }
 
   // If there are too many defects, keeps the largest of each score item; sorts the kept ones by time.
   std::map<std::string, double> largest;

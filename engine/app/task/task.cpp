@@ -348,11 +348,8 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   recorded.carver().end_stroke();
   haptics::TissueVolume after = recorded.carver().take_tissue();
   const TaskEvaluator judge(scene, start);
-  session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // computed again; the volumes in the file could be wrong
-  input.after = after.volumes();
-  input.removed_hardness = removed_hardness(start, after);
-  std::optional<session::Preparation> preparation = judge.judge(after, input);
+  const double rate = session.header().servo_rate;
+  session::HandMeter hand(rate);
   auto explored = judge.explore_meter();
   auto damage = damage_meter(scene);
   auto heat = heat_meter(scene, start);
@@ -360,15 +357,20 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   std::optional<session::ImplantMeter> implant;
   if (scene.implant) implant.emplace(*scene.implant);
   constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read at a time
-  const bool reads = explored || damage || heat || implant;
-  for (std::uint64_t first = 0; reads && first < session.tick_count(); first += kPieceTicks) {
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) {
     std::vector<ServoTick> ticks = session.ticks(first, kPieceTicks);
-    session::set_scored_times(ticks, session.header().servo_rate);
+    session::set_scored_times(ticks, rate);
+    hand.add(ticks);
     if (explored) explored->add(ticks);
     if (damage) damage->add(ticks);
     for (std::size_t i = 0; heat && i < ticks.size(); ++i) heat->add({&ticks[i], 1}, water.sprays(ticks[i].t));
     if (implant) implant->add(ticks);
   }
+  session::ScoreInput input = session::score_input(session, hand.result(), {});
+  input.before = start.volumes();  // computed again; the volumes in the file could be wrong
+  input.after = after.volumes();
+  input.removed_hardness = removed_hardness(start, after);
+  std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (explored) input.explore = explored->result();
   if (damage) input.damage = damage->result();
   if (heat) input.heat = heat->result();

@@ -94,21 +94,6 @@ Course course_of(const SessionReader& session) {
   return c;
 }
 
-ScoreInput input_of(const SessionReader& session, const Course& course) {
-  ScoreInput in;
-  in.before = session.header().volumes_before;
-  in.hand = course.hand;
-  const auto& result = session.result();
-  if (result && result->has_volumes) {
-    in.after = result->volumes_after;
-  } else {
-    for (std::size_t i = 0; i < kTissueCount; ++i) in.after[i] = std::max(0.0, in.before[i] - course.removed_total[i]);
-  }
-  if (result && result->has_ideal) in.ideal = result->volumes_ideal;
-  if (result && result->min_pulp_distance >= 0) in.pulp_distance = result->min_pulp_distance;
-  return in;
-}
-
 Score score_of(const SessionReader& session, const ScoreInput& input) {
   if (session.header().scene_json.empty()) return score(input, default_rules(input));
   const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");

@@ -34,9 +34,6 @@ struct Course {
 /// Reads the ticks in pieces, so that memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
-/// Input of the score: the hand's measures come from `course`, the volumes from the session's result. Without a result:
-/// initial volumes minus what the ticks removed.
-ScoreInput input_of(const SessionReader& session, const Course& course);
 /// Score by the rules of the session's scene. A task gets no points, because its shape is not measured.
 Score score_of(const SessionReader& session, const ScoreInput& input);
 /// Name of the scene; empty if the recording has none.

@@ -27,7 +27,7 @@ Page::Page(const SessionReader& session, const ReportOptions& options)
       session_(session),
       options_(options),
       course_(course_of(session)),
-      input_(options.input ? *options.input : input_of(session, course_)),
+      input_(options.input ? *options.input : score_input(session, course_.hand, course_.removed_total)),
       score_(options.score ? *options.score : score_of(session, input_)) {
   scene_name_ = scene_name_of(session);
   if (!session.header().scene_json.empty()) {
