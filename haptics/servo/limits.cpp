@@ -84,20 +84,6 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Returns the allowed fraction of the force; below 1 if the energy ledger has far less energy than the coupling stores
-/// (as in a fast first contact). Usually, the limit starts when the hand retreats; it ends when the energy suffices.
-double Servo::State::paid_fraction(const ContactTick& now) noexcept {
-  Limits& l = limits;
-  if (!(now.in.removal.cuts || l.unpaid || now.contact.gap.late)) return 1;
-  if (now.contact.gap.late) l.unpaid = true;
-  const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
-  const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
-  if (now.in.removal.cuts && P::unpaid_ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
-  if (strength <= most && !now.contact.gap.rejoining) l.unpaid = false;
-  if (!(l.unpaid && strength > most)) return 1;
-  return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
-}
-
 /// Returns a factor (0..1) for the force, such that the energy E in the ledger suffices for the hand's whole retreat.
 /// Allowed force: √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is
 /// expected per tick. `at_stake`: J, energy of the full force in the next tick.
@@ -158,13 +144,10 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
-    const bool landing = lands(now);
-    double passive = landing ? 1 : paid_fraction(now);
+    double passive = 1;
     if (at_stake > 0) {
       // Also where the contact model computes a bur's force: otherwise its force would step when energy is lacking.
-      if (landing || (now.in.removal.cuts && now.contact.spring.whole)) {
-        passive = std::min(passive, landing_fraction(now, at_stake));
-      }
+      if (lands(now) || (now.in.removal.cuts && now.contact.spring.whole)) passive = landing_fraction(now, at_stake);
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
     if (passive != 1) {

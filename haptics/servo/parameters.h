@@ -91,8 +91,6 @@ struct LimitParameters {
   static constexpr double deficit = 2e-9;
   // N, force that the passivity controller allows even if its energy ledger contains no energy
   static constexpr double unpaid_force = 0.1;
-  // the passivity controller begins to limit the force when the computed force exceeds this × the allowed force
-  static constexpr double unpaid_ratio = 2;
   // Ratio of the felt force to the computed force. If it stays lower than this for rest_time, the force that presses
   // the edges on the tissue increases from the felt to the computed force.
   static constexpr double little_felt = 0.5;
