@@ -84,6 +84,19 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
+/// Returns the allowed fraction of the force; below 1 after the carver was late, until the energy in the ledger
+/// suffices for what the coupling stores.
+double Servo::State::paid_fraction(const ContactTick& now) noexcept {
+  Limits& l = limits;
+  l.unpaid |= now.contact.gap.late;
+  if (!l.unpaid) return 1;
+  const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
+  const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
+  if (strength > most) return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
+  if (!now.contact.gap.rejoining) l.unpaid = false;
+  return 1;
+}
+
 /// Returns a factor (0..1) for the force, such that the energy E in the ledger suffices for the hand's whole retreat.
 /// Allowed force: √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is
 /// expected per tick. `at_stake`: J, energy of the full force in the next tick.
@@ -144,10 +157,13 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
-    double passive = 1;
+    const bool landing = lands(now);
+    double passive = landing ? 1 : paid_fraction(now);
     if (at_stake > 0) {
       // Also where the contact model computes a bur's force: otherwise its force would step when energy is lacking.
-      if (lands(now) || (now.in.removal.cuts && now.contact.spring.whole)) passive = landing_fraction(now, at_stake);
+      if (landing || (now.in.removal.cuts && now.contact.spring.whole)) {
+        passive = std::min(passive, landing_fraction(now, at_stake));
+      }
       passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
     if (passive != 1) {

@@ -158,6 +158,8 @@ struct Servo::State {
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
     // tissue. This energy may return to the hand during the contact. Without contact: the ledger's deficit.
     double given = 0;
+    /// true: the carver was late, and the energy ledger has less energy than the coupling stores
+    bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
@@ -280,6 +282,7 @@ struct Servo::State {
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
+  double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
   /// Returns true if the tool is a rotating bur. Then more limits apply (limits.cpp): its force on tissue rises softly.
