@@ -57,8 +57,8 @@ struct ReportOptions {
 /// Reads a PNG picture for a report or a session. Throws Error if the file is no PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// Input of the score: the measures of the hand, and the volumes from the session's result. If the session has no
-/// result, the final volume is the initial volume minus `removed` (m³, what the ticks removed).
+/// Returns the input of the score. The volumes come from the session's result. Without a result, the final volumes are
+/// the initial volumes minus `removed`. `removed`: m³, volume of each tissue that the ticks removed.
 ScoreInput score_input(const SessionReader& session, const HandMeasures& hand, const PerTissue& removed);
 /// Computes the score by the rules of the session's scene, without the tissue. A task gets no points, because its shape
 /// is not measured.

@@ -68,7 +68,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
       force_sum_ += force;
       force_max_ = std::max(force_max_, force);
       for (std::size_t i = 0, lag = 4 * lag_; i < octaves_.size(); ++i, lag /= 2) {
-        // All three differences are centred 8 · lag_ ticks ago.
+        // The middle of each of the three differences is 8 · lag_ ticks ago.
         const auto at = [&](std::size_t k) {
           return recent_[(ticks_ + 8 * lag_ + 2 * lag - k * lag) % recent_.size()];
         };

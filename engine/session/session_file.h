@@ -49,6 +49,13 @@ class SessionReader {
   /// damaged.
   std::vector<ServoTick> ticks(std::uint64_t first, std::uint64_t count) const;
   std::vector<ServoTick> ticks() const { return ticks(0, tick_count()); }
+  /// Calls use(ticks) with one piece of the ticks after the other, so that memory does not grow with the session's
+  /// length. Throws Error like ticks().
+  template <class Use>
+  void each_piece(const Use& use) const {
+    constexpr std::uint64_t kPiece = 8192;  // number of ticks
+    for (std::uint64_t first = 0; first < tick_count(); first += kPiece) use(ticks(first, kPiece));
+  }
   const std::vector<Cut>& cuts() const { return contents_.cuts; }
   const std::vector<PatchUse>& patches() const { return contents_.patches; }
   const std::vector<SessionEvent>& events() const { return contents_.events; }

@@ -14,16 +14,16 @@
 
 namespace typodont::haptics {
 
-/// Number of samples along z in a group: 8 or 16, as many as one vector instruction of this processor handles. 0: this
-/// processor cuts without lists.
+/// Number of samples along z in a group: 8 or 16, as many as one vector instruction of this processor handles. 0: on
+/// this processor, a cut uses no lists.
 int widest_group() noexcept;
 
 /// The active front of one tool: stores which samples its cuts can change. Remains valid when the tissue patch is
 /// replaced. Blocks: 4 × 4 × 8 voxels, z is the fastest index. Allocates at set-up only.
 class CutFront {
  public:
-  /// Allocates buffers for all tools in `tools`. `voxel`: m. `lanes`: 8 or 16, at most widest_group(); the
-  /// results do not depend on it.
+  /// Allocates buffers for all tools in `tools`. `voxel`: m. `lanes`: 8 or 16, at most widest_group(); results do
+  /// not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Number n of parts. Part i contains every n-th layer of blocks along x, from layer i on. Larger heads have more

@@ -84,8 +84,8 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Returns the allowed fraction of the force; below 1 after the carver was late, until the energy in the ledger
-/// suffices for what the coupling stores.
+/// Returns the allowed fraction of the force. After the carver was late, this is less than 1 until the ledger has as
+/// much energy as the coupling stores.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   l.unpaid |= now.contact.gap.late;

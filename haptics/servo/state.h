@@ -158,7 +158,7 @@ struct Servo::State {
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
     // tissue. This energy may return to the hand during the contact. Without contact: the ledger's deficit.
     double given = 0;
-    /// true: the carver was late, and the energy ledger has less energy than the coupling stores
+    /// true: the carver was late, and since then the ledger has had less energy than the coupling stores
     bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;

@@ -260,7 +260,7 @@ TEST_F(Recording, OfANarrowBandOfNoiseGivesNoLine) {
 
 TEST_F(Recording, TheRotorsSpeedIsFoundFromItsHarmonicsAlsoIfSomeAreMissing) {
   struct Series {
-    double fundamental, noise;  // Hz; gain of the noise
+    double fundamental, noise;  // fundamental frequency, Hz; gain of the noise
     std::vector<int> harmonics;
   };
   for (const auto& [fundamental, noise, harmonics] :

@@ -380,13 +380,6 @@ class ForceMeter {
   std::vector<Defect> defects_;
 };
 
-template <class Use>
-void each_tick(const session::SessionReader& session, const Use& use) {
-  constexpr std::uint64_t kPiece = 8192;
-  for (std::uint64_t first = 0; first < session.tick_count(); first += kPiece)
-    for (const ServoTick& tick : session.ticks(first, kPiece)) use(tick);
-}
-
 /// Sets the members of each stroke that come from the ticks: its times, poses and forces.
 void add_moments(const session::SessionReader& session, std::span<const haptics::Tool> tools,
                  std::vector<Defect>& defects) {
@@ -398,7 +391,7 @@ void add_moments(const session::SessionReader& session, std::span<const haptics:
   std::ranges::sort(strokes, {}, &DefectStroke::first);
   const auto margin = static_cast<std::uint64_t>(kBefore * rate), after = static_cast<std::uint64_t>(kAfter * rate);
   std::size_t begin = 0;
-  each_tick(session, [&](const ServoTick& tick) {
+  const auto see = [&](const ServoTick& tick) {
     for (std::size_t k = begin; k < strokes.size(); ++k) {
       DefectStroke& stroke = *strokes[k];
       if (tick.index + margin < stroke.first) break;
@@ -413,7 +406,8 @@ void add_moments(const session::SessionReader& session, std::span<const haptics:
       const std::uint64_t every = (stroke.last - stroke.first + margin + after) / kPathMoments + 1;
       if (tick.index % every == 0) stroke.path.push_back(moment);
     }
-  });
+  };
+  session.each_piece([&](const std::vector<ServoTick>& ticks) { std::ranges::for_each(ticks, see); });
   for (DefectStroke* stroke : strokes) {
     const haptics::Tool& tool = tools[std::min<std::size_t>(stroke->tool, tools.size() - 1)];
     stroke->head_radius = tool.radius(), stroke->head_half = tool.half();
@@ -429,7 +423,9 @@ std::vector<session::Defect> find_defects(const session::SessionReader& session,
   if (judged.input.damage) std::ranges::move(of_damage(*judged.input.damage), std::back_inserter(defects));
   if (const session::ScoreItem* item = item_of(judged.score, "force_max_N"); item && item->full > 0) {
     ForceMeter force(item->target);
-    each_tick(session, [&](const ServoTick& tick) { force.add(tick); });
+    session.each_piece([&](const std::vector<ServoTick>& ticks) {
+      for (const ServoTick& tick : ticks) force.add(tick);
+    });
     std::ranges::move(force.take(), std::back_inserter(defects));
   }
 

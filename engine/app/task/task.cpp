@@ -356,18 +356,16 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   Water water(session, scene.spray_on);
   std::optional<session::ImplantMeter> implant;
   if (scene.implant) implant.emplace(*scene.implant);
-  constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read at a time
-  for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) {
-    std::vector<ServoTick> ticks = session.ticks(first, kPieceTicks);
+  session.each_piece([&](std::vector<ServoTick> ticks) {
     session::set_scored_times(ticks, rate);
     hand.add(ticks);
     if (explored) explored->add(ticks);
     if (damage) damage->add(ticks);
     for (std::size_t i = 0; heat && i < ticks.size(); ++i) heat->add({&ticks[i], 1}, water.sprays(ticks[i].t));
     if (implant) implant->add(ticks);
-  }
+  });
   session::ScoreInput input = session::score_input(session, hand.result(), {});
-  input.before = start.volumes();  // computed again; the volumes in the file could be wrong
+  input.before = start.volumes();  // of the tissue itself, because the volumes in the file may be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);

@@ -13,8 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint64_t kPiece = 8192;  // number of ticks read at a time
-constexpr std::size_t kBins = 480;      // number of bins in plots over time
+constexpr std::size_t kBins = 480;  // number of bins in plots over time
 // ns, time over which speed is averaged, to reduce encoder noise
 constexpr Nanos kSpeedOver = 20'000'000;
 
@@ -58,8 +57,7 @@ Course course_of(const SessionReader& session) {
   std::optional<ServoTick> moved_from;
   c.touched.resize(bins);
   HandMeter meter(rate);
-  for (std::uint64_t first = 0; first < c.count; first += kPiece) {
-    auto ticks = session.ticks(first, kPiece);
+  session.each_piece([&](std::vector<ServoTick> ticks) {
     set_scored_times(ticks, rate);
     meter.add(ticks);
     for (const ServoTick& tick : ticks) {
@@ -84,7 +82,7 @@ Course course_of(const SessionReader& session) {
       if (tick.cpu_time > 0) c.cpu_us.push_back(static_cast<float>(static_cast<double>(tick.cpu_time) / 1e3));
       c.removed_total = tick.removed;
     }
-  }
+  });
   c.force = force.series();
   c.speed = speed.series();
   c.spindle = spindle.series();

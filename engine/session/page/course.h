@@ -31,7 +31,6 @@ struct Course {
   HandMeasures hand;
 };
 
-/// Reads the ticks in pieces, so that memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
 /// Score by the rules of the session's scene. A task gets no points, because its shape is not measured.
