@@ -12,10 +12,10 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/TypodontConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/TypodontConfigVersion.cmake
         DESTINATION ${package_folder} COMPONENT development)
 
-# The process that reads volume files. The program finds it relative to itself, other programs by
-# TYPODONT_VOLUME_READER.
-install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
-install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+# The process that has OpenVDB. The program finds it relative to itself, other programs by
+# TYPODONT_OPENVDB.
+install(TARGETS typodont_openvdb RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
+install(TARGETS typodont_openvdb RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
 # The process that reads DICOM files, found in the same way by TYPODONT_DICOM_READER.
 if(TARGET typodont_dicom_reader)
   install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)

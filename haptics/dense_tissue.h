@@ -26,6 +26,11 @@ inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
+/// Extends a box; `other` must not be empty.
+inline void extend(VoxelBox& box, const VoxelBox& other) noexcept {
+  box = box.empty() ? other : VoxelBox{glm::min(box.lo, other.lo), glm::max(box.hi, other.hi)};
+}
+
 /// Anatomical directions of a file's axes.
 enum class PatientAxes : std::uint8_t {
   kUnknown,

@@ -1,4 +1,4 @@
-// The tissue: a sparse signed distance field with a label per voxel. It is stored in OpenVDB, which this header hides.
+// The tissue: a sparse signed distance field with a label per voxel.
 #pragma once
 
 #include <cstdint>

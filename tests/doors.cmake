@@ -34,5 +34,5 @@ else()  # from an installation
     endif()
     target_compile_definitions(acceptance_doors PRIVATE TYPODONT_${tool}="${TYPODONT_${tool}}")
   endforeach()
-  add_dependencies(acceptance_doors typodont typodont_c typodont_volume_reader)
+  add_dependencies(acceptance_doors typodont typodont_c typodont_openvdb)
 endif()

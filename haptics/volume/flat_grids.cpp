@@ -1,12 +1,9 @@
 #include "haptics/volume/flat_grids.h"
 
-#include <fmt/format.h>
-#include <openvdb/io/File.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <type_traits>
@@ -19,8 +16,9 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'F', 'L', 'A', 'T'};
-constexpr int kFarthest = 1 << 24;        // voxels, largest coordinate of a block in a file
+constexpr int kFarthest = 1 << 21;        // blocks, largest coordinate of a block in a file
 constexpr std::size_t kLongestName = 64;  // bytes, longest name of a grid
+constexpr std::size_t kMostNodes = 8192;  // half a gigabyte; tissue of 10⁹ voxels has about 1000
 
 class Writer {
  public:
@@ -44,6 +42,11 @@ class Writer {
       done += static_cast<std::size_t>(n);
     }
     buffer_.clear();
+  }
+  template <class T>
+  void list(const std::vector<T>& all) {
+    add(static_cast<std::uint64_t>(all.size()));
+    bytes(all.data(), all.size() * sizeof(T));
   }
 
  private:
@@ -74,11 +77,19 @@ class Reader {
     if (n > left_ / size) fail();
     return n;
   }
-  openvdb::Coord place(int multiple) {
-    const std::array<int, 3> p{take<int>(), take<int>(), take<int>()};
-    for (const int v : p)
-      if (v < -kFarthest || v > kFarthest || v % multiple != 0) fail();
-    return {p[0], p[1], p[2]};
+  /// Reads the key of a block.
+  glm::ivec3 key() {
+    const auto key = take<glm::ivec3>();
+    for (int axis = 0; axis < 3; ++axis)
+      if (key[axis] < -kFarthest || key[axis] > kFarthest) fail();
+    return key;
+  }
+  /// Reads elements without padding.
+  template <class T>
+  std::vector<T> list() {
+    std::vector<T> all(count(sizeof(T)));
+    bytes(all.data(), all.size() * sizeof(T));
+    return all;
   }
   bool at_end() const { return left_ == 0; }
   [[noreturn]] void fail() const { throw Error(name_, "", "grids that cannot be", "a tissue volume (.vdb)"); }
@@ -89,161 +100,115 @@ class Reader {
   std::ifstream in_;
 };
 
-void add_place(Writer& out, const openvdb::Coord& at) {
-  for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
+/// Equal tiles that follow each other along z.
+template <class Value>
+struct TileRun {
+  glm::ivec3 first;  // key
+  std::int32_t count;
+  Value value;
+  std::int32_t on;
+};
+
+/// Writes the background value, the tiles that differ from it, and then the leaves.
+template <class Value>
+void write_grid(Writer& out, const BlockGrid<Value>& grid) {
+  using Grid = BlockGrid<Value>;
+  std::vector<TileRun<Value>> runs;
+  grid.for_each_block([&](const glm::ivec3& key, const typename Grid::Block& block) {
+    if (block.leaf) return;
+    if (!runs.empty()) {
+      TileRun<Value>& last = runs.back();
+      if (last.first + glm::ivec3(0, 0, last.count) == key && last.value == block.tile && last.on == block.tile_on) {
+        ++last.count;
+        return;
+      }
+    }
+    runs.push_back({key, 1, block.tile, block.tile_on});
+  });
+  out.add(grid.background());
+  out.list(runs);
+  out.add(static_cast<std::uint64_t>(grid.leaf_count()));
+  grid.for_each_block([&](const glm::ivec3& key, const typename Grid::Block& block) {
+    if (!block.leaf) return;
+    out.add(key);
+    out.add(block.leaf->on);
+    out.add(block.leaf->values);
+  });
 }
 
-/// Writes the background value, the tiles whose value differs from it (largest tiles first), and then the blocks of 8³.
-template <class Grid>
-void write_grid(Writer& out, const Grid& grid) {
-  using Tree = typename Grid::TreeType;
-  using Value = typename Grid::ValueType;
-  const Tree& tree = grid.tree();
-  out.add(tree.background());
-  for (int level = Tree::DEPTH - 1; level > 0; --level) {
-    struct Tile {
-      openvdb::Coord at;
-      Value value;
-      bool on;
-    };
-    std::vector<Tile> tiles;
-    auto it = tree.cbeginValueAll();
-    it.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
-    for (; it; ++it) {
-      if (static_cast<int>(it.getLevel()) != level) continue;
-      if (it.isValueOn() || *it != tree.background()) tiles.push_back({it.getCoord(), *it, it.isValueOn()});
-    }
-    out.add(static_cast<std::uint64_t>(tiles.size()));
-    for (const Tile& tile : tiles) {
-      add_place(out, tile.at);
-      out.add(tile.value);
-      out.add(static_cast<std::uint8_t>(tile.on));
-    }
+template <class Value>
+BlockGrid<Value> read_grid(Reader& in) {
+  using Grid = BlockGrid<Value>;
+  Grid grid(in.take<Value>());
+  double voxels = 0;
+  for (std::uint64_t n = in.count(sizeof(TileRun<Value>)); n > 0; --n) {
+    const glm::ivec3 first = in.key();
+    const auto count = in.take<std::int32_t>();
+    const auto value = in.take<Value>();
+    const bool on = in.take<std::int32_t>() != 0;
+    voxels += static_cast<double>(count) * Grid::kSize;
+    if (count < 1 || voxels > kMaxTileVoxels || grid.nodes() > kMostNodes) in.fail();
+    for (int i = 0; i < count; ++i) grid.block(first + glm::ivec3(0, 0, i)) = typename Grid::Block(value, on);
   }
-  out.add(static_cast<std::uint64_t>(tree.leafCount()));
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-    add_place(out, leaf->origin());
-    out.bytes(&leaf->valueMask(), sizeof leaf->valueMask());
-    out.bytes(leaf->buffer().data(), Tree::LeafNodeType::SIZE * sizeof(Value));
-  }
-}
-
-template <class Grid>
-typename Grid::Ptr read_grid(Reader& in) {
-  using Tree = typename Grid::TreeType;
-  using Leaf = typename Tree::LeafNodeType;
-  using Value = typename Grid::ValueType;
-  auto grid = Grid::create(in.take<Value>());
-  Tree& tree = grid->tree();
-  constexpr std::uint64_t kTileBytes = 3 * sizeof(int) + sizeof(Value) + 1;
-  for (int level = Tree::DEPTH - 1; level > 0; --level) {
-    for (std::uint64_t n = in.count(kTileBytes); n > 0; --n) {
-      const openvdb::Coord at = in.place(Leaf::DIM);
-      const auto value = in.take<Value>();
-      tree.addTile(static_cast<openvdb::Index>(level), at, value, in.take<std::uint8_t>() != 0);
-    }
-  }
-  constexpr std::uint64_t kBlockBytes =
-      3 * sizeof(int) + sizeof(typename Leaf::NodeMaskType) + Leaf::SIZE * sizeof(Value);
-  for (std::uint64_t n = in.count(kBlockBytes); n > 0; --n) {
-    Leaf* leaf = tree.touchLeaf(in.place(Leaf::DIM));
-    typename Leaf::NodeMaskType mask;
-    in.bytes(&mask, sizeof mask);
-    leaf->setValueMask(mask);
-    in.bytes(leaf->buffer().data(), Leaf::SIZE * sizeof(Value));
+  using Leaf = typename Grid::Leaf;
+  for (std::uint64_t n = in.count(sizeof(glm::ivec3) + sizeof(Leaf::on) + sizeof(Leaf::values)); n > 0; --n) {
+    if (grid.nodes() > kMostNodes) in.fail();
+    Leaf& leaf = grid.block(in.key()).touch();
+    in.bytes(&leaf.on, sizeof leaf.on);
+    in.bytes(&leaf.values, sizeof leaf.values);
   }
   return grid;
 }
 
 }  // namespace
 
-FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names) {
-  openvdb::initialize();
-  openvdb::io::File vdb(file.string());
-  vdb.setCopyMaxBytes(0);  // reads everything now, so that a truncated file fails here
-  vdb.open(false);
-  FlatGrids result;
-  for (const std::string& name : names) {
-    if (!vdb.hasGrid(name)) continue;
-    openvdb::GridBase::Ptr grid = vdb.readGrid(name);
-    if (result.grids.empty()) {
-      const auto& transform = grid->transform();
-      if (transform.isLinear() && transform.hasUniformScale()) result.voxel = transform.voxelSize().x();
-      result.origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
-      if (const auto flag = grid->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside"))
-        result.exact_outside = flag->value();
-      const auto vector = [&](const char* name, openvdb::Vec3d& value) {
-        if (const auto found = grid->getMetadata<openvdb::Vec3DMetadata>(name)) value = found->value();
-      };
-      for (std::size_t row = 0; row < kFileRotation.size(); ++row) vector(kFileRotation[row], result.rotation[row]);
-      vector(kFileOrigin, result.file_origin);
-      if (const auto axes = grid->getMetadata<openvdb::StringMetadata>(kFileAxes))
-        result.axes = axes->value().substr(0, kLongestName);
-    }
-    result.grids[name] = std::move(grid);
-  }
-  return result;
-}
-
-void write_flat(int file, const std::string& file_name, const FlatGrids& flat) {
-  Writer out(file, file_name);
+void write_flat(int file, const std::string& name, const FlatGrids& flat) {
+  Writer out(file, name);
   out.add(kMagic);
   out.add(flat.voxel);
-  for (int axis = 0; axis < 3; ++axis) out.add(flat.origin[axis]);
+  out.add(flat.origin);
   out.add(static_cast<std::uint8_t>(flat.exact_outside));
-  const auto add_vector = [&](const openvdb::Vec3d& v) {
-    for (int axis = 0; axis < 3; ++axis) out.add(v[axis]);
+  out.add(flat.rotation);
+  out.add(flat.file_origin);
+  const auto add_name = [&](const std::string& text) {
+    out.add(static_cast<std::uint64_t>(text.size()));
+    out.bytes(text.data(), text.size());
   };
-  for (const openvdb::Vec3d& row : flat.rotation) add_vector(row);
-  add_vector(flat.file_origin);
-  out.add(static_cast<std::uint64_t>(flat.axes.size()));
-  out.bytes(flat.axes.data(), flat.axes.size());
+  add_name(flat.axes);
   out.add(static_cast<std::uint64_t>(flat.grids.size()));
-  for (const auto& [name, grid] : flat.grids) {
-    out.add(static_cast<std::uint64_t>(name.size()));
-    out.bytes(name.data(), name.size());
-    if (const auto floats = openvdb::gridConstPtrCast<openvdb::FloatGrid>(grid)) {
-      out.add('f');
-      write_grid(out, *floats);
-    } else if (const auto integers = openvdb::gridConstPtrCast<openvdb::Int32Grid>(grid)) {
-      out.add('i');
-      write_grid(out, *integers);
-    } else {
-      throw Error(file_name, name, grid->valueType(), "float or int32");
-    }
+  for (const auto& [grid_name, grid] : flat.grids) {
+    add_name(grid_name);
+    out.add(static_cast<std::uint8_t>(grid.index()));
+    std::visit([&](const auto& typed) { write_grid(out, typed); }, grid);
   }
   out.end();
 }
 
-FlatGrids read_flat(const std::filesystem::path& file, const std::string& name) {
-  openvdb::initialize();
+FlatGrids read_flat_grids(const std::filesystem::path& file, const std::string& name) {
   Reader in(file, name);
   if (in.take<std::array<char, 8>>() != kMagic) in.fail();
   FlatGrids flat;
   flat.voxel = in.take<double>();
-  for (int axis = 0; axis < 3; ++axis) flat.origin[axis] = in.take<double>();
+  flat.origin = in.take<dvec3>();
   flat.exact_outside = in.take<std::uint8_t>() != 0;
-  const auto take_vector = [&](openvdb::Vec3d& v) {
-    for (int axis = 0; axis < 3; ++axis) v[axis] = in.take<double>();
-  };
-  for (openvdb::Vec3d& row : flat.rotation) take_vector(row);
-  take_vector(flat.file_origin);
+  flat.rotation = in.take<std::array<dvec3, 3>>();
+  flat.file_origin = in.take<dvec3>();
   const auto take_name = [&] {
     const std::uint64_t length = in.count(1);
     if (length > kLongestName) in.fail();
-    std::string name(length, '\0');
-    in.bytes(name.data(), length);
-    return name;
+    std::string text(length, '\0');
+    in.bytes(text.data(), length);
+    return text;
   };
   flat.axes = take_name();
   for (std::uint64_t n = in.count(1); n > 0; --n) {
     const std::string grid = take_name();
-    switch (in.take<char>()) {
-      case 'f':
-        flat.grids[grid] = read_grid<openvdb::FloatGrid>(in);
+    switch (in.take<std::uint8_t>()) {
+      case 0:
+        flat.grids.emplace(grid, read_grid<float>(in));
         break;
-      case 'i':
-        flat.grids[grid] = read_grid<openvdb::Int32Grid>(in);
+      case 1:
+        flat.grids.emplace(grid, read_grid<std::int32_t>(in));
         break;
       default:
         in.fail();
@@ -251,6 +216,22 @@ FlatGrids read_flat(const std::filesystem::path& file, const std::string& name) 
   }
   if (!in.at_end()) in.fail();
   return flat;
+}
+
+void write_flat(int file, const std::string& name, const FlatMesh& mesh) {
+  Writer out(file, name);
+  out.list(mesh.vertices);
+  out.list(mesh.triangles);
+  out.end();
+}
+
+FlatMesh read_flat_mesh(const std::filesystem::path& file, const std::string& name) {
+  Reader in(file, name);
+  FlatMesh mesh;
+  mesh.vertices = in.list<dvec3>();
+  mesh.triangles = in.list<glm::uvec3>();
+  if (!in.at_end()) in.fail();
+  return mesh;
 }
 
 }  // namespace typodont::haptics

@@ -10,22 +10,20 @@
 
 #include "haptics/sweep.h"
 #include "haptics/volume/leaf_history.h"
-#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 
 /// The active front of one head. Carver thread only. A leaf has 8³ samples; its key is its position in leaves.
 class LeafFront {
  public:
-  using Leaf = openvdb::FloatTree::LeafNodeType;
-  using Kept = LeafHistory<openvdb::FloatTree>::Kept;
+  using Leaf = DistanceGrid::Leaf;
+  using Kept = LeafHistory<float>::Kept;
 
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
   /// Data of a leaf in one cache line.
   struct alignas(64) Place {
     Leaf* leaf = nullptr;      // null: the leaf has not been examined yet
-    float* samples = nullptr;  // the leaf's samples; stored here, because reading the leaf would wait for memory
     Kept* kept = nullptr;      // copy for undo in the current stroke; null: no stroke
     bool cut = false;          // true: the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // value of TissueVolume::mark() for which the leaf is listed as changed already

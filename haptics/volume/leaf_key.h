@@ -1,4 +1,4 @@
-// Key of a block of 8³ samples. Independent of OpenVDB. Private to haptics.
+// Key of a block of 8³ samples. Private to haptics.
 #pragma once
 
 #include <glm/glm.hpp>

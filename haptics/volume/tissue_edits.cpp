@@ -23,23 +23,24 @@ namespace {
 /// Sums the volume of each tissue in leaves. Each voxel counts by the fraction of it that is inside the surface.
 class LeafVolumes {
  public:
-  void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
-    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, count = n * n * n;
-    const std::int32_t tile = distance.samples ? 0 : inside_units(distance.tile);
-    const std::int32_t label = tissue.samples ? tissue.samples[0] : tissue.tile;
+  void add(const DistanceGrid::Block& distance, const LabelGrid::Block& tissue) {
+    constexpr int n = DistanceGrid::kSide, count = DistanceGrid::kSize;
+    const float* const samples = distance.leaf ? distance.leaf->data() : nullptr;
+    const std::int32_t* const labels = tissue.leaf ? tissue.leaf->data() : nullptr;
+    const std::int32_t tile = samples ? 0 : inside_units(distance.tile);
+    const std::int32_t label = labels ? labels[0] : tissue.tile;
     std::int32_t differ = 0;
-    if (tissue.samples)
-      for (int i = 1; i < count; ++i) differ |= tissue.samples[i] ^ label;
+    if (labels)
+      for (int i = 1; i < count; ++i) differ |= labels[i] ^ label;
     if (differ != 0) {
-      for (int i = 0; i < count; ++i)
-        count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
+      for (int i = 0; i < count; ++i) count_in(labels[i], samples ? inside_units(samples[i]) : tile);
       return;
     }
     // Most leaves have one tissue: labels need not be read.
-    std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
-    for (int row = 0; distance.samples && row < count; row += n * n) {
+    std::int64_t sum = samples ? 0 : std::int64_t{count} * tile;
+    for (int row = 0; samples && row < count; row += n * n) {
       std::int32_t part = 0;
-      for (int i = row; i < row + n * n; ++i) part += inside_units(distance.samples[i]);
+      for (int i = row; i < row + n * n; ++i) part += inside_units(samples[i]);
       sum += part;
     }
     count_in(label, sum);
@@ -66,13 +67,8 @@ void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
-/// Extends a box; `other` must not be empty.
-void extend(VoxelBox& box, const VoxelBox& other) noexcept {
-  box = box.empty() ? other : VoxelBox{glm::min(box.lo, other.lo), glm::max(box.hi, other.hi)};
-}
-
 constexpr int kLeaf = Sweep::kLeaf;
-static_assert(kLeaf == kLeafSide && kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
+static_assert(kLeaf == kLeafSide);
 
 }  // namespace
 
@@ -92,9 +88,9 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
   bricks_around(lo, hi).for_each([&](const glm::ivec3& brick) { keys.insert(brick); });
 }
 
-void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& place) {
-  if (writes.empty() || place.logged == marked) return;
-  place.logged = marked;
+void TissueVolume::Impl::log_write(const glm::ivec3& lo, LeafFront::Place& leaf) {
+  if (writes.empty() || leaf.logged == marked) return;
+  leaf.logged = marked;
   // largest number of leaves in a list of written leaves; with more, copying the whole tissue patch is as fast
   constexpr std::size_t kMost = 2048;
   Written& written = writes.back();
@@ -173,37 +169,30 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   const std::vector<Tissue> before = labels;
   const std::ptrdiff_t first = stride_x + stride_y + 1;
   if (!haptics::restore_labels(size - 2, distances.data() + first, labels.data() + first, stride_x, stride_y)) return;
-  auto accessor = tissue->getAccessor();
-  constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
   for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(labels.size()); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (labels[at] == before[at]) continue;
-    const openvdb::Coord p = coord(lo - 1 + glm::ivec3(i / stride_x, i / stride_y % size.y, i % stride_y));
-    if (in_stroke)
-      StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
-          true;
-    accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
+    const glm::ivec3 p = lo - 1 + glm::ivec3(i / stride_x, i / stride_y % size.y, i % stride_y);
+    LabelGrid::Block& block = tissue.block(leaf_key(p));
+    if (in_stroke) StrokeKept::Labels::keep(strokes.back().tissue, leaf_key(p), block).changed = true;
+    const int in_block = LabelGrid::Leaf::index(p);
+    block.set(in_block, relabelled(block.value(in_block), labels[at]));
   }
 }
 
 /// Returns a leaf of distances for writing; null: air far from any surface. `kept`: the leaf's copy for undo.
-openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
-                                                                  const openvdb::Coord& origin,
-                                                                  LeafFront::Kept*& kept) {
-  auto* leaf = accessor.probeLeaf(origin);
-  if (!leaf && accessor.getValue(origin) > 0) return nullptr;
-  kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
-  if (!leaf) {
-    // A tile deep inside tissue is now near the surface, so that each of its samples must be stored.
-    leaf = accessor.touchLeaf(origin);
-    if (kept) kept->changed = true;
-  }
-  return leaf;
+LeafFront::Leaf* TissueVolume::Impl::leaf_to_cut(const glm::ivec3& key, LeafFront::Kept*& kept) {
+  if (const auto& there = std::as_const(distance).block(key); !there.leaf && there.tile > 0) return nullptr;
+  DistanceGrid::Block& block = distance.block(key);
+  kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, key, block) : nullptr;
+  // A tile deep inside tissue is now near the surface, so that each of its samples must be stored.
+  if (!block.leaf && kept) kept->changed = true;
+  return &block.touch();
 }
 
 /// Called after a removal has written a leaf.
-void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
-  leaf.setValuesOn();
+void TissueVolume::Impl::leaf_was_cut(LeafFront::Leaf& leaf, LeafFront::Kept* kept) {
+  leaf.set_all_on();
   if (kept) kept->changed = true;
 }
 
@@ -222,22 +211,20 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   const glm::ivec3 first = leaf_key(sweep.lo()), last = leaf_key(sweep.hi());
   v.front.advance_to(sweep, first, last);
   const float path = v.front.path();
-  auto accessor = v.distance->getAccessor();
   v.due_leaves.clear(), v.due_places.clear();
   for (const LeafFront::DuePlace& due : v.front.due(first, last)) {
     LeafFront::Place& place = *due.place;
     const glm::ivec3 origin = due.key * kLeaf;
     if (!place.leaf) {
-      place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
+      place.leaf = v.leaf_to_cut(due.key, place.kept);
       if (!place.leaf) {
         *due.due = LeafFront::kNever;
         continue;
       }
-      place.samples = place.leaf->buffer().data();
     }
     // Created in its final place: copying an object whose members were just written would be slow.
     Sweep::Leaf& leaf = v.due_leaves.emplace_back();
-    leaf.lo = origin, leaf.distance = place.samples, leaf.due = place.due.data();
+    leaf.lo = origin, leaf.distance = place.leaf->data(), leaf.due = place.due.data();
     v.due_places.push_back(&due);
   }
   sweep.carve(v.due_leaves, path);
@@ -266,21 +253,20 @@ template <class Removal>
 TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
   Impl& v = *impl_;
   v.front.forget();
-  auto accessor = v.distance->getAccessor();
   Carved carved;
   const glm::ivec3 first = leaf_key(removal.lo()), last = leaf_key(removal.hi());
   for_each_voxel_between(first, last, [&](int x, int y, int z) {
     const glm::ivec3 key(x, y, z), origin = key * kLeaf;
     LeafFront::Kept* kept = nullptr;
-    auto* const leaf = v.leaf_to_cut(accessor, coord(origin), kept);
+    auto* const leaf = v.leaf_to_cut(key, kept);
     if (!leaf) return;
     const glm::ivec3 lo = glm::max(origin, removal.lo()), hi = glm::min(origin + kLeaf - 1, removal.hi());
     const glm::ivec3 at = lo - origin;
-    float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
+    float* const samples = leaf->data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
     if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) return;
     v.leaf_was_cut(*leaf, kept);
     add_to_box(lo, hi, carved.box);
-    carved.blocks.push_back({key, solid_bits(leaf->buffer().data())});
+    carved.blocks.push_back({key, solid_bits(leaf->data())});
   });
   v.mark_changed(carved.box.lo, carved.box.hi, false);
   v.restore_labels(*this, carved.box.lo, carved.box.hi);
@@ -332,43 +318,35 @@ template <class Filling>
 VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
   Impl& v = *impl_;
   v.front.forget();
-  using Leaf = openvdb::FloatTree::LeafNodeType;
-  constexpr int n = Leaf::DIM;
-  auto distance = v.distance->getAccessor();
-  auto labels = v.tissue->getAccessor();
+  constexpr int n = DistanceGrid::kSide;
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
   StrokeKept* const stroke = v.stroke();
   Tissue tissue[n * n * n], before[n * n * n];
-  for (int x0 = floor_div(filling.lo().x, n) * n; x0 <= filling.hi().x; x0 += n) {
-    for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
-      for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
-        const openvdb::Coord origin(x0, y0, z0);
-        // a tile deep inside tissue, where nothing can be filled
-        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
-        auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
-        const bool was_tile = !distance.probeConstLeaf(origin);
-        Leaf* leaf = distance.touchLeaf(origin);
-        if (kept && was_tile) kept->changed = true;
-        copy_for_patch({x0, y0, z0}, glm::ivec3(n), nullptr, tissue);
-        std::copy_n(tissue, n * n * n, before);
-        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), filling.lo());
-        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, filling.hi());
-        if (!filling.lower({x0, y0, z0}, glm::ivec3(n), leaf->buffer().data(), tissue, n * n, n, nullptr)) continue;
-        count_voxels(hi - lo + 1);
-        leaf->setValuesOn();
-        if (kept) kept->changed = true;
-        if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
-        for (int i = 0; i < n * n * n; ++i) {
-          if (tissue[i] == before[i]) continue;
-          const openvdb::Coord at = origin.offsetBy(i / (n * n), i / n % n, i % n);
-          labels.setValue(at, relabelled(labels.getValue(at), tissue[i]));
-          v.filled.insert({x0 / n, y0 / n, z0 / n});
-        }
-        changed_lo = glm::min(changed_lo, lo);
-        changed_hi = glm::max(changed_hi, hi);
-      }
+  for_each_voxel_between(leaf_key(filling.lo()), leaf_key(filling.hi()), [&](int i, int j, int k) {
+    const glm::ivec3 key(i, j, k), origin = key * n;
+    // a tile deep inside tissue, where nothing can be filled
+    if (const auto& there = std::as_const(v.distance).block(key); !there.leaf && there.tile < 0) return;
+    DistanceGrid::Block& block = v.distance.block(key);
+    auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, key, block) : nullptr;
+    if (kept && !block.leaf) kept->changed = true;
+    DistanceGrid::Leaf& leaf = block.touch();
+    copy_for_patch(origin, glm::ivec3(n), nullptr, tissue);
+    std::copy_n(tissue, n * n * n, before);
+    if (!filling.lower(origin, glm::ivec3(n), leaf.data(), tissue, n * n, n, nullptr)) return;
+    const glm::ivec3 lo = glm::max(origin, filling.lo()), hi = glm::min(origin + n - 1, filling.hi());
+    count_voxels(hi - lo + 1);
+    leaf.set_all_on();
+    if (kept) kept->changed = true;
+    LabelGrid::Block& labels = v.tissue.block(key);
+    if (stroke) StrokeKept::Labels::keep(stroke->tissue, key, labels).changed = true;
+    for (int voxel = 0; voxel < n * n * n; ++voxel) {
+      if (tissue[voxel] == before[voxel]) continue;
+      labels.set(voxel, relabelled(labels.value(voxel), tissue[voxel]));
+      v.filled.insert(key);
     }
-  }
+    changed_lo = glm::min(changed_lo, lo);
+    changed_hi = glm::max(changed_hi, hi);
+  });
   v.mark_changed(changed_lo, changed_hi, false);
   v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
@@ -389,8 +367,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   if (piece.empty()) return volume;
   v.front.forget();
   v.forget_writes();
-  using Leaf = openvdb::FloatTree::LeafNodeType;
-  constexpr int n = Leaf::DIM;
+  constexpr int n = DistanceGrid::kSide;
 
   glm::ivec3 lo(INT_MAX), hi(INT_MIN);
   for (const BlockPart& part : piece) lo = glm::min(lo, part.key * n), hi = glm::max(hi, part.key * n + n - 1);
@@ -410,32 +387,27 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   }
   const std::vector<float> after = without_piece(box);
 
-  auto accessor = v.distance->getAccessor();
   StrokeKept* const stroke = v.stroke();
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
-  for (int x0 = floor_div(lo.x, n) * n; x0 <= hi.x; x0 += n) {
-    for (int y0 = floor_div(lo.y, n) * n; y0 <= hi.y; y0 += n) {
-      for (int z0 = floor_div(lo.z, n) * n; z0 <= hi.z; z0 += n) {
-        const openvdb::Coord origin(x0, y0, z0);
-        const glm::ivec3 from = glm::max(lo, {x0, y0, z0}), to = glm::min(hi, glm::ivec3(x0, y0, z0) + n - 1);
-        Leaf* leaf = nullptr;
-        for_each_voxel_between(from, to, [&](int x, int y, int z) {
-          const std::size_t i = box.at(glm::ivec3(x, y, z) - lo);
-          if (!(after[i] > box.distance[i])) return;
-          if (!leaf) {
-            auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
-            if (kept) kept->changed = true;
-            leaf = accessor.touchLeaf(origin);
-          }
-          leaf->setValueOn(leaf->coordToOffset({x, y, z}), after[i]);
-          volume[static_cast<std::size_t>(labels[i])] += fraction_inside(box.distance[i]) - fraction_inside(after[i]);
-          changed_lo = glm::min(changed_lo, {x, y, z});
-          changed_hi = glm::max(changed_hi, {x, y, z});
-        });
-        if (leaf) leaf->setValuesOn();
+  for_each_voxel_between(leaf_key(lo), leaf_key(hi), [&](int i, int j, int k) {
+    const glm::ivec3 key(i, j, k);
+    DistanceGrid::Leaf* leaf = nullptr;
+    const glm::ivec3 from = glm::max(lo, key * n), to = glm::min(hi, key * n + n - 1);
+    for_each_voxel_between(from, to, [&](int x, int y, int z) {
+      const std::size_t at = box.at(glm::ivec3(x, y, z) - lo);
+      if (!(after[at] > box.distance[at])) return;
+      if (!leaf) {
+        DistanceGrid::Block& block = v.distance.block(key);
+        if (stroke) StrokeKept::Distance::keep(stroke->distance, key, block).changed = true;
+        leaf = &block.touch();
       }
-    }
-  }
+      leaf->set(DistanceGrid::Leaf::index({x, y, z}), after[at]);
+      volume[static_cast<std::size_t>(labels[at])] += fraction_inside(box.distance[at]) - fraction_inside(after[at]);
+      changed_lo = glm::min(changed_lo, {x, y, z});
+      changed_hi = glm::max(changed_hi, {x, y, z});
+    });
+    if (leaf) leaf->set_all_on();
+  });
   v.mark_changed(changed_lo, changed_hi, false);
   v.restore_labels(*this, changed_lo, changed_hi);
   volume[0] = 0;
@@ -446,25 +418,24 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
 bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness, VoxelColor color) {
   Impl& v = *impl_;
   bool any = false;
-  const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
+  const VoxelBox tissue = v.tissue.box_on();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
   const glm::ivec3 a =
-      glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
-  const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), vec(tissue.max()));
-  auto accessor = v.tissue->getAccessor();
+      glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), tissue.lo);
+  const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), tissue.hi);
   for_each_voxel_between(a, b, [&](int x, int y, int z) {
-    const openvdb::Coord at(x, y, z);
-    const std::int32_t was = accessor.getValue(at);
-    if (shown_in(was) == Tissue::kAir || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) return;
-    if (StrokeKept* const stroke = v.stroke()) {
-      constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
-      StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
-    }
+    const glm::ivec3 voxel(x, y, z);
+    LabelGrid::Block& block = v.tissue.block(leaf_key(voxel));
+    const int i = LabelGrid::Leaf::index(voxel);
+    const std::int32_t was = block.value(i);
+    if (shown_in(was) == Tissue::kAir || solid.distance(v.frame.to_world(dvec3(voxel))) > 0) return;
+    if (StrokeKept* const stroke = v.stroke())
+      StrokeKept::Labels::keep(stroke->tissue, leaf_key(voxel), block).changed = true;
     if (is_filled(label_in(was)))
-      accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
+      block.set(i, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
     else
-      accessor.setValue(at, grid_value(label, hardness, color));
+      block.set(i, grid_value(label, hardness, color));
     any = true;
   });
   if (any) {
@@ -500,21 +471,22 @@ void TissueVolume::Impl::complete_stroke() {
     --done;
     return;
   }
-  std::vector<openvdb::Coord> leaves;
-  for (const auto& [origin, kept] : stroke.distance) leaves.push_back(origin);
-  for (const auto& [origin, kept] : stroke.tissue) {
-    if (!stroke.distance.contains(origin)) leaves.push_back(origin);
-  }
+  KeySet leaves;
+  for (const auto& [key, kept] : stroke.distance) leaves.insert(key);
+  for (const auto& [key, kept] : stroke.tissue) leaves.insert(key);
   KeySet bricks;
   LeafVolumes before, after;
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  for (const openvdb::Coord& origin : leaves) {
-    insert_bricks(vec(origin), vec(origin) + n - 1, bricks);
-    const auto distances = StrokeKept::Distance::there(distance->tree(), origin);
-    const auto labels = StrokeKept::Labels::there(tissue->tree(), origin);
-    after.add(distances, labels);
-    before.add(StrokeKept::Distance::before(stroke.distance, origin).value_or(distances),
-               StrokeKept::Labels::before(stroke.tissue, origin).value_or(labels));
+  constexpr int n = DistanceGrid::kSide;
+  DistanceGrid::Reader distances(distance);
+  LabelGrid::Reader labels(tissue);
+  for (const glm::ivec3& key : leaves) {
+    insert_bricks(key * n, key * n + n - 1, bricks);
+    const DistanceGrid::Block& distances_now = distances.block(key);
+    const LabelGrid::Block& labels_now = labels.block(key);
+    after.add(distances_now, labels_now);
+    const auto* const distances_before = StrokeKept::Distance::before(stroke.distance, key);
+    const auto* const labels_before = StrokeKept::Labels::before(stroke.tissue, key);
+    before.add(distances_before ? *distances_before : distances_now, labels_before ? *labels_before : labels_now);
   }
   stroke.bricks.assign(bricks.begin(), bricks.end());
   const PerTissue was = before.sum(frame.voxel), is = after.sum(frame.voxel);
@@ -527,8 +499,8 @@ void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
   front.forget();
   forget_writes();
   marked_lo = glm::ivec3(0), marked_hi = glm::ivec3(-1);
-  StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
-  StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
+  StrokeKept::Distance::exchange(distance, stroke.distance);
+  StrokeKept::Labels::exchange(tissue, stroke.tissue);
   for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? stroke.back[i] : -stroke.back[i];
   changed.insert(stroke.bricks.begin(), stroke.bricks.end());
   for (const glm::ivec3& brick : stroke.carved) {

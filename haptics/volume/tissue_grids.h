@@ -1,33 +1,23 @@
-// The grids and strokes of a volume. Private to haptics/volume, because it includes OpenVDB.
+// The grids and strokes of a volume. Private to haptics/volume.
 #pragma once
 
 #include <climits>
 #include <deque>
+#include <optional>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "haptics/tissue_volume.h"
+#include "haptics/volume/block_grid.h"
 #include "haptics/volume/label.h"
 #include "haptics/volume/leaf_front.h"
 #include "haptics/volume/leaf_history.h"
-#include "haptics/volume/openvdb.h"
 
 namespace typodont::haptics {
 
-struct KeyHash {
-  std::size_t operator()(const glm::ivec3& k) const {
-    return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
-           static_cast<std::size_t>(k.z) * 83492791u;
-  }
-};
 using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
 
-inline openvdb::Coord coord(const glm::ivec3& v) {
-  return {v.x, v.y, v.z};
-}
-inline glm::ivec3 vec(const openvdb::Coord& c) {
-  return {c.x(), c.y(), c.z()};
-}
 inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
@@ -91,8 +81,8 @@ SolidBits solid_bits(const float* samples);
 
 /// The grids' leaves (8³ voxels) as they were before a stroke; while the stroke is undone, as they were after it.
 struct StrokeKept {
-  using Distance = LeafHistory<openvdb::FloatTree>;
-  using Labels = LeafHistory<openvdb::Int32Tree>;
+  using Distance = LeafHistory<float>;
+  using Labels = LeafHistory<std::int32_t>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
   std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
@@ -103,8 +93,8 @@ struct StrokeKept {
 };
 
 struct TissueVolume::Impl {
-  openvdb::FloatGrid::Ptr distance;  // distances in voxels
-  openvdb::Int32Grid::Ptr tissue;    // labels, hardness and colours, see grid_value()
+  DistanceGrid distance;       // voxels
+  LabelGrid tissue;  // labels, hardness and colours, see grid_value()
   std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
   bool graded = false;               // true: some voxels' hardness differs from their tissue's
   bool colored = false;              // true: some voxels' colour differs from their tissue's
@@ -135,15 +125,9 @@ struct TissueVolume::Impl {
   bool in_stroke = false;  // true: the last stroke is not complete yet
   PerTissue taken_back{};  // m³ that undos restored, minus what redos removed again
 
-  Impl() { openvdb::initialize(); }
+  Impl(DistanceGrid distances, LabelGrid labels) : distance(std::move(distances)), tissue(std::move(labels)) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
-  /// Allocates nothing, so it also works when memory is exhausted.
-  ~Impl();
-  void make_grids(float band_voxels) {
-    distance = openvdb::FloatGrid::create(band_voxels);
-    tissue = openvdb::Int32Grid::create(0);
-  }
 
   /// First number for the marks of a new volume (TissueVolume::mark()); differs between volumes.
   static std::uint64_t first_mark();
@@ -152,27 +136,24 @@ struct TissueVolume::Impl {
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
 
-  openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
-                                                LeafFront::Kept*& kept);
-  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
+  LeafFront::Leaf* leaf_to_cut(const glm::ivec3& key, LeafFront::Kept*& kept);
+  void leaf_was_cut(LeafFront::Leaf& leaf, LeafFront::Kept* kept);
   /// Ends the stroke, and drops it if it changed nothing.
   void complete_stroke();
 
   /// Marks voxels lo..hi as changed by cut or filling; lo > hi: none. `listed`: log_write() has logged all leaves.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi, bool listed);
   /// Adds a leaf to the list of written leaves (`writes`), unless already listed. `lo`: its first voxel.
-  void log_write(const glm::ivec3& lo, LeafFront::Place& place);
+  void log_write(const glm::ivec3& lo, LeafFront::Place& leaf);
 
   /// Copies every n-th sample (see TissueVolume::copy_every()), but only samples from..to (inclusive).
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   /// A leaf's distances and labels.
   struct LeafSource {
-    glm::ivec3 lo;                                      // voxels, position of the first voxel
-    const openvdb::FloatTree::LeafNodeType* distances;  // null: all samples have the value `distance`
-    const openvdb::Int32Tree::LeafNodeType* labels;     // null: all samples have the value `label`
-    float distance;
-    std::int32_t label;
+    glm::ivec3 lo;  // voxels, position of the first voxel
+    const DistanceGrid::Block* distances;
+    const LabelGrid::Block* labels;
   };
   class LeafFinder;
   /// Returns the leaves of `part`, a box that consists of whole leaves (8³ voxels).
@@ -181,8 +162,8 @@ struct TissueVolume::Impl {
 
   // Files store label, hardness, colour and the label before filling separately (StoredVolume): the label grid is split
   // on saving and joined on loading.
-  openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
-  void put_before(const openvdb::Int32Grid& before);
+  std::optional<LabelGrid> take_before(LabelGrid& labels) const;
+  void put_before(const LabelGrid& before);
   /// Part of the label grid's values that a file stores as a grid of its own.
   struct Part {
     std::int32_t usual;                                     // background of the file's grid
@@ -190,10 +171,10 @@ struct TissueVolume::Impl {
     std::int32_t (*set)(std::int32_t value, std::int32_t);  // `value` with this part set to the second argument
   };
   static const Part kHardnessPart, kColorPart;
-  /// Moves a part of the labels to a grid of its own; null if all voxels have the value Part::usual.
-  static openvdb::Int32Grid::Ptr take(const Part& part, openvdb::Int32Grid& labels);
+  /// Moves a part of the labels to a grid of its own; nullopt if all voxels have the value Part::usual.
+  static std::optional<LabelGrid> take(const Part& part, LabelGrid& labels);
   /// Adds a part from its own grid to the labels. Returns true if a voxel's value differs from the part's `usual`.
-  bool put(const Part& part, const openvdb::Int32Grid& values);
+  bool put(const Part& part, const LabelGrid& values);
 
   /// Restores former labels where a filling was removed. Call it after distances have changed.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);

@@ -1,4 +1,4 @@
-// The grids store lengths in voxels: OpenVDB refuses voxels below 15 µm, and sampling and cutting compute in voxels.
+// The grids store lengths in voxels, because sampling and cutting compute in voxels.
 #include "haptics/tissue_volume.h"
 
 #include <linux/mman.h>
@@ -37,13 +37,6 @@ std::vector<glm::ivec3> sorted(const KeySet& keys) {
 
 }  // namespace
 
-TissueVolume::Impl::~Impl() {
-  // OpenVDB frees nodes on several threads, which needs memory, and aborts if there is none. So all nodes are freed
-  // here first, on one thread.
-  if (distance) distance->tree().root().clear();
-  if (tissue) tissue->tree().root().clear();
-}
-
 TissueVolume::TissueVolume(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TissueVolume::~TissueVolume() = default;
 TissueVolume::TissueVolume(TissueVolume&&) noexcept = default;
@@ -77,17 +70,16 @@ std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::
 constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes, size of a huge memory page
 
 /// Adds the bytes of leaves in each huge page (by its number) to `bytes`.
-template <class Tree>
-void count_leaves(const Tree& tree, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-    const auto at = reinterpret_cast<std::uintptr_t>(leaf->buffer().data());
-    bytes[at / kHugePage] += sizeof(typename Tree::ValueType) * leaf->buffer().size();
-  }
+template <class Grid>
+void count_leaves(const Grid& grid, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
+  grid.for_each_block([&](const glm::ivec3&, const typename Grid::Block& block) {
+    if (block.leaf) bytes[reinterpret_cast<std::uintptr_t>(block.leaf.get()) / kHugePage] += sizeof(typename Grid::Leaf);
+  });
 }
 
 /// Requests huge memory pages. With pages of 4 kB, address translation takes up to a fifth of the time for copying.
 /// Results do not depend on the page size.
-void store_in_huge_pages(const openvdb::FloatTree& distances, const openvdb::Int32Tree& labels) {
+void store_in_huge_pages(const DistanceGrid& distances, const LabelGrid& labels) {
   std::unordered_map<std::uintptr_t, std::size_t> bytes;
   count_leaves(distances, bytes);
   count_leaves(labels, bytes);
@@ -98,7 +90,8 @@ void store_in_huge_pages(const openvdb::FloatTree& distances, const openvdb::Int
 
 }  // namespace
 
-TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Impl>()) {
+TissueVolume::TissueVolume(const DenseTissue& dense)
+    : impl_(std::make_unique<Impl>(DistanceGrid(static_cast<float>(dense.band / dense.frame.voxel)), LabelGrid(0))) {
   Impl& v = *impl_;
   v.frame = dense.frame;
   v.band = dense.band;
@@ -106,59 +99,42 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.place = dense.place;
   v.graded = std::ranges::any_of(dense.hardness, [](std::uint8_t hardness) { return hardness != kOwnHardness; });
   v.colored = std::ranges::any_of(dense.color, [](VoxelColor color) { return color != kTissueColor; });
-  const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
-  v.make_grids(band_voxels);
 
   // Stores leaf by leaf, which saves memory where no distances are stored.
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  constexpr int n = DistanceGrid::kSide;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
-  auto distance = v.distance->getAccessor();
-  auto tissue = v.tissue->getAccessor();
-  for (int x0 = 0; x0 < dense.size.x; x0 += n) {
-    for (int y0 = 0; y0 < dense.size.y; y0 += n) {
-      for (int z0 = 0; z0 < dense.size.z; z0 += n) {
-        const glm::ivec3 end = glm::min(glm::ivec3(x0 + n, y0 + n, z0 + n), dense.size);
-        if (const auto value = uniform_inside(dense, {x0, y0, z0}, end, n)) {
-          distance.addTile(1, openvdb::Coord(x0, y0, z0), -band_voxels, false);
-          tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
-          continue;
-        }
-        // leaves of both trees, created when their first voxel is stored
-        openvdb::FloatTree::LeafNodeType* distances = nullptr;
-        openvdb::Int32Tree::LeafNodeType* labels = nullptr;
-        const openvdb::Coord first(x0, y0, z0);
-        for (int x = x0; x < end.x; ++x) {
-          for (int y = y0; y < end.y; ++y) {
-            for (int z = z0; z < end.z; ++z) {
-              const std::size_t i = dense.at(x, y, z);
-              const openvdb::Index in_leaf = openvdb::FloatTree::LeafNodeType::coordToOffset({x, y, z});
-              if (const float d = dense.distance[i]; d < band) {
-                if (!distances) distances = distance.touchLeaf(first);
-                if (d > -band)
-                  distances->setValueOn(in_leaf, d * to_voxels);
-                else
-                  distances->setValueOff(in_leaf, -band_voxels);
-              }
-              if (dense.tissue[i] != Tissue::kAir) {
-                if (!labels) labels = tissue.touchLeaf(first);
-                labels->setValueOn(in_leaf, value_at(dense, i));
-              }
-            }
-          }
-        }
-      }
+  const float band_voxels = v.distance.background();
+  for_each_voxel((dense.size + (n - 1)) / n, [&](int i, int j, int k) {
+    const glm::ivec3 key(i, j, k), first = key * n, end = glm::min(first + n, dense.size);
+    if (const auto value = uniform_inside(dense, first, end, n)) {
+      v.distance.block(key) = DistanceGrid::Block(-band_voxels, false);
+      v.tissue.block(key) = LabelGrid::Block(*value, label_in(*value) != Tissue::kAir);
+      return;
     }
-  }
-  v.distance->pruneGrid();
-  v.tissue->pruneGrid();
-  store_in_huge_pages(v.distance->tree(), v.tissue->tree());
+    // leaves of both grids, created when their first voxel is stored
+    DistanceGrid::Leaf* distances = nullptr;
+    LabelGrid::Leaf* labels = nullptr;
+    for_each_voxel_between(first, end - 1, [&](int x, int y, int z) {
+      const std::size_t from = dense.at(x, y, z);
+      const int to = DistanceGrid::Leaf::index({x, y, z});
+      if (const float d = dense.distance[from]; d < band) {
+        if (!distances) distances = &v.distance.block(key).touch();
+        distances->set(to, d > -band ? d * to_voxels : -band_voxels, d > -band);
+      }
+      if (dense.tissue[from] != Tissue::kAir) {
+        if (!labels) labels = &v.tissue.block(key).touch();
+        labels->set(to, value_at(dense, from));
+      }
+    });
+  });
+  v.distance.prune();
+  v.tissue.prune();
+  store_in_huge_pages(v.distance, v.tissue);
 }
 
 TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   StoredVolume stored = read_volume(file);
-  auto impl = std::make_unique<Impl>();
-  impl->distance = std::move(stored.distance);
-  impl->tissue = std::move(stored.tissue);
+  auto impl = std::make_unique<Impl>(std::move(stored.distance), std::move(stored.tissue));
   impl->frame = stored.frame;
   impl->band = stored.band;
   impl->exact_outside = stored.exact_outside;
@@ -166,7 +142,7 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   if (stored.before) impl->put_before(*stored.before);
   impl->graded = stored.hardness && impl->put(Impl::kHardnessPart, *stored.hardness);
   impl->colored = stored.color && impl->put(Impl::kColorPart, *stored.color);
-  store_in_huge_pages(impl->distance->tree(), impl->tissue->tree());
+  store_in_huge_pages(impl->distance, impl->tissue);
   return TissueVolume(std::move(impl));
 }
 
@@ -190,97 +166,81 @@ const TissueVolume::Impl::Part TissueVolume::Impl::kColorPart{
                         color == kNoFileColor ? kTissueColor : voxel_color(srgb));
     }};
 
-openvdb::Int32Grid::Ptr TissueVolume::Impl::take(const Part& part, openvdb::Int32Grid& labels) {
-  openvdb::Int32Grid::Ptr taken;
-  for (auto it = labels.beginValueOn(); it; ++it) {
-    const std::int32_t value = *it, own = part.get(value);
-    if (own == part.usual) continue;
-    if (!taken) taken = openvdb::Int32Grid::create(part.usual);
-    if (it.isVoxelValue()) {
-      taken->tree().setValue(it.getCoord(), own);
-    } else {
-      openvdb::CoordBBox box;
-      it.getBoundingBox(box);
-      taken->sparseFill(box, own, true);
+std::optional<LabelGrid> TissueVolume::Impl::take(const Part& part, LabelGrid& labels) {
+  LabelGrid taken(part.usual);
+  labels.for_each_block([&](const glm::ivec3& key, LabelGrid::Block& block) {
+    const auto split = [&](std::int32_t& value, const auto& store) {
+      const std::int32_t own = part.get(value);
+      if (own == part.usual) return;
+      store(own);
+      value = part.set(value, part.usual);
+    };
+    if (!block.leaf) {
+      if (block.tile_on) split(block.tile, [&](std::int32_t own) { taken.block(key) = LabelGrid::Block(own, true); });
+      return;
     }
-    it.setValue(part.set(value, part.usual));
-  }
+    for (int i = 0; i < LabelGrid::kSize; ++i)
+      if (block.leaf->is_on(i))
+        split(block.leaf->values[static_cast<std::size_t>(i)], [&](std::int32_t own) { taken.block(key).set(i, own); });
+  });
+  if (taken.empty()) return std::nullopt;
   return taken;
 }
 
-/// Tiles of the part's grid may have any size, so all voxels and tiles of the labels are visited.
-bool TissueVolume::Impl::put(const Part& part, const openvdb::Int32Grid& values) {
-  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
-  auto of = values.getConstAccessor();
+bool TissueVolume::Impl::put(const Part& part, const LabelGrid& values) {
+  LabelGrid::Reader of(values);
   bool unusual = false;
   const auto with = [&](std::int32_t value, std::int32_t own) {
     unusual |= own != part.usual;
     return part.set(value, own);
   };
-  std::vector<std::pair<openvdb::CoordBBox, std::int32_t>> tiles;
-  for (auto it = tissue->beginValueOn(); it; ++it) {
-    if (it.isVoxelValue()) {
-      it.setValue(with(*it, of.getValue(it.getCoord())));
-      continue;
+  tissue.for_each_block([&](const glm::ivec3& key, LabelGrid::Block& block) {
+    const LabelGrid::Block& from = of.block(key);
+    if (!block.leaf && !block.tile_on) return;
+    if (!block.leaf && !from.leaf) {
+      block.tile = with(block.tile, from.tile);
+      return;
     }
-    openvdb::CoordBBox box;
-    it.getBoundingBox(box);
-    tiles.emplace_back(box, *it);
-  }
-  auto labels = tissue->getAccessor();
-  for (const auto& [box, value] : tiles) {
-    for (int x = box.min().x(); x <= box.max().x(); x += n) {
-      for (int y = box.min().y(); y <= box.max().y(); y += n) {
-        for (int z = box.min().z(); z <= box.max().z(); z += n) {
-          const openvdb::Coord origin(x, y, z);
-          if (const auto* leaf = of.probeConstLeaf(origin)) {
-            auto* to = labels.touchLeaf(origin);
-            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, with(value, leaf->getValue(i)));
-          } else if (const std::int32_t own = of.getValue(origin); own != part.usual) {
-            labels.addTile(1, origin, with(value, own), true);
-          }
-        }
-      }
-    }
-  }
-  tissue->pruneGrid();
+    for (int i = 0; i < LabelGrid::kSize; ++i)
+      if (block.is_on(i)) block.touch().set(i, with(block.value(i), from.value(i)));
+  });
+  tissue.prune();
   return unusual;
 }
 
-openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labels) const {
-  openvdb::Int32Grid::Ptr before;
+std::optional<LabelGrid> TissueVolume::Impl::take_before(LabelGrid& labels) const {
+  LabelGrid before(0);
   for (const glm::ivec3& key : filled) {
-    auto* leaf = labels.tree().probeLeaf(coord(key * static_cast<int>(openvdb::Int32Tree::LeafNodeType::DIM)));
-    if (!leaf) continue;
-    for (auto it = leaf->beginValueOn(); it; ++it) {
-      const Tissue label = label_in(*it);
-      if (!is_filled(label)) continue;
-      if (!before) before = openvdb::Int32Grid::create(0);
-      before->tree().setValue(it.getCoord(), static_cast<int>(emptied(label)) + 1);
-      it.setValue(static_cast<int>(shown(label)));
+    LabelGrid::Leaf* const leaf = labels.block(key).leaf.get();
+    for (int i = 0; leaf && i < LabelGrid::kSize; ++i) {
+      const Tissue label = label_in(leaf->values[static_cast<std::size_t>(i)]);
+      if (!leaf->is_on(i) || !is_filled(label)) continue;
+      before.block(key).set(i, static_cast<int>(emptied(label)) + 1);
+      leaf->set(i, static_cast<int>(shown(label)));
     }
   }
+  if (before.empty()) return std::nullopt;
   return before;
 }
 
-void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before) {
-  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
-  auto labels = tissue->getAccessor();
-  for (auto it = before.cbeginValueOn(); it; ++it) {
-    const openvdb::Coord at = it.getCoord();
-    labels.setValue(at, static_cast<int>(haptics::filled(static_cast<Tissue>(*it - 1), shown_in(labels.getValue(at)))));
-    filled.insert({floor_div(at.x(), n), floor_div(at.y(), n), floor_div(at.z(), n)});
-  }
+void TissueVolume::Impl::put_before(const LabelGrid& before) {
+  before.for_each_block([&](const glm::ivec3& key, const LabelGrid::Block& from) {
+    for (int i = 0; i < LabelGrid::kSize; ++i) {
+      if (!from.is_on(i)) continue;
+      LabelGrid::Block& to = tissue.block(key);
+      to.set(i, static_cast<int>(haptics::filled(static_cast<Tissue>(from.value(i) - 1), shown_in(to.value(i)))));
+      filled.insert(key);
+    }
+  });
 }
 
 void TissueVolume::save(const std::filesystem::path& file) const {
   const Impl& v = *impl_;
-  auto tissue = v.tissue->deepCopy();
-  const auto hardness = v.graded ? Impl::take(Impl::kHardnessPart, *tissue) : nullptr;
-  const auto color = v.colored ? Impl::take(Impl::kColorPart, *tissue) : nullptr;
-  const auto before = v.take_before(*tissue);
-  write_volume(file, {v.distance->deepCopy(), tissue, before, hardness, color, v.frame, v.band,
-                      v.exact_outside && v.carved.empty(), v.place});
+  StoredVolume stored{v.distance, v.tissue, {}, {}, {}, v.frame, v.band, v.exact_outside && v.carved.empty(), v.place};
+  if (v.graded) stored.hardness = Impl::take(Impl::kHardnessPart, stored.tissue);
+  if (v.colored) stored.color = Impl::take(Impl::kColorPart, stored.tissue);
+  stored.before = v.take_before(stored.tissue);
+  write_volume(file, std::move(stored));
 }
 
 const VoxelFrame& TissueVolume::frame() const {
@@ -339,9 +299,8 @@ void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec
 }
 
 void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
-  const openvdb::CoordBBox box = impl_->distance->evalActiveVoxelBoundingBox();
-  lo = vec(box.min());
-  hi = vec(box.max());
+  const VoxelBox box = impl_->distance.box_on();
+  lo = box.lo, hi = box.hi;
   if (box.empty()) lo = {0, 0, 0}, hi = {-1, -1, -1};
 }
 
@@ -350,7 +309,7 @@ namespace {
 /// Converts a leaf's row in a local array, vectorised.
 template <class Value, class Out, class Convert>
 void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  constexpr int n = DistanceGrid::kSide;
   if constexpr (std::is_same_v<Value, Out>) {  // distances are not converted
     std::memcpy(to, from, n * sizeof(Out));
   } else {
@@ -365,9 +324,9 @@ void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
 template <class Grid, class Out, class Convert>
 void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
               const Convert& converted) {
-  constexpr int n = Grid::TreeType::LeafNodeType::DIM;
+  constexpr int n = Grid::kSide;
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
-  auto accessor = grid.getConstAccessor();
+  typename Grid::Reader reader(grid);
   const auto first = [](int v) { return floor_div(v, n) * n; };
   for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
     for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
@@ -375,8 +334,9 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
         const glm::ivec3 leaf_lo(x0, y0, z0);
         const glm::ivec3 from = glm::max(leaf_lo, part.lo), to = glm::min(leaf_lo + n - 1, part.hi);
         const int length = to.z - from.z + 1;
-        const auto* leaf = accessor.probeConstLeaf(coord(leaf_lo));
-        const Out tile = leaf ? Out{} : converted(accessor.getValue(coord(leaf_lo)));
+        const auto& block = reader.block(leaf_lo / n);
+        const auto* const leaf = block.leaf.get();
+        const Out tile = leaf ? Out{} : converted(block.tile);
         for (int x = from.x; x <= to.x; ++x) {
           for (int y = from.y; y <= to.y; ++y) {
             Out* const row = out + ((x - lo.x) * stride_x + (y - lo.y) * stride_y + (from.z - lo.z));
@@ -384,7 +344,7 @@ void copy_box(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, co
               std::fill_n(row, length, tile);
               continue;
             }
-            const auto* const values = leaf->buffer().data() + (((x - x0) * n + (y - y0)) * n + (from.z - z0));
+            const auto* const values = leaf->data() + (((x - x0) * n + (y - y0)) * n + (from.z - z0));
             if (length == n) {
               copy_leaf_row(values, row, converted);
             } else {
@@ -407,7 +367,7 @@ constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(
 /// Copies a whole leaf, with the strides of the destination.
 template <class Value, class Out, class Convert>
 void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const Convert& converted) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  constexpr int n = DistanceGrid::kSide;
   for (int x = 0; x < n; ++x, to += stride_x) {
     for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
   }
@@ -415,7 +375,7 @@ void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff
 /// Copies the lowest byte of each value, eight at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  constexpr int n = DistanceGrid::kSide;
   for (int x = 0; x < n; ++x, to += stride_x) {
     for (int y = 0; y < n; ++y, from += n) {
       const I8 labels = *reinterpret_cast<const I8*>(from) & kLabelByte;
@@ -428,9 +388,9 @@ void copy_labels(const std::int32_t* from, Tissue* to, std::ptrdiff_t stride_x, 
 template <class Leaf>
 void prefetch_leaf(const Leaf* leaf) {
   if (!leaf) return;
-  constexpr int line = 64 / sizeof(typename Leaf::ValueType), kSecondLevel = 2;
-  const auto* const values = leaf->buffer().data();
-  for (int i = 0; i < static_cast<int>(Leaf::SIZE); i += line) __builtin_prefetch(values + i, 0, kSecondLevel);
+  constexpr int kLine = 64, kSecondLevel = 2;
+  const auto* const bytes = reinterpret_cast<const char*>(leaf->data());
+  for (std::size_t i = 0; i < sizeof leaf->values; i += kLine) __builtin_prefetch(bytes + i, 0, kSecondLevel);
 }
 
 /// Calls load(source) a few leaves before copy(source); otherwise copying mostly waits for memory.
@@ -446,7 +406,7 @@ void copy_in_turn(const Sources& sources, const Load& load, const Copy& copy) {
 /// Returns true if `part` and the destination `box` both begin and end at borders of leaves.
 bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
   const glm::ivec3 all = box.lo | box.size | part.lo | (part.hi + 1);
-  return ((all.x | all.y | all.z) & (openvdb::FloatTree::LeafNodeType::DIM - 1)) == 0;
+  return ((all.x | all.y | all.z) & (DistanceGrid::kSide - 1)) == 0;
 }
 
 }  // namespace
@@ -454,35 +414,23 @@ bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
 /// Finds leaves by their first voxels.
 class TissueVolume::Impl::LeafFinder {
  public:
-  explicit LeafFinder(const Impl& volume)
-      : distances_(volume.distance->getConstAccessor()), labels_(volume.tissue->getConstAccessor()) {}
-  LeafSource operator()(const glm::ivec3& lo) const {
-    const openvdb::Coord origin = coord(lo);
-    LeafSource source{lo, distances_.probeConstLeaf(origin), labels_.probeConstLeaf(origin), 0, 0};
-    if (source.distances) {
-      __builtin_prefetch(&source.distances->buffer());
-    } else {
-      source.distance = distances_.getValue(origin);
-    }
-    if (source.labels) {
-      __builtin_prefetch(&source.labels->buffer());
-    } else {
-      source.label = labels_.getValue(origin);
-    }
-    return source;
+  explicit LeafFinder(const Impl& volume) : distances_(volume.distance), labels_(volume.tissue) {}
+  LeafSource operator()(const glm::ivec3& lo) {
+    const glm::ivec3 key = leaf_key(lo);
+    return {lo, &distances_.block(key), &labels_.block(key)};
   }
 
  private:
-  openvdb::FloatGrid::ConstAccessor distances_;
-  openvdb::Int32Grid::ConstAccessor labels_;
+  DistanceGrid::Reader distances_;
+  LabelGrid::Reader labels_;
 };
 
 std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const VoxelBox& part) const {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  constexpr int n = DistanceGrid::kSide;
   const glm::ivec3 leaves = (part.hi - part.lo + 1) / n;
   std::vector<LeafSource> sources;
   sources.reserve(static_cast<std::size_t>(leaves.x) * leaves.y * leaves.z);
-  const LeafFinder find(*this);
+  LeafFinder find(*this);
   for (int x = part.lo.x; x <= part.hi.x; x += n) {
     for (int y = part.lo.y; y <= part.hi.y; y += n) {
       for (int z = part.lo.z; z <= part.hi.z; z += n) sources.push_back(find({x, y, z}));
@@ -494,52 +442,56 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
 /// Copies whole leaves (has_whole_leaves()). The caller has already found the leaves, so memory accesses overlap.
 void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const std::vector<LeafSource>& sources) const {
   const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
-  const auto place = [&](const LeafSource& source) {
+  const auto offset = [&](const LeafSource& source) {
     const glm::ivec3 at = source.lo - box.lo;
     return at.x * stride_x + at.y * stride_y + at.z;
   };
   const auto load = [&](const LeafSource& source) {
-    prefetch_leaf(source.distances);
-    prefetch_leaf(source.labels);
-    prefetch_rows(box.distance + place(source), stride_x, stride_y);
-    prefetch_rows(box.tissue + place(source), stride_x, stride_y);
+    prefetch_leaf(source.distances->leaf.get());
+    prefetch_leaf(source.labels->leaf.get());
+    prefetch_rows(box.distance + offset(source), stride_x, stride_y);
+    prefetch_rows(box.tissue + offset(source), stride_x, stride_y);
   };
   copy_in_turn(sources, load, [&](const LeafSource& source) {
-    const std::ptrdiff_t to = place(source);
-    if (source.distances) {
-      copy_distances(source.distances->buffer().data(), box.distance + to, stride_x, stride_y);
+    const std::ptrdiff_t to = offset(source);
+    const DistanceGrid::Block& distances = *source.distances;
+    const LabelGrid::Block& labels = *source.labels;
+    if (distances.leaf) {
+      copy_distances(distances.leaf->data(), box.distance + to, stride_x, stride_y);
     } else {
-      fill_distances(source.distance, box.distance + to, stride_x, stride_y);
+      fill_distances(distances.tile, box.distance + to, stride_x, stride_y);
     }
-    if (source.labels) {
-      copy_labels(source.labels->buffer().data(), box.tissue + to, stride_x, stride_y);
+    if (labels.leaf) {
+      copy_labels(labels.leaf->data(), box.tissue + to, stride_x, stride_y);
     } else {
-      fill_leaf(label_in(source.label), box.tissue + to, stride_x, stride_y);
+      fill_leaf(label_in(labels.tile), box.tissue + to, stride_x, stride_y);
     }
     if (!box.hardness) return;
-    if (source.labels) {
-      copy_leaf(source.labels->buffer().data(), box.hardness + to, stride_x, stride_y, kHardnessKept);
+    if (labels.leaf) {
+      copy_leaf(labels.leaf->data(), box.hardness + to, stride_x, stride_y, kHardnessKept);
     } else {
-      fill_leaf(hardness_kept_in(source.label), box.hardness + to, stride_x, stride_y);
+      fill_leaf(hardness_kept_in(labels.tile), box.hardness + to, stride_x, stride_y);
     }
   });
 }
 
 void TissueVolume::copy_step(const VoxelBox& part, PatchStep& step) const {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, stride_y = n, stride_x = n * n;
+  constexpr int n = DistanceGrid::kSide, stride_y = n, stride_x = n * n;
   static_assert(n == kLeafSide && n == PatchStep::kSide);
   const auto load = [](const Impl::LeafSource& source) {
-    prefetch_leaf(source.distances);
-    prefetch_leaf(source.labels);
+    prefetch_leaf(source.distances->leaf.get());
+    prefetch_leaf(source.labels->leaf.get());
   };
   copy_in_turn(impl_->leaves_in(part), load, [&](const Impl::LeafSource& source) {
-    step.add({source.lo, !source.distances, !source.labels, source.distance, label_in(source.label),
-              hardness_kept_in(source.label)});
+    const DistanceGrid::Block& distances = *source.distances;
+    const LabelGrid::Block& labels = *source.labels;
+    step.add({source.lo, !distances.leaf, !labels.leaf, distances.tile, label_in(labels.tile),
+              hardness_kept_in(labels.tile)});
     const PatchStep::Samples to = step.samples(step.size() - 1);
-    if (source.distances) copy_distances(source.distances->buffer().data(), to.distance, stride_x, stride_y);
-    if (!source.labels) return;
-    copy_labels(source.labels->buffer().data(), to.label, stride_x, stride_y);
-    if (to.hardness) copy_leaf(source.labels->buffer().data(), to.hardness, stride_x, stride_y, kHardnessKept);
+    if (distances.leaf) copy_distances(distances.leaf->data(), to.distance, stride_x, stride_y);
+    if (!labels.leaf) return;
+    copy_labels(labels.leaf->data(), to.label, stride_x, stride_y);
+    if (to.hardness) copy_leaf(labels.leaf->data(), to.hardness, stride_x, stride_y, kHardnessKept);
   });
 }
 
@@ -548,23 +500,23 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   copy_for_patch(lo, size, distance, tissue);
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
   if (tissue && !impl_->filled.empty()) std::transform(tissue, tissue + count, tissue, shown);
-  if (hardness) copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
+  if (hardness) copy_box(impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
 }
 
 void TissueVolume::copy_colors(const glm::ivec3& lo, const glm::ivec3& size, VoxelColor* color) const {
-  copy_box(*impl_->tissue, lo, size, {lo, lo + size - 1}, color, kColor);
+  copy_box(impl_->tissue, lo, size, {lo, lo + size - 1}, color, kColor);
 }
 
 glm::vec4 TissueVolume::paint_at(const dvec3& p_V, const PaintOf& paint_of) const {
   const glm::ivec3 low(glm::floor(p_V));
   const dvec3 part = p_V - dvec3(low);
-  openvdb::tree::ValueAccessor<const openvdb::Int32Tree, /*IsSafe=*/false> values(impl_->tissue->tree());
+  LabelGrid::Reader values(impl_->tissue);
   dvec3 sum(0);
   double painted = 0, all = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::ivec3 up(corner & 1, corner >> 1 & 1, corner >> 2);
     const dvec3 w = glm::mix(1.0 - part, part, dvec3(up));
-    const std::int32_t value = values.getValue(coord(low + up));
+    const std::int32_t value = values.value(low + up);
     const double weight = w.x * w.y * w.z;
     const Tissue shown = shown_in(value);
     if (shown == Tissue::kAir) continue;
@@ -587,7 +539,7 @@ glm::vec4 TissueVolume::color_at(const dvec3& p_V, std::uint32_t tissues) const 
 
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
-  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+  constexpr int n = LabelGrid::kSide;
   for (const glm::ivec3& key : impl_->filled) {
     const VoxelBox part = common({lo, hi}, {key * n, key * n + n - 1});
     if (!part.empty()) a_lo = glm::min(a_lo, part.lo), a_hi = glm::max(a_hi, part.hi);
@@ -604,15 +556,15 @@ void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   static_assert(sizeof(Tissue) == 1);  // one byte in tissue patches, int32 in the grid
   if (box.distance && box.tissue && has_whole_leaves(box, part))
     return impl_->copy_whole_leaves(box, impl_->leaves_in(part));
-  if (box.distance) copy_box(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
-  if (box.tissue) copy_box(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
-  if (box.hardness) copy_box(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
+  if (box.distance) copy_box(impl_->distance, box.lo, box.size, part, box.distance, kDistance);
+  if (box.tissue) copy_box(impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
+  if (box.hardness) copy_box(impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
 }
 
 void TissueVolume::copy_leaves(const Copied& box, std::span<const glm::ivec3> leaves) const {
   std::vector<Impl::LeafSource> sources;
   sources.reserve(leaves.size());
-  const Impl::LeafFinder find(*impl_);
+  Impl::LeafFinder find(*impl_);
   for (const glm::ivec3& lo : leaves) sources.push_back(find(lo));
   impl_->copy_whole_leaves(box, sources);
 }
@@ -638,26 +590,26 @@ VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
 
 void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const {
   const Impl& v = *this;
-  auto distances = v.distance->getConstAccessor();
-  auto labels = v.tissue->getConstAccessor();
+  DistanceGrid::Reader distances(v.distance);
+  LabelGrid::Reader labels(v.tissue);
   const float scale = 1.0f / static_cast<float>(n);
   constexpr int m = FieldBrick::kCells;
   glm::ivec3 brick(INT_MAX);
-  bool carved = false;
+  bool was_cut = false;
   for (int x = from.x; x <= to.x; ++x) {
     for (int y = from.y; y <= to.y; ++y) {
       std::size_t i = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z +
                       static_cast<std::size_t>(from.z - box.lo.z);
       for (int z = from.z; z <= to.z; ++z, ++i) {
         const glm::ivec3 p = glm::ivec3(x, y, z) * n;
-        float d = distances.getValue(coord(p));
+        float d = distances.value(p);
         if (d < -Sweep::kMargin && !v.carved.empty()) {
           const glm::ivec3 in(floor_div(p.x, m), floor_div(p.y, m), floor_div(p.z, m));
-          if (in != brick) brick = in, carved = v.carved.contains(in);
-          if (carved) d = -Sweep::kMargin;
+          if (in != brick) brick = in, was_cut = v.carved.contains(in);
+          if (was_cut) d = -Sweep::kMargin;
         }
         box.distance[i] = d * scale;
-        const std::int32_t value = d < 3.0f * static_cast<float>(n) ? labels.getValue(coord(p)) : 0;
+        const std::int32_t value = d < 3.0f * static_cast<float>(n) ? labels.value(p) : 0;
         box.tissue[i] = shown_in(value);
         if (box.hardness) box.hardness[i] = hardness_in(value);
       }
@@ -666,10 +618,8 @@ void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& 
 }
 
 TissueVolume TissueVolume::clone() const {
-  auto copy = std::make_unique<Impl>();
   const Impl& v = *impl_;
-  copy->distance = v.distance->deepCopy();
-  copy->tissue = v.tissue->deepCopy();
+  auto copy = std::make_unique<Impl>(DistanceGrid(v.distance), LabelGrid(v.tissue));
   copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
   copy->place = v.place;
   copy->carved = v.carved;
@@ -682,7 +632,7 @@ TissueVolume TissueVolume::clone() const {
 
 namespace {
 
-constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
+constexpr int kLeafEdge = DistanceGrid::kSide;
 
 /// For each row of eight samples: bit mask of the samples with distance low <= d < high; the first sample is bit 0.
 TYPODONT_DISPATCH("avx2", "default")
@@ -704,14 +654,12 @@ void samples_in_tissue(const float* leaf, std::uint8_t* rows) {
 }  // namespace
 
 void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
-  const openvdb::Coord origin = coord(key * kLeafEdge);
-  const auto& tree = impl_->distance->tree();
-  const auto* leaf = tree.probeConstLeaf(origin);
-  if (!leaf) {
-    bits.fill(tree.getValue(origin) < 0 ? ~std::uint64_t{0} : 0);
-    return;
+  const DistanceGrid::Block& block = std::as_const(impl_->distance).block(key);
+  if (block.leaf) {
+    bits = solid_bits(block.leaf->data());
+  } else {
+    bits.fill(block.tile < 0 ? ~std::uint64_t{0} : 0);
   }
-  bits = solid_bits(leaf->buffer().data());
 }
 
 namespace {
@@ -724,25 +672,23 @@ std::uint32_t tissues_of(const std::int32_t* values) {
   return tissues;
 }
 
+/// The shown tissues of a block: bit t is set if a voxel shows tissue t.
+std::uint32_t tissues_of(const LabelGrid::Block& block) {
+  return block.leaf ? tissues_of(block.leaf->data()) : 1u << static_cast<int>(shown_in(block.tile));
+}
+
 }  // namespace
 
 std::uint32_t TissueVolume::tissues_in_block(const glm::ivec3& key) const {
-  const openvdb::Coord origin = coord(key * kLeafEdge);
-  const auto& tree = impl_->tissue->tree();
-  if (const auto* leaf = tree.probeConstLeaf(origin)) return tissues_of(leaf->buffer().data());
-  return 1u << static_cast<int>(shown_in(tree.getValue(origin)));
+  return tissues_of(std::as_const(impl_->tissue).block(key));
 }
 
 VoxelBox TissueVolume::box_of(Tissue tissue) const {
-  const auto& tree = impl_->tissue->tree();
-  openvdb::CoordBBox box;
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-    if (tissues_of(leaf->buffer().data()) >> static_cast<int>(tissue) & 1) box.expand(leaf->getNodeBoundingBox());
-  auto tile = tree.cbeginValueAll();
-  tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
-  for (; tile; ++tile)
-    if (shown_in(*tile) == tissue) box.expand(tile.getBoundingBox());
-  return box.empty() ? VoxelBox{} : VoxelBox{vec(box.min()), vec(box.max())};
+  VoxelBox box;
+  impl_->tissue.for_each_block([&](const glm::ivec3& key, const LabelGrid::Block& block) {
+    if (tissues_of(block) >> static_cast<int>(tissue) & 1) extend(box, {key * kLeafEdge, key * kLeafEdge + kLeafEdge - 1});
+  });
+  return box;
 }
 
 SolidBits solid_bits(const float* samples) {
@@ -759,9 +705,11 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   // The surface passes between neighbouring samples of opposite sign; at least one has |distance| <= 2.
   const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
-  for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
+  impl_->distance.for_each_block([&](const glm::ivec3& key, const DistanceGrid::Block& block) {
+    const auto* const leaf = block.leaf.get();
+    if (!leaf) return;
     std::uint8_t rows[kLeafEdge * kLeafEdge];
-    samples_within(leaf->buffer().data(), nearest, farthest, rows);
+    samples_within(leaf->data(), nearest, farthest, rows);
     // Box lo..hi of the samples with |distance| <= 2, relative to the leaf's origin. Sample (x, y, z) is bit 8y + z of
     // word x, in `rows` and in the mask.
     glm::ivec3 lo(kLeafEdge, 0, 0), hi(-1, 0, 0);
@@ -769,18 +717,18 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
     for (int x = 0; x < kLeafEdge; ++x) {
       std::uint64_t bits;
       std::memcpy(&bits, rows + kLeafEdge * x, sizeof bits);
-      bits &= leaf->getValueMask().getWord<std::uint64_t>(static_cast<openvdb::Index>(x));
+      bits &= leaf->on[static_cast<std::size_t>(x)];
       near |= bits;
       if (bits != 0) lo.x = std::min(lo.x, x), hi.x = x;
     }
-    if (near == 0) continue;
-    lo.y = std::countr_zero(near) / kLeafEdge, hi.y = (std::bit_width(near) - 1) / kLeafEdge;
+    if (near == 0) return;
+    lo.y = std::countr_zero(near) / kLeafEdge, hi.y = static_cast<int>(std::bit_width(near) - 1) / kLeafEdge;
     near |= near >> 32, near |= near >> 16, near |= near >> 8;
     near &= 0xff;
-    lo.z = std::countr_zero(near), hi.z = std::bit_width(near) - 1;
-    const glm::ivec3 origin = vec(leaf->origin());
+    lo.z = std::countr_zero(near), hi.z = static_cast<int>(std::bit_width(near) - 1);
+    const glm::ivec3 origin = key * kLeafEdge;
     insert_bricks(origin + lo, origin + hi, keys);
-  }
+  });
   return sorted(keys);
 }
 
@@ -816,23 +764,23 @@ bool has_surface(const FieldBrick& brick) {
 template <class Grid, class Out, class Convert>
 void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert& converted) {
   using Value = typename Grid::ValueType;
+  typename Grid::Reader reader(grid);
   constexpr int n = kLeafEdge, side = FieldBrick::kSamples;
   static_assert(FieldBrick::kCells == 2 * n && side == 2 * n + 3);
   static constexpr int kFrom[4] = {n - 1, 0, 0, 0}, kCount[4] = {1, n, n, 2};
-  auto accessor = grid.getConstAccessor();
-  const glm::ivec3 first = key * FieldBrick::kCells - n;
+  const glm::ivec3 first = leaf_key(key * FieldBrick::kCells) - 1;
   Value tile[4][n];  // for each tile that replaces a leaf: n copies of the tile's value
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const Value* leaf[4];
       std::ptrdiff_t stride_x[4], stride_y[4];
       for (int k = 0; k < 4; ++k) {
-        const openvdb::Coord origin(first.x + n * i, first.y + n * j, first.z + n * k);
-        if (const auto* found = accessor.probeConstLeaf(origin)) {
-          leaf[k] = found->buffer().data() + (kFrom[i] * n + kFrom[j]) * n;
+        const auto& block = reader.block(first + glm::ivec3(i, j, k));
+        if (block.leaf) {
+          leaf[k] = block.leaf->data() + (kFrom[i] * n + kFrom[j]) * n;
           stride_x[k] = n * n, stride_y[k] = n;
         } else {
-          std::fill_n(tile[k], n, accessor.getValue(origin));
+          std::fill_n(tile[k], n, block.tile);
           leaf[k] = tile[k];
           stride_x[k] = stride_y[k] = 0;
         }
@@ -859,11 +807,11 @@ void copy_brick(const Grid& grid, const glm::ivec3& key, Out* out, const Convert
 
 void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
   brick.key = key;
-  copy_brick(*impl_->distance, key, brick.distance.data(), kDistance);
+  copy_brick(impl_->distance, key, brick.distance.data(), kDistance);
   if (has_surface(brick)) {
-    copy_brick(*impl_->tissue, key, brick.tissue.data(), [](std::int32_t value) { return shown_in(value); });
+    copy_brick(impl_->tissue, key, brick.tissue.data(), [](std::int32_t value) { return shown_in(value); });
     brick.colored = impl_->colored;
-    if (brick.colored) copy_brick(*impl_->tissue, key, brick.color.data(), kColor);
+    if (brick.colored) copy_brick(impl_->tissue, key, brick.color.data(), kColor);
   } else {
     brick.tissue.fill(Tissue::kAir);
     brick.colored = false;
@@ -874,26 +822,20 @@ namespace {
 
 /// For each tissue, sums (volume inside the surface × `weight`), m³. `weight`: function of the label grid's value.
 template <class Weight>
-PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
-                      const Weight& weight) {
+PerTissue sum_volumes(const DistanceGrid& distance, const LabelGrid& labels, double voxel, const Weight& weight) {
   PerTissue volumes{};
-  auto tissue = labels.getConstAccessor();
+  LabelGrid::Reader tissue(labels);
   const double voxel3 = voxel * voxel * voxel;
-  for (auto it = distance.cbeginValueAll(); it; ++it) {
-    const double fraction = fraction_inside(*it);
-    if (fraction == 0) continue;
-    const auto add = [&](const openvdb::Coord& at) {
-      const std::int32_t value = tissue.getValue(at);
+  distance.for_each_block([&](const glm::ivec3& key, const DistanceGrid::Block& block) {
+    if (!block.leaf && fraction_inside(block.tile) == 0) return;
+    const LabelGrid::Block& values = tissue.block(key);
+    for (int i = 0; i < DistanceGrid::kSize; ++i) {
+      const double fraction = fraction_inside(block.value(i));
+      if (fraction == 0) continue;
+      const std::int32_t value = values.value(i);
       volumes[static_cast<std::size_t>(shown_in(value))] += fraction * voxel3 * weight(value);
-    };
-    if (it.isVoxelValue()) {
-      add(it.getCoord());
-      continue;
     }
-    openvdb::CoordBBox box;
-    it.getBoundingBox(box);
-    for (auto c = box.begin(); c; ++c) add(*c);
-  }
+  });
   volumes[0] = 0;
   return volumes;
 }
@@ -901,26 +843,29 @@ PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Gr
 }  // namespace
 
 PerTissue TissueVolume::volumes() const {
-  return sum_volumes(*impl_->distance, *impl_->tissue, impl_->frame.voxel, [](std::int32_t) { return 1.0; });
+  return sum_volumes(impl_->distance, impl_->tissue, impl_->frame.voxel, [](std::int32_t) { return 1.0; });
 }
 
 PerTissue TissueVolume::hardness_volumes() const {
-  return sum_volumes(*impl_->distance, *impl_->tissue, impl_->frame.voxel,
+  return sum_volumes(impl_->distance, impl_->tissue, impl_->frame.voxel,
                      [](std::int32_t value) { return hardness_fraction(hardness_in(value)); });
 }
 
 std::uint64_t TissueVolume::hash() const {
   Fnv1a hash;
-  auto tissue = impl_->tissue->getConstAccessor();
-  for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
-    const openvdb::Coord origin = leaf->origin();
-    hash.bytes(origin.data(), 3 * sizeof(int));
-    hash.bytes(leaf->buffer().data(), sizeof(float) * leaf->buffer().size());
-    for (auto it = leaf->cbeginValueOn(); it; ++it) {
-      const int label = tissue.getValue(it.getCoord());
+  LabelGrid::Reader tissue(impl_->tissue);
+  impl_->distance.for_each_block([&](const glm::ivec3& key, const DistanceGrid::Block& block) {
+    if (!block.leaf) return;
+    const glm::ivec3 origin = key * kLeafEdge;
+    hash.bytes(&origin, sizeof origin);
+    hash.bytes(block.leaf->data(), sizeof block.leaf->values);
+    const LabelGrid::Block& labels = tissue.block(key);
+    for (int i = 0; i < DistanceGrid::kSize; ++i) {
+      if (!block.leaf->is_on(i)) continue;
+      const int label = labels.value(i);
       hash.bytes(&label, sizeof label);
     }
-  }
+  });
   return hash.value;
 }
 

@@ -1,6 +1,7 @@
 #include "haptics/volume/vdb_guard.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/base/cache.h"
@@ -31,8 +33,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes. If the reader process fails, an output up to this length is its error message; a longer one is no message.
-constexpr std::size_t kLongestMessage = 1000;
+constexpr std::size_t kLongestMessage = 1000;  // bytes, longest message of the process that is shown
 constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 
 /// FNV-1a hash of the first `bytes` bytes.
@@ -63,15 +64,55 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// Runs the reader process. Returns its exit status; -1: it ended by a signal.
-int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
-                   std::span<const std::string> grids) {
-  std::vector<std::string> words = {companion_program("TYPODONT_VOLUME_READER", "typodont-volume-reader",
-                                                      TYPODONT_VOLUME_READER, "the one that reads volume files")
-                                        .string(),
-                                    file.string(), flat.string()};
-  words.insert(words.end(), grids.begin(), grids.end());
-  return run_guarded(words);
+/// A file for the time of a call.
+class TemporaryFile {
+ public:
+  TemporaryFile() : descriptor_(mkstemp(file_.data())) {
+    if (descriptor_ < 0) throw Error(file_, "", std::strerror(errno), "a folder for temporary files");
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    close(descriptor_);
+    unlink(file_.c_str());
+  }
+  const std::string& file() const { return file_; }
+  int descriptor() const { return descriptor_; }
+
+ private:
+  std::string file_ = (temporary_place() / "typodont_volume_XXXXXX").string();
+  int descriptor_;
+};
+
+[[noreturn]] void throw_no_room(const std::filesystem::path& file) {
+  throw Error(temporary_place().string(), "", fmt::format("no room for a copy of {}", file.string()),
+              "free space in the folder for temporary files; TMPDIR names another one");
+}
+
+struct Ended {
+  int status;           // exit status; -1: by a signal
+  std::string message;  // what the process wrote to standard output
+};
+/// Runs the process that has OpenVDB.
+Ended run_vdb(std::vector<std::string> words) {
+  words.insert(words.begin(),
+               companion_program("TYPODONT_OPENVDB", "typodont-openvdb", TYPODONT_OPENVDB, "the one that has OpenVDB"));
+  const int said = memfd_create("message", MFD_CLOEXEC);
+  Ended ended{run_guarded(words, said), std::string(kLongestMessage + 1, '\0')};
+  const ssize_t length = pread(said, ended.message.data(), ended.message.size(), 0);
+  ended.message.resize(static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
+  close(said);
+  if (ended.message.size() > kLongestMessage || ended.message.find('\0') != std::string::npos) ended.message.clear();
+  return ended;
+}
+
+/// Writes grids to a temporary file.
+void write_copy(const TemporaryFile& copy, const FlatGrids& grids, const std::filesystem::path& name) {
+  try {
+    write_flat(copy.descriptor(), copy.file(), grids);
+  } catch (const WriteFailure&) {
+    throw_no_room(name);
+  }
 }
 
 /// Walks over header, metadata and descriptors of formats 218 to 224 (OpenVDB 4 and later).
@@ -164,35 +205,42 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   for (const std::string& grid : grids) key.bytes(grid.data(), grid.size());
   cache::add_build(key);
   const std::filesystem::path folder = cache::folder("volumes");
-  if (const auto flat = cache::find(folder, key.key(), ".flat"); !flat.empty()) return read_flat(flat, name);
+  if (const auto flat = cache::find(folder, key.key(), ".flat"); !flat.empty()) return read_flat_grids(flat, name);
 
-  std::string pattern = (temporary_place() / "typodont_volume_XXXXXX").string();
-  const int made = mkstemp(pattern.data());
-  if (made < 0) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
-  close(made);
-  struct Temporary {
-    const std::string& file;
-    ~Temporary() { unlink(file.c_str()); }
-  } const temporary{pattern};
-  const int status = read_elsewhere(file, pattern, grids);
-  if (status == 0) {
-    FlatGrids result = read_flat(pattern, name);
+  const TemporaryFile copy;
+  std::vector<std::string> words = {"read", name, copy.file()};
+  words.insert(words.end(), grids.begin(), grids.end());
+  const Ended ended = run_vdb(std::move(words));
+  if (ended.status == 0) {
+    FlatGrids result = read_flat_grids(copy.file(), name);
     cache::keep(folder, key.key(), ".flat", kMaxKept, [&](const std::filesystem::path& to) {
-      std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
+      std::filesystem::copy_file(copy.file(), to, std::filesystem::copy_options::overwrite_existing);
     });
     return result;
   }
-  if (status == kReaderCannotWrite) {
-    throw Error(temporary_place().string(), "", fmt::format("no room for a copy of {}", name),
-                "free space in the folder for temporary files; TMPDIR names another one");
-  }
-  std::ifstream in(pattern, std::ios::binary);
-  std::string message(kLongestMessage + 1, '\0');
-  in.read(message.data(), static_cast<std::streamsize>(message.size()));
-  message.resize(static_cast<std::size_t>(in.gcount()));
-  if (message.empty() || message.size() > kLongestMessage || message.find('\0') != std::string::npos)
+  if (ended.status == kCannotWrite) throw_no_room(file);
+  if (ended.message.empty())
     throw Error(name, "", "a damaged VDB file, which OpenVDB cannot read", "an undamaged file");
-  throw Error(message);
+  throw Error(ended.message);
+}
+
+void write_vdb(const std::filesystem::path& file, const FlatGrids& grids, const std::filesystem::path& name) {
+  const TemporaryFile copy;
+  write_copy(copy, grids, name);
+  const Ended ended = run_vdb({"write", copy.file(), file.string()});
+  if (ended.status != 0)
+    throw Error(name.string(), "", ended.message.empty() ? "a process that failed" : ended.message, "a writable place");
+  seal_vdb(file);
+}
+
+FlatMesh surface_of(const FlatGrids& grids) {
+  const std::string name = "surface of the tissue";
+  const TemporaryFile copy, mesh;
+  write_copy(copy, grids, name);
+  const Ended ended = run_vdb({"mesh", copy.file(), mesh.file()});
+  if (ended.status == kCannotWrite) throw_no_room(name);
+  if (ended.status != 0) throw Error(name, "", ended.message.empty() ? "a process that failed" : ended.message, "");
+  return read_flat_mesh(mesh.file(), name);
 }
 
 }  // namespace typodont::haptics

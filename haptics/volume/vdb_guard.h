@@ -1,5 +1,5 @@
-// OpenVDB trusts its files: a wrong length allocates gigabytes, and a wrong tree corrupts the heap. So a separate
-// process with limited rights reads them and returns a list of blocks.
+// OpenVDB trusts its files: a wrong length allocates gigabytes, and a wrong tree corrupts the heap. Loading it also takes
+// longer than the whole start of the program. So OpenVDB runs in a process of its own (vdb_process.cpp).
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,18 @@
 
 namespace typodont::haptics {
 
+/// Reads those of `grids` that the file contains, in a process with limited rights. The result is cached by content.
+/// Throws Error for a wrong seal, a length beyond the file, or a process that fails.
+FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
+
 /// Appends a seal: eight letters and the FNV-1a hash of the file, which OpenVDB ignores. It detects accidental damage,
 /// not deliberate changes. Throws Error.
 void seal_vdb(const std::filesystem::path& file);
 
-/// Reads, in the guarded process (volume_reader.cpp), those of `grids` that the file contains. The result is cached by
-/// content. Throws Error for a wrong seal, a length beyond the file, or a process that fails.
-FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
+/// Writes a volume file with a seal. `name`: the file for messages. Throws Error.
+void write_vdb(const std::filesystem::path& file, const FlatGrids& grids, const std::filesystem::path& name);
+
+/// The zero set of the grid "distance". Throws Error.
+FlatMesh surface_of(const FlatGrids& grids);
 
 }  // namespace typodont::haptics

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "engine/contract/field_brick.h"
 #include "haptics/dense_tissue.h"
-#include "haptics/volume/openvdb.h"
+#include "haptics/volume/block_grid.h"
 
 namespace typodont::haptics {
 
@@ -13,13 +14,13 @@ inline constexpr std::int32_t kNoFileColor = -1;  // in files: the voxel has the
 
 /// Content of a volume file in the units of haptics.
 struct StoredVolume {
-  openvdb::FloatGrid::Ptr distance;  // distances in voxels
-  openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
-  openvdb::Int32Grid::Ptr before;    // at filled voxels: 1 + label before the filling; null: no fillings
-  // Hardness (dense_tissue.h); at filled voxels, the value before filling. Null: every voxel has kOwnHardness.
-  openvdb::Int32Grid::Ptr hardness;
-  // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. Null: kNoFileColor everywhere.
-  openvdb::Int32Grid::Ptr color;
+  DistanceGrid distance;  // voxels
+  LabelGrid tissue;       // tissue of every voxel
+  std::optional<LabelGrid> before;  // at filled voxels: 1 + label before the filling
+  // Hardness (dense_tissue.h); at filled voxels, the value before filling. nullopt: every voxel has kOwnHardness.
+  std::optional<LabelGrid> hardness;
+  // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. nullopt: kNoFileColor everywhere.
+  std::optional<LabelGrid> color;
   VoxelFrame frame;
   double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;
@@ -28,7 +29,7 @@ struct StoredVolume {
 
 /// Reads a file and checks every value. Throws Error with the file and the item.
 StoredVolume read_volume(const std::filesystem::path& file);
-/// Writes the file completely or not at all. The grids cannot be used afterwards. Throws Error.
-void write_volume(const std::filesystem::path& file, const StoredVolume& volume);
+/// Writes the file completely or not at all. Throws Error.
+void write_volume(const std::filesystem::path& file, StoredVolume volume);
 
 }  // namespace typodont::haptics

@@ -63,10 +63,10 @@ TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
   // The process that reads the volume reports the reason by its exit status. Here it is a full disk: nothing can be
   // written to /dev/full.
   const std::string reader =
-      (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "typodont-volume-reader").string();
+      (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "typodont-openvdb").string();
   ASSERT_TRUE(std::filesystem::exists(reader)) << reader;
   const int status =
-      std::system(fmt::format("{} {} /dev/full distance >/dev/null 2>&1", reader, file_.string()).c_str());
+      std::system(fmt::format("{} read {} /dev/full distance >/dev/null 2>&1", reader, file_.string()).c_str());
   EXPECT_EQ(WEXITSTATUS(status), 3);
   // The program must show the same reason if its temporary folder is full.
   const std::string cache = file_.string() + ".cache";  // an empty one: what is kept needs no copy
@@ -74,9 +74,9 @@ TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
   const std::string stand_in = file_.string() + ".reader";
   std::ofstream(stand_in) << "#!/bin/sh\nexit 3\n";
   std::filesystem::permissions(stand_in, std::filesystem::perms::owner_all);
-  ::setenv("TYPODONT_VOLUME_READER", stand_in.c_str(), 1);
+  ::setenv("TYPODONT_OPENVDB", stand_in.c_str(), 1);
   const std::string said = message();
-  ::unsetenv("TYPODONT_VOLUME_READER");
+  ::unsetenv("TYPODONT_OPENVDB");
   std::filesystem::remove(stand_in);
   EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy of " + file_.string()), HasSubstr("TMPDIR"),
                                    testing::Not(HasSubstr("damaged"))));
@@ -213,7 +213,7 @@ TEST_F(VdbGuard, ATruncatedOrChangedBlockListCannotCrashTheProgram) {
           static_cast<char>(random());
     std::ofstream(flat, std::ios::binary | std::ios::trunc) << damaged;
     try {
-      (void)read_flat(flat, "flat");
+      (void)read_flat_grids(flat, "flat");
       EXPECT_EQ(damaged.size(), bytes.size());
     } catch (const Error& e) {
       EXPECT_THAT(e.what(), HasSubstr("flat"));

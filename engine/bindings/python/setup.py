@@ -22,7 +22,7 @@ def installation(place: Path) -> Path:
     tree = Path(__file__).resolve().parents[3]
     build = tree / "build" / "release"
     subprocess.run(["cmake", "--preset", "release", "-DTYPODONT_TESTS=OFF"], cwd=tree, check=True)
-    subprocess.run(["cmake", "--build", build, "--target", "typodont_c", "typodont_volume_reader"], check=True)
+    subprocess.run(["cmake", "--build", build, "--target", "typodont_c", "typodont_openvdb"], check=True)
     subprocess.run(["cmake", "--install", build, "--component", "library", "--prefix", place], check=True)
     return place
 
@@ -41,7 +41,7 @@ class BuildWithLibrary(build_py):
         shutil.copy(library, native / "lib" / "libtypodont.so.0")
         for header in ("typodont.h", "typodont_sound.h", "typodont_calibration.h"):
             shutil.copy(prefix / "include" / header, native / "include")
-        shutil.copy(prefix / "libexec/typodont/typodont-volume-reader", native / "libexec/typodont")
+        shutil.copy(prefix / "libexec/typodont/typodont-openvdb", native / "libexec/typodont")
         shutil.copytree(prefix / "share/typodont/assets", native / "share/typodont/assets")
         shutil.rmtree(Path(self.build_lib) / "prefix", ignore_errors=True)
 
