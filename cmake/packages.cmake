@@ -44,7 +44,16 @@ endif()
 if(TYPODONT_BUILD_program)
   find_package(CLI11 CONFIG REQUIRED)
   find_package(Vulkan REQUIRED)
+  # HDF5 is linked statically, because its shared library loads 28 others: for example curl and Kerberos, for files in a
+  # network. Functions that need these are not linked.
   find_package(HDF5 REQUIRED COMPONENTS C)
+  add_library(typodont_hdf5 INTERFACE)
+  target_include_directories(typodont_hdf5 SYSTEM INTERFACE ${HDF5_C_INCLUDE_DIRS})
+  foreach(archive hdf5 sz aec)
+    find_library(HDF5_${archive}_ARCHIVE lib${archive}.a PATH_SUFFIXES hdf5/serial REQUIRED)
+    target_link_libraries(typodont_hdf5 INTERFACE ${HDF5_${archive}_ARCHIVE})
+  endforeach()
+  target_link_libraries(typodont_hdf5 INTERFACE ZLIB::ZLIB ${CMAKE_DL_LIBS})
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo cairo-pdf cairo-svg)
   pkg_check_modules(LIBLO IMPORTED_TARGET liblo)  # optional: OSC
