@@ -71,9 +71,21 @@ if(TYPODONT_TESTS)
   find_package(GTest CONFIG REQUIRED)
 endif()
 
-# typodont_find_library(VARIABLE NAME): finds a library without a package file; an installed Typodont names it without
-# its path.
-function(typodont_find_library variable name)
-  find_library(${variable}_FILE ${name} REQUIRED)
-  set(${variable} $<BUILD_INTERFACE:${${variable}_FILE}> $<INSTALL_INTERFACE:${name}> PARENT_SCOPE)
+# typodont_late(NAME LIBRARY PACKAGE file.cpp …): these files use LIBRARY without being linked with it
+# (engine/base/late_library.h). Defines TYPODONT_LATE_NAME for them: the file to load and Debian's package with it.
+function(typodont_late name library package)
+  find_library(${name}_FILE ${library} REQUIRED)
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p ${${name}_FILE} OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "SONAME +([^\n]+)" unused "${headers}")
+  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_DEFINITIONS
+               "TYPODONT_LATE_${name}=\"${CMAKE_MATCH_1}\",\"${package}\"")
+  set_property(GLOBAL APPEND PROPERTY TYPODONT_LATE_PACKAGES ${package})
+endfunction()
+
+# typodont_headers_of(TARGET library …): TARGET includes the headers of these libraries, and is not linked with them.
+function(typodont_headers_of target)
+  foreach(library ${ARGN})
+    target_include_directories(${target} SYSTEM PRIVATE
+      $<BUILD_INTERFACE:$<TARGET_PROPERTY:${library},INTERFACE_INCLUDE_DIRECTORIES>>)
+  endforeach()
 endfunction()
