@@ -68,6 +68,7 @@ struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;
   int channels = 0;
+  double latency = 0;  // s, smallest delay that the device states
   bool is_default = false;
 };
 std::vector<AudioDevice> audio_devices();

@@ -21,6 +21,14 @@ if(TARGET typodont_dicom_reader)
   install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
   install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
 endif()
+# The part of the calibration that is loaded on use, found in the same way by TYPODONT_CALIBRATION_PART.
+if(TARGET typodont_calibration_part)
+  foreach(component program library development)
+    install(TARGETS typodont_calibration_part LIBRARY DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont
+            PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE
+            COMPONENT ${component})
+  endforeach()
+endif()
 
 if(TYPODONT_BUILD_program)
   set(man_page ${PROJECT_BINARY_DIR}/typodont.1)
@@ -63,8 +71,11 @@ haptic core as a library for C and Python.")
   set(CPACK_DEBIAN_PROGRAM_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-  # The Vulkan loader alone draws nothing; meshoptimizer is loaded on use, so its package is not found automatically.
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd, libmeshoptimizer2d")
+  # The Vulkan loader alone draws nothing. The packages of libraries that are loaded on use are not found automatically.
+  get_property(late_packages GLOBAL PROPERTY TYPODONT_LATE_PACKAGES)
+  list(REMOVE_DUPLICATES late_packages)
+  list(JOIN late_packages ", " late_packages)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd, ${late_packages}")
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1, python3-cffi, python3-numpy")  # films; headsets; Python
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-distributed, python3-django, python3-waitress, python3-whitenoise, python3-jwt, python3-cryptography, python3-h5py")  # the last six: the school's service
   include(CPack)

@@ -44,7 +44,16 @@ endif()
 if(TYPODONT_BUILD_program)
   find_package(CLI11 CONFIG REQUIRED)
   find_package(Vulkan REQUIRED)
+  # HDF5 is linked statically, because its shared library loads 28 others: for example curl and Kerberos, for files in a
+  # network. Functions that need these are not linked.
   find_package(HDF5 REQUIRED COMPONENTS C)
+  add_library(typodont_hdf5 INTERFACE)
+  target_include_directories(typodont_hdf5 SYSTEM INTERFACE ${HDF5_C_INCLUDE_DIRS})
+  foreach(archive hdf5 sz aec)
+    find_library(HDF5_${archive}_ARCHIVE lib${archive}.a PATH_SUFFIXES hdf5/serial REQUIRED)
+    target_link_libraries(typodont_hdf5 INTERFACE ${HDF5_${archive}_ARCHIVE})
+  endforeach()
+  target_link_libraries(typodont_hdf5 INTERFACE ZLIB::ZLIB ${CMAKE_DL_LIBS})
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo cairo-pdf cairo-svg)
   pkg_check_modules(LIBLO IMPORTED_TARGET liblo)  # optional: OSC
@@ -62,9 +71,21 @@ if(TYPODONT_TESTS)
   find_package(GTest CONFIG REQUIRED)
 endif()
 
-# typodont_find_library(VARIABLE NAME): finds a library without a package file; an installed Typodont names it without
-# its path.
-function(typodont_find_library variable name)
-  find_library(${variable}_FILE ${name} REQUIRED)
-  set(${variable} $<BUILD_INTERFACE:${${variable}_FILE}> $<INSTALL_INTERFACE:${name}> PARENT_SCOPE)
+# typodont_late(NAME LIBRARY PACKAGE file.cpp …): these files use LIBRARY without being linked with it
+# (engine/base/late_library.h). Defines TYPODONT_LATE_NAME for them: the file to load and Debian's package with it.
+function(typodont_late name library package)
+  find_library(${name}_FILE ${library} REQUIRED)
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p ${${name}_FILE} OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCH "SONAME +([^\n]+)" unused "${headers}")
+  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_DEFINITIONS
+               "TYPODONT_LATE_${name}=\"${CMAKE_MATCH_1}\",\"${package}\"")
+  set_property(GLOBAL APPEND PROPERTY TYPODONT_LATE_PACKAGES ${package})
+endfunction()
+
+# typodont_headers_of(TARGET library …): TARGET includes the headers of these libraries, and is not linked with them.
+function(typodont_headers_of target)
+  foreach(library ${ARGN})
+    target_include_directories(${target} SYSTEM PRIVATE
+      $<BUILD_INTERFACE:$<TARGET_PROPERTY:${library},INTERFACE_INCLUDE_DIRECTORIES>>)
+  endforeach()
 endfunction()

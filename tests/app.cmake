@@ -4,7 +4,7 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_soft_gum_test.cpp acceptance/app_expert_test.cpp acceptance/app_live_expert_test.cpp
               acceptance/app_files_test.cpp acceptance/app_recorded_files_test.cpp acceptance/app_options_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
               LIBS typodont_app)
-typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session hdf5::hdf5)
+typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session typodont_hdf5)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
 add_library(typodont_ball_model MODULE support/ball_model.cpp)
 target_include_directories(typodont_ball_model PRIVATE $<TARGET_PROPERTY:typodont_haptics,INTERFACE_INCLUDE_DIRECTORIES>)

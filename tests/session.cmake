@@ -2,7 +2,7 @@ typodont_test(unit_session KIND unit
               SOURCES unit/session_recorder_test.cpp unit/session_ticks_csv_test.cpp unit/session_score_test.cpp
                       unit/session_report_test.cpp unit/session_cavity_test.cpp unit/session_explore_test.cpp unit/session_heat_test.cpp
                       unit/session_hostile_test.cpp unit/session_journal_test.cpp
-              LIBS typodont_session hdf5::hdf5)
+              LIBS typodont_session typodont_hdf5)
 typodont_test(property_session KIND property
               SOURCES property/session_score_property_test.cpp property/session_file_property_test.cpp
                       property/session_cavity_property_test.cpp

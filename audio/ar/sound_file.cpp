@@ -9,11 +9,15 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/late_library.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont::audio {
 
 namespace {
+constinit LateLibrary sndfile{TYPODONT_LATE_SNDFILE};
+TYPODONT_LATE(sndfile, sf_open, sf_close, sf_strerror, sf_readf_double, sf_writef_float, sf_command)
+
 struct CloseSound {
   void operator()(SNDFILE* f) const { sf_close(f); }
 };

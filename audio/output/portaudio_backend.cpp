@@ -13,10 +13,16 @@
 #include "audio/audio_output.h"
 #include "audio/output/stream_backend.h"
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 
 namespace typodont::audio {
 
 namespace {
+
+constinit LateLibrary portaudio{TYPODONT_LATE_PORTAUDIO};
+TYPODONT_LATE(portaudio, PaAlsa_EnableRealtimeScheduling, Pa_AbortStream, Pa_CloseStream, Pa_GetDefaultOutputDevice,
+              Pa_GetDeviceCount, Pa_GetDeviceInfo, Pa_GetErrorText, Pa_GetHostApiInfo, Pa_GetStreamInfo, Pa_Initialize,
+              Pa_IsStreamActive, Pa_OpenStream, Pa_StartStream, Pa_Terminate)
 
 /// While an object of this class exists, messages of ALSA and JACK about missing devices are suppressed.
 class QuietErrors {
@@ -175,7 +181,7 @@ std::vector<AudioDevice> audio_devices() {
     const PaDeviceInfo& info = *Pa_GetDeviceInfo(i);
     if (info.maxOutputChannels < 1) continue;
     devices.push_back({info.name, Pa_GetHostApiInfo(info.hostApi)->name, info.defaultSampleRate, info.maxOutputChannels,
-                       i == Pa_GetDefaultOutputDevice()});
+                       info.defaultLowOutputLatency, i == Pa_GetDefaultOutputDevice()});
   }
   return devices;
 }

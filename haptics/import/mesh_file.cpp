@@ -1,24 +1,28 @@
-#include <assimp/DefaultIOSystem.h>
+#include <assimp/cfileio.h>
+#include <assimp/cimport.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <unordered_map>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/base/lower_case.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
@@ -30,6 +34,9 @@
 namespace typodont::haptics::importing {
 
 namespace {
+
+constinit LateLibrary assimp{TYPODONT_LATE_ASSIMP};
+TYPODONT_LATE(assimp, aiGetErrorString, aiImportFileEx, aiImportFileFromMemory, aiReleaseImport)
 
 // A mesh as it is in the file; equal corners may be separate points.
 struct Soup {
@@ -209,29 +216,53 @@ std::string text_of(const std::filesystem::path& file) {
   return text;
 }
 
-/// Finds files that a mesh names, also percent-encoded ("tooth%201.bin").
-class NamedFiles : public Assimp::DefaultIOSystem {
- public:
-  bool Exists(const char* file) const override {
-    return DefaultIOSystem::Exists(file) || DefaultIOSystem::Exists(decoded(file).c_str());
+std::string percent_decoded(std::string_view uri) {
+  std::string name;
+  for (std::size_t k = 0; k < uri.size(); ++k) {
+    unsigned byte = 0;
+    const bool coded = uri[k] == '%' && k + 2 < uri.size() &&
+                       std::from_chars(&uri[k + 1], &uri[k + 1] + 2, byte, 16).ptr == &uri[k + 1] + 2;
+    name += coded ? static_cast<char>(byte) : uri[k];
+    k += coded ? 2 : 0;
   }
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
-    return DefaultIOSystem::Open(DefaultIOSystem::Exists(file) ? file : decoded(file).c_str(), mode);
-  }
+  return name;
+}
 
- private:
-  static std::string decoded(std::string_view uri) {
-    std::string name;
-    for (std::size_t k = 0; k < uri.size(); ++k) {
-      unsigned byte = 0;
-      const bool coded = uri[k] == '%' && k + 2 < uri.size() &&
-                         std::from_chars(&uri[k + 1], &uri[k + 1] + 2, byte, 16).ptr == &uri[k + 1] + 2;
-      name += coded ? static_cast<char>(byte) : uri[k];
-      k += coded ? 2 : 0;
-    }
-    return name;
-  }
-};
+std::FILE* stream_of(aiFile* file) {
+  return reinterpret_cast<std::FILE*>(file->UserData);
+}
+
+/// Opens a file that a mesh names, also percent-encoded ("tooth%201.bin"), for reading. nullptr: there is none.
+aiFile* open_named(aiFileIO*, const char* name, const char*) {
+  std::FILE* stream = std::fopen(name, "rb");
+  if (!stream) stream = std::fopen(percent_decoded(name).c_str(), "rb");
+  if (!stream) return nullptr;
+  return new aiFile{
+      .ReadProc = [](aiFile* f, char* to, size_t size,
+                     size_t count) { return std::fread(to, size, count, stream_of(f)); },
+      .WriteProc = [](aiFile*, const char*, size_t, size_t) { return size_t{0}; },
+      .TellProc = [](aiFile* f) { return static_cast<size_t>(std::ftell(stream_of(f))); },
+      .FileSizeProc =
+          [](aiFile* f) {
+            const long at = std::ftell(stream_of(f));
+            std::fseek(stream_of(f), 0, SEEK_END);
+            const long size = std::ftell(stream_of(f));
+            std::fseek(stream_of(f), at, SEEK_SET);
+            return static_cast<size_t>(size);
+          },
+      .SeekProc =
+          [](aiFile* f, size_t to, aiOrigin from) {
+            const int origin = from == aiOrigin_SET ? SEEK_SET : from == aiOrigin_CUR ? SEEK_CUR : SEEK_END;
+            return std::fseek(stream_of(f), static_cast<long>(to), origin) == 0 ? aiReturn_SUCCESS : aiReturn_FAILURE;
+          },
+      .FlushProc = [](aiFile*) {},
+      .UserData = reinterpret_cast<char*>(stream)};
+}
+
+void close_named(aiFileIO*, aiFile* file) {
+  std::fclose(stream_of(file));
+  delete file;
+}
 
 /// Throws Error if glTF requires an extension that assimp ignores.
 void check_gltf_extensions(const std::filesystem::path& file, bool binary) {
@@ -302,14 +333,17 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   if (extension == ".gltf" || extension == ".glb") check_gltf_extensions(file, extension == ".glb");
   // unit_of_3mf() also finds damaged archives, which would make assimp abort.
   const auto unit = static_cast<float>(extension == ".3mf" ? unit_of_3mf(file) : 1);
-  Assimp::Importer importer;
-  importer.SetIOHandler(new NamedFiles);  // the importer deletes it
+  static std::mutex one_at_a_time;  // assimp has one error text for all threads
+  const std::lock_guard lock(one_at_a_time);
+  aiFileIO files{.OpenProc = open_named, .CloseProc = close_named, .UserData = nullptr};
   constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType;
   const auto text = plain_text(file, extension);
-  const aiScene* scene = text ? importer.ReadFileFromMemory(text->data(), text->size(), kSteps, extension.c_str() + 1)
-                              : importer.ReadFile(file.string(), kSteps);
+  const std::unique_ptr<const aiScene, void (*)(const aiScene*)> scene(
+      text ? aiImportFileFromMemory(text->data(), static_cast<unsigned>(text->size()), kSteps, extension.c_str() + 1)
+           : aiImportFileEx(file.c_str(), kSteps, &files),
+      aiReleaseImport);
   if (!scene || scene->mNumMeshes == 0) {
-    const std::string why = importer.GetErrorString();
+    const std::string why = scene ? "" : aiGetErrorString();
     throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ, glTF or 3MF file");
   }
   Soup soup;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/contract/tissue.h"
 #include "haptics/import/scan.h"
 #include "haptics/import/volume_export.h"
@@ -13,6 +14,11 @@
 namespace typodont::haptics::importing {
 
 namespace {
+constinit LateLibrary nifti2{TYPODONT_LATE_NIFTI2}, znz{TYPODONT_LATE_ZNZ};
+TYPODONT_LATE(nifti2, nifti_datatype_string, nifti_image_free, nifti_image_read, nifti_is_gzfile, nifti_set_debug_level,
+              nifti_short_order)
+TYPODONT_LATE(znz, Xznzclose, znzopen, znzread, znzseek)
+
 struct FreeImage {
   void operator()(nifti_image* n) const { nifti_image_free(n); }
 };

@@ -10,12 +10,18 @@
 #include <memory>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/contract/tissue.h"
 #include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
 
 namespace {
+constinit LateLibrary teem{TYPODONT_LATE_TEEM};
+TYPODONT_LATE(teem, biffGetDone, nrrdBiffKey, nrrdElementNumber, nrrdElementSize, nrrdEncodingAscii, nrrdFLookup,
+              nrrdFormatNRRD, nrrdIoStateNew, nrrdIoStateNix, nrrdKeyValueIndex, nrrdKeyValueSize, nrrdLoad, nrrdNew,
+              nrrdNuke)
+
 struct NukeNrrd {
   void operator()(Nrrd* n) const { nrrdNuke(n); }
 };

@@ -53,6 +53,19 @@ std::string press(const ProgramFolder& folder, double newton, double seconds = 1
                                                -newton));
 }
 
+TEST(ServoCommand, ASessionThatNeedsOnlyHapticsLoadsFewerThanFortyLibraries) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", sphere_scene());
+  folder.write("hand.csv", slide());
+  const Ran ran = expect_ok(
+      folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv", folder.path().string()),
+                 "env LD_DEBUG=files"));
+  int loaded = 0;
+  for (std::size_t at = 0; (at = ran.err.find("generating link map", at)) != std::string::npos; ++at) ++loaded;
+  EXPECT_GT(loaded, 5) << ran.err;
+  EXPECT_LT(loaded, 40) << ran.err;
+}
+
 TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());

@@ -107,7 +107,41 @@ TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
     EXPECT_EQ(check["without"].string() == "", state == "ok") << ids.back();
   }
   EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "drawing", "realtime", "locked_memory", "cpu", "hid", "audio",
-                                          "openxr", "display", "ffmpeg", "disk"}));
+                                          "openxr", "display", "ffmpeg", "libraries", "disk"}));
+}
+
+TEST(DoctorCommand, FindsEveryLibraryThatIsLoadedOnUseWithAllItsFunctions) {
+  TemporaryFolder folder;
+  for (const Json& check : Json::parse(run(folder, TYPODONT_PROGRAM " doctor --json").out, "out")["checks"].items()) {
+    if (check["id"].string() != "libraries") continue;
+    EXPECT_EQ(check["state"].string(), "ok") << check["found"].string();
+    for (const char* file : {
+             "libsndfile.so",
+             "libcairo.so",
+             "libteem.so",
+             "libnifti2.so",
+             "libznz.so",
+             "libminizip.so",
+             "libassimp.so",
+             "libmeshoptimizer.so",
+             "typodont-calibration.so",
+#ifdef TYPODONT_WINDOW
+             "libglfw.so",
+             "libX11.so",
+             "libXext.so",
+             "libxcb.so",
+#endif
+         })
+      EXPECT_THAT(check["found"].string(), HasSubstr(file));
+  }
+}
+
+TEST(DoctorCommand, NamesThePackageOfALibraryThatIsNotInstalled) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "libteem.so.2") << "";  // takes the place of the library
+  const Ran ran = run(folder, fmt::format("LD_LIBRARY_PATH={} {} doctor", folder.path().string(), TYPODONT_PROGRAM));
+  EXPECT_THAT(ran.out, HasSubstr("missing   Libraries loaded on use"));
+  EXPECT_THAT(ran.out, HasSubstr("sudo apt install libteem2"));
 }
 
 TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIsNamed) {

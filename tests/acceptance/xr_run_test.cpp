@@ -279,7 +279,7 @@ TEST_F(HeadsetRun, AMissingRuntimeHeadsetOrUserIsReportedInOneLine) {
   refused("no runtime", "timeout 60 env XR_RUNTIME_JSON=/nowhere/runtime.json");
   // An empty file takes the place of the OpenXR loader's library.
   program.write("libopenxr_loader.so.1", "");
-  refused("no loader", "timeout 60 env LD_LIBRARY_PATH=" + program.path().string());
+  refused("sudo apt install libopenxr-loader1", "timeout 60 env LD_LIBRARY_PATH=" + program.path().string());
   xr.script("\"headset\": false");
   refused("no headset");
   xr.script("\"asleep\": true");

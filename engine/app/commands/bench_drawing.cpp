@@ -12,11 +12,20 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/base/units.h"
 
 namespace typodont {
 
 namespace {
+
+constinit LateLibrary cairo{TYPODONT_LATE_CAIRO};
+TYPODONT_LATE(cairo, cairo_pdf_surface_create_for_stream, cairo_svg_surface_create_for_stream, cairo_create,
+              cairo_pdf_surface_set_metadata, cairo_svg_surface_set_document_unit, cairo_set_line_cap,
+              cairo_set_source_rgba, cairo_move_to, cairo_line_to, cairo_fill, cairo_arc, cairo_text_extents,
+              cairo_rectangle, cairo_show_text, cairo_show_page, cairo_surface_finish, cairo_surface_status,
+              cairo_status_to_string, cairo_set_line_width, cairo_set_dash, cairo_stroke, cairo_select_font_face,
+              cairo_set_font_size, cairo_close_path, cairo_surface_destroy, cairo_destroy)
 
 using display::BenchPlan;
 using display::BenchSpec;
@@ -128,8 +137,8 @@ class Page {
     cairo_close_path(get());
   }
 
-  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
-  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
+  std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface_;
+  std::unique_ptr<cairo_t, void (*)(cairo_t*)> cairo_;
 };
 
 /// A drawn view of the workbench in a rectangle on the page. The page is parallel to two axes of frame W; the view is

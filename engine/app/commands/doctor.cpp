@@ -14,10 +14,12 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "audio/audio_output.h"
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
@@ -30,14 +32,11 @@
 #include "engine/app/scene.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/gpu/device.h"
 #include "engine/session/film.h"
-
-#ifdef TYPODONT_WITH_PORTAUDIO
-#include <portaudio.h>
-#endif
 
 namespace typodont {
 
@@ -339,30 +338,22 @@ Check audio() {
   Check c("audio", "Sound output");
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
-  const QuietStandardError quiet;
   setenv("JACK_NO_START_SERVER", "1", 1);  // the check must not start a sound server
-  if (Pa_Initialize() != paNoError) {
-    c.state = State::kMissing;
-    c.found = "PortAudio does not start";
-    c.mend = "sudo apt install libportaudio2 alsa-utils";
-    return c;
-  }
-  const int count = Pa_GetDeviceCount(), fallback = Pa_GetDefaultOutputDevice();
-  int outputs = 0;
-  for (int i = 0; i < count; ++i) {
-    const PaDeviceInfo* info = Pa_GetDeviceInfo(i);
-    if (info && info->maxOutputChannels > 0) ++outputs;
-  }
-  if (fallback >= 0) {
-    const PaDeviceInfo* info = Pa_GetDeviceInfo(fallback);
-    c.found = fmt::format("{} outputs; default: {}, {:.0f} Hz, latency from {:.0f} ms", outputs, info->name,
-                          info->defaultSampleRate, info->defaultLowOutputLatency * 1e3);
-  } else {
-    c.state = State::kMissing;
+  try {
+    const std::vector<audio::AudioDevice> outputs = audio::audio_devices();
+    const auto fallback = std::ranges::find_if(outputs, &audio::AudioDevice::is_default);
+    if (fallback != outputs.end()) {
+      c.found = fmt::format("{} outputs; default: {}, {:.0f} Hz, latency from {:.0f} ms", outputs.size(),
+                            fallback->name, fallback->sample_rate, fallback->latency * 1e3);
+      return c;
+    }
     c.found = "no sound card";
     c.mend = "connect one; then: aplay -l; and for permission: sudo usermod -aG audio $USER";
+  } catch (const std::runtime_error&) {
+    c.found = "PortAudio does not start";
+    c.mend = "sudo apt install libportaudio2 alsa-utils";
   }
-  Pa_Terminate();
+  c.state = State::kMissing;
 #else
   c.state = State::kMissing;
   c.found = "built without PortAudio";
@@ -454,6 +445,29 @@ Check encoder() {
   return c;
 }
 
+/// Loads the libraries that the program otherwise loads at their first use.
+Check libraries() {
+  Check c("libraries", "Libraries loaded on use");
+  c.without = "the parts of the program that use these libraries";
+  std::set<std::string> files, packages;
+  for (LateLibrary* library : LateLibrary::all()) {
+    try {
+      library->load();
+      files.insert(library->file());
+    } catch (const Error& missing) {
+      packages.insert(library->package());
+      c.found += (c.found.empty() ? "" : "; ") + std::string(missing.what());
+    }
+  }
+  if (packages.empty()) {
+    c.found = fmt::format("{}", fmt::join(files, ", "));
+  } else {
+    c.state = State::kMissing;
+    c.mend = fmt::format("sudo apt install {}", fmt::join(packages, " "));
+  }
+  return c;
+}
+
 Check disk() {
   Check c("disk", "Disk space");
   c.required = true;
@@ -484,7 +498,8 @@ std::string_view name_of(State state) {
 void run(bool json) {
   std::vector<Check> checks{vulkan()};
   if (checks.front().state != State::kMissing) checks.push_back(drawing(checks.front().state == State::kOk));
-  for (const auto check : {processor, realtime, locked_memory, clock_speed, hid, audio, openxr, display, encoder, disk})
+  for (const auto check :
+       {processor, realtime, locked_memory, clock_speed, hid, audio, openxr, display, encoder, libraries, disk})
     checks.push_back(check());
   for (Check& c : checks)
     if (c.state == State::kOk) c.without = c.mend = "";

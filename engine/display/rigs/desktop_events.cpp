@@ -1,20 +1,43 @@
 #include "engine/display/rigs/desktop_events.h"
 
 #include <GLFW/glfw3.h>
-#include <dlfcn.h>
 #include <poll.h>
-// Included last: Xlib defines the macros None, Bool and Status.
-#include <X11/Xlib.h>
 
 #include <chrono>
 #include <thread>
 
+#include "engine/base/error.h"
+#include "engine/base/late_library.h"
+// Included last: Xlib defines the macros None, Bool and Status.
+#include <X11/Xlib.h>
+
 namespace typodont::display {
 
+namespace {
+
+constinit LateLibrary glfw{TYPODONT_LATE_GLFW}, glfw_x11{TYPODONT_LATE_GLFW}, x11{TYPODONT_LATE_X11};
+TYPODONT_LATE(glfw, glfwPollEvents)
+const Late<::Display*()> glfwGetX11Display{glfw_x11, "glfwGetX11Display"};
+const Late<::Window(GLFWwindow*)> glfwGetX11Window{glfw_x11, "glfwGetX11Window"};
+TYPODONT_LATE(x11, XPending)
+
+/// False if GLFW was built without X11.
+bool glfw_has_x11() {
+  static const bool has = [] {
+    try {
+      glfw_x11.load();
+    } catch (const Error&) {
+      return false;
+    }
+    return true;
+  }();
+  return has;
+}
+
+}  // namespace
+
 _XDisplay* x_server() {
-  // GLFW lacks this function if it was built without X11.
-  static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
-  return display_of ? display_of() : nullptr;
+  return glfw_has_x11() ? glfwGetX11Display() : nullptr;
 }
 
 std::string x_server_name() {
@@ -22,8 +45,7 @@ std::string x_server_name() {
 }
 
 unsigned long x_window(GLFWwindow* window) {
-  static const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
-  return window_of && x_server() ? window_of(window) : 0;
+  return x_server() ? glfwGetX11Window(window) : 0;
 }
 
 std::uint64_t take_desktop_events() {

@@ -14,11 +14,17 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/base/realtime.h"
 
 namespace typodont::display {
 
 namespace {
+
+constinit LateLibrary xcb{TYPODONT_LATE_XCB};
+TYPODONT_LATE(xcb, xcb_connect, xcb_connection_has_error, xcb_request_check, xcb_change_window_attributes_checked,
+              xcb_disconnect, xcb_get_setup, xcb_get_keyboard_mapping, xcb_get_keyboard_mapping_reply,
+              xcb_get_keyboard_mapping_keysyms, xcb_get_file_descriptor, xcb_poll_for_event)
 
 template <class T>
 std::unique_ptr<T, decltype(&std::free)> owned(T* reply) {

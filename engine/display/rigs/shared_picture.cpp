@@ -1,6 +1,5 @@
 #include "engine/display/rigs/shared_picture.h"
 
-#include <dlfcn.h>
 #include <sys/ipc.h>
 #include <sys/shm.h>
 // Included last: Xlib defines the macros None, Bool and Status.
@@ -13,11 +12,16 @@
 #include <cstring>
 #include <utility>
 
+#include "engine/base/late_library.h"
 #include "engine/display/rigs/desktop_events.h"
 
 namespace typodont::display {
 
 namespace {
+
+constinit LateLibrary x11{TYPODONT_LATE_X11}, xext{TYPODONT_LATE_XEXT};
+TYPODONT_LATE(x11, XCreateGC, XFlush, XFreeGC, XGetWindowAttributes, XSetErrorHandler, XSync)
+TYPODONT_LATE(xext, XShmAttach, XShmCreateImage, XShmDetach, XShmPutImage, XShmQueryExtension)
 
 // Picture rows per request to the X server, which handles keys between two requests.
 constexpr int kBand = 64;

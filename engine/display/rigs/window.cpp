@@ -13,6 +13,7 @@
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "engine/display/button_queue.h"
 #include "engine/display/output.h"
 #include "engine/display/rigs/desktop_events.h"
@@ -22,6 +23,17 @@
 namespace typodont::display {
 
 namespace {
+
+constinit LateLibrary glfw{TYPODONT_LATE_GLFW};
+TYPODONT_LATE(glfw, glfwCreateWindow, glfwCreateWindowSurface, glfwDestroyWindow, glfwFocusWindow, glfwGetCursorPos,
+              glfwGetError, glfwGetFramebufferSize, glfwGetKey, glfwGetKeyName, glfwGetKeyScancode,
+              glfwGetMonitorContentScale, glfwGetMonitorName, glfwGetMonitorWorkarea, glfwGetMonitors,
+              glfwGetPrimaryMonitor, glfwGetRequiredInstanceExtensions, glfwGetVideoMode, glfwGetWindowAttrib,
+              glfwGetWindowContentScale, glfwGetWindowMonitor, glfwGetWindowPos, glfwGetWindowSize,
+              glfwGetWindowUserPointer, glfwInit, glfwSetCharCallback, glfwSetDropCallback, glfwSetKeyCallback,
+              glfwSetMouseButtonCallback, glfwSetScrollCallback, glfwSetWindowPos, glfwSetWindowRefreshCallback,
+              glfwSetWindowSize, glfwSetWindowTitle, glfwSetWindowUserPointer, glfwVulkanSupported, glfwWindowHint,
+              glfwWindowShouldClose)
 
 /// Initialises GLFW once. GLFW stays initialised until the program ends, because windows are opened and closed.
 void ensure_glfw() {

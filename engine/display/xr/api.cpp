@@ -1,6 +1,5 @@
 #include "engine/display/xr/api.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 #include <openxr/openxr_reflection.h>
 
@@ -8,26 +7,19 @@
 #include <cstring>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 
 namespace typodont::display::xr {
 
 namespace {
 
-constexpr const char* kLoader = "libopenxr_loader.so.1";
 constexpr const char* kNeeded = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
 constexpr const char* kWelcome[] = {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
                                     XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
                                     XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_PASSTHROUGH_EXTENSION_NAME};
 
-/// Opens OpenXR's loader, and never closes it, because threads of the runtime may still run.
-PFN_xrGetInstanceProcAddr open_loader() {
-  setenv("XR_LOADER_DEBUG", "none", 0);  // the program itself reports loader errors, in one line
-  static void* library = dlopen(kLoader, RTLD_NOW | RTLD_LOCAL);
-  if (!library) throw Error("OpenXR", "", fmt::format("no loader ({})", kLoader), "apt install libopenxr-loader1");
-  void* symbol = dlsym(library, "xrGetInstanceProcAddr");
-  if (!symbol) throw Error("OpenXR", kLoader, "not a loader", "OpenXR's, of the package libopenxr-loader1");
-  return reinterpret_cast<PFN_xrGetInstanceProcAddr>(symbol);
-}
+constinit LateLibrary loader{"libopenxr_loader.so.1", "libopenxr-loader1"};
+const Late<std::remove_pointer_t<PFN_xrGetInstanceProcAddr>> get_function{loader, "xrGetInstanceProcAddr"};
 
 Error no_runtime(XrResult result) {
   const char* file = std::getenv("XR_RUNTIME_JSON");
@@ -55,18 +47,18 @@ void Api::fail(const char* name, XrResult result) {
 }
 
 Api::Api(RuntimeGate& gate) : gate_(gate) {
-  const PFN_xrGetInstanceProcAddr get = open_loader();
+  setenv("XR_LOADER_DEBUG", "none", 0);  // the program itself reports loader errors, in one line
   const auto find = [&](const char* name, auto& function) {
     PFN_xrVoidFunction found = nullptr;
     function = nullptr;
-    if (XR_SUCCEEDED(get(instance_, name, &found)))
+    if (XR_SUCCEEDED(get_function(instance_, name, &found)))
       function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(found);
     return function != nullptr;
   };
   PFN_xrEnumerateInstanceExtensionProperties enumerate = nullptr;
   PFN_xrCreateInstance create = nullptr;
   if (!find("xrEnumerateInstanceExtensionProperties", enumerate) || !find("xrCreateInstance", create))
-    throw Error("OpenXR", kLoader, "not a loader", "OpenXR's, of the package libopenxr-loader1");
+    throw Error("OpenXR", loader.file(), "not a loader", "OpenXR's, of the package libopenxr-loader1");
 
   std::uint32_t count = 0;
   XrResult result = attempt("xrEnumerateInstanceExtensionProperties", enumerate, nullptr, 0u, &count,

@@ -1,7 +1,6 @@
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 
-#ifdef TYPODONT_MESHOPTIMIZER
-#include <dlfcn.h>
+#ifdef TYPODONT_LATE_MESHOPTIMIZER
 #include <meshoptimizer.h>
 #endif
 
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/late_library.h"
 #include "haptics/mesh/spatial_order.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -29,32 +29,23 @@ constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a
 constexpr int kTries = 8;
 constexpr double kNear = 0.005;  // allowed difference from the requested number of vertices, as a fraction of it
 
-#ifdef TYPODONT_MESHOPTIMIZER
-/// Function type of meshopt_simplify.
+#ifdef TYPODONT_LATE_MESHOPTIMIZER
+/// Function type of meshopt_simplify, which the header also declares as a template.
 using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
                              std::size_t, float, unsigned, float*);
-/// Loads meshopt_simplify at the first call, because only the contact model mesh_lod needs it. Throws Error if the
-/// library is missing.
-Simplify* load_simplifier() {
-  static Simplify* const simplify = [] {
-    void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
-    void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
-    if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
-    // does not compile if meshopt_simplify has another type
-    return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);
-  }();
-  return simplify;
-}
+constinit LateLibrary meshoptimizer{TYPODONT_LATE_MESHOPTIMIZER};
+const Late<std::remove_pointer_t<decltype(static_cast<Simplify*>(meshopt_simplify))>> simplify{meshoptimizer,
+                                                                                               "meshopt_simplify"};
 #endif
 
 /// Simplifies to about `triangles` triangles; open borders remain. `positions`: x, y, z of each vertex. Throws Error
 /// without meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
-#ifdef TYPODONT_MESHOPTIMIZER
+#ifdef TYPODONT_LATE_MESHOPTIMIZER
   std::vector<unsigned> kept(indices.size());
-  kept.resize(load_simplifier()(kept.data(), indices.data(), indices.size(), positions.data(), positions.size() / 3,
-                                3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
+  kept.resize(simplify(kept.data(), indices.data(), indices.size(), positions.data(), positions.size() / 3,
+                       3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
   return kept;
 #else
   throw Error("model", "mesh_lod", fmt::format("{} triangles to simplify to {}", indices.size() / 3, triangles),

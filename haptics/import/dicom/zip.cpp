@@ -13,10 +13,15 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/late_library.h"
 
 namespace typodont::haptics::importing {
 
 namespace {
+
+constinit LateLibrary minizip{TYPODONT_LATE_MINIZIP};
+TYPODONT_LATE(minizip, unzOpen64, unzClose, unzGoToFirstFile, unzGoToNextFile, unzGetCurrentFileInfo64,
+              unzOpenCurrentFile, unzReadCurrentFile, unzCloseCurrentFile)
 
 constexpr std::size_t kMaxEntries = 20000;
 constexpr std::uint64_t kMaxBytes = 4000000000;  // bytes, largest total size of the unpacked files
