@@ -44,14 +44,17 @@ endif()
 if(TYPODONT_BUILD_program)
   find_package(CLI11 CONFIG REQUIRED)
   find_package(Vulkan REQUIRED)
-  # HDF5 is linked statically, because its shared library loads 28 others: for example curl and Kerberos, for files in a
-  # network. Functions that need these are not linked.
+  # Programs are linked with HDF5's archives, because its shared library loads 28 others: for example curl and Kerberos,
+  # for files in a network. Functions that need these are not linked. libtypodont.so is linked with the shared library,
+  # because Debian's archives are not position-independent.
   find_package(HDF5 REQUIRED COMPONENTS C)
   add_library(typodont_hdf5 INTERFACE)
   target_include_directories(typodont_hdf5 SYSTEM INTERFACE ${HDF5_C_INCLUDE_DIRS})
+  set(in_shared_library $<STREQUAL:$<TARGET_PROPERTY:TYPE>,SHARED_LIBRARY>)
+  target_link_libraries(typodont_hdf5 INTERFACE $<${in_shared_library}:hdf5::hdf5>)
   foreach(archive hdf5 sz aec)
     find_library(HDF5_${archive}_ARCHIVE lib${archive}.a PATH_SUFFIXES hdf5/serial REQUIRED)
-    target_link_libraries(typodont_hdf5 INTERFACE ${HDF5_${archive}_ARCHIVE})
+    target_link_libraries(typodont_hdf5 INTERFACE $<$<NOT:${in_shared_library}>:${HDF5_${archive}_ARCHIVE}>)
   endforeach()
   target_link_libraries(typodont_hdf5 INTERFACE ZLIB::ZLIB ${CMAKE_DL_LIBS})
   find_package(PkgConfig REQUIRED)

@@ -29,7 +29,8 @@ typodont_test(acceptance_sign KIND acceptance SOURCES acceptance/sign_command_te
 target_compile_definitions(acceptance_sign PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_sign typodont)
 typodont_test(acceptance_session KIND acceptance SOURCES acceptance/session_commands_test.cpp LIBS typodont_session)
-target_compile_definitions(acceptance_session PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+target_compile_definitions(acceptance_session PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
+  $<$<BOOL:${TYPODONT_WINDOW}>:TYPODONT_WINDOW>)  # then the program also has libraries of the desktop
 add_dependencies(acceptance_session typodont)
 # Test of the report in a real browser. ./run test installs one; without a browser the test says so.
 find_program(TYPODONT_BROWSER NAMES chromium-headless-shell)
