@@ -18,8 +18,8 @@ namespace typodont::haptics {
 /// Content of a volume file, in the file's unit.
 struct FlatGrids {
   std::map<std::string, std::variant<DistanceGrid, LabelGrid>> grids;
-  double voxel = 0;     // voxel size of the first grid; 0: voxels are not cubes
-  dvec3 origin{0};      // position of the first grid's voxel (0,0,0)
+  double voxel = 0;  // voxel size of the first grid; 0: voxels are not cubes
+  dvec3 origin{0};   // position of the first grid's voxel (0,0,0)
   bool exact_outside = true;
   // Data of FilePlace: rows of the rotation, position, axes.
   std::array<dvec3, 3> rotation{dvec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}};

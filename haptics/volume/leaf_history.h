@@ -23,7 +23,7 @@ class LeafHistory {
 
   struct Kept {
     typename Grid::Block block;  // before the stroke
-    bool changed = false;        // true: the stroke changed the block; otherwise the copy is deleted at the stroke's end
+    bool changed = false;  // true: the stroke changed the block; otherwise the copy is deleted at the stroke's end
   };
   using Stroke = std::unordered_map<glm::ivec3, Kept, KeyHash>;  // by the blocks' keys
 

@@ -421,8 +421,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
   const VoxelBox tissue = v.tissue.box_on();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
-  const glm::ivec3 a =
-      glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), tissue.lo);
+  const glm::ivec3 a = glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), tissue.lo);
   const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), tissue.hi);
   for_each_voxel_between(a, b, [&](int x, int y, int z) {
     const glm::ivec3 voxel(x, y, z);

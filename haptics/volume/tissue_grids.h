@@ -93,11 +93,11 @@ struct StrokeKept {
 };
 
 struct TissueVolume::Impl {
-  DistanceGrid distance;       // voxels
-  LabelGrid tissue;  // labels, hardness and colours, see grid_value()
-  std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
-  bool graded = false;               // true: some voxels' hardness differs from their tissue's
-  bool colored = false;              // true: some voxels' colour differs from their tissue's
+  DistanceGrid distance;     // voxels
+  LabelGrid tissue;          // labels, hardness and colours, see grid_value()
+  std::uint64_t paints = 0;  // number of calls of paint() that changed tissue
+  bool graded = false;       // true: some voxels' hardness differs from their tissue's
+  bool colored = false;      // true: some voxels' colour differs from their tissue's
   VoxelFrame frame;
   double band = 0;  // m, largest distance from the surface that is stored
   bool exact_outside = true;

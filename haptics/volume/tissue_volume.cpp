@@ -73,7 +73,8 @@ constexpr std::uintptr_t kHugePage = 2 << 20;  // bytes, size of a huge memory p
 template <class Grid>
 void count_leaves(const Grid& grid, std::unordered_map<std::uintptr_t, std::size_t>& bytes) {
   grid.for_each_block([&](const glm::ivec3&, const typename Grid::Block& block) {
-    if (block.leaf) bytes[reinterpret_cast<std::uintptr_t>(block.leaf.get()) / kHugePage] += sizeof(typename Grid::Leaf);
+    if (block.leaf)
+      bytes[reinterpret_cast<std::uintptr_t>(block.leaf.get()) / kHugePage] += sizeof(typename Grid::Leaf);
   });
 }
 
@@ -686,7 +687,8 @@ std::uint32_t TissueVolume::tissues_in_block(const glm::ivec3& key) const {
 VoxelBox TissueVolume::box_of(Tissue tissue) const {
   VoxelBox box;
   impl_->tissue.for_each_block([&](const glm::ivec3& key, const LabelGrid::Block& block) {
-    if (tissues_of(block) >> static_cast<int>(tissue) & 1) extend(box, {key * kLeafEdge, key * kLeafEdge + kLeafEdge - 1});
+    if (tissues_of(block) >> static_cast<int>(tissue) & 1)
+      extend(box, {key * kLeafEdge, key * kLeafEdge + kLeafEdge - 1});
   });
   return box;
 }

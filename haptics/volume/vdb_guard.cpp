@@ -33,7 +33,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-constexpr std::size_t kLongestMessage = 1000;  // bytes, longest message of the process that is shown
+constexpr std::size_t kLongestMessage = 1000;    // bytes, longest message of the process that is shown
 constexpr std::uintmax_t kMaxKept = 2ull << 30;  // bytes, largest size of the cache
 
 /// FNV-1a hash of the first `bytes` bytes.

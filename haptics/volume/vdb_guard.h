@@ -1,5 +1,5 @@
-// OpenVDB trusts its files: a wrong length allocates gigabytes, and a wrong tree corrupts the heap. Loading it also takes
-// longer than the whole start of the program. So OpenVDB runs in a process of its own (vdb_process.cpp).
+// OpenVDB trusts its files: a wrong length allocates gigabytes, and a wrong tree corrupts the heap. Loading it also
+// takes longer than the whole start of the program. So OpenVDB runs in a process of its own (vdb_process.cpp).
 #pragma once
 
 #include <filesystem>

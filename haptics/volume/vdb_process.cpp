@@ -195,7 +195,8 @@ FlatMesh surface_of(const openvdb::FloatGrid& distance) {
   const auto field = distance.getConstAccessor();
   for (const openvdb::Vec3s& point : points) mesh.vertices.push_back(vec(onto_surface(field, openvdb::Vec3d(point))));
   for (const auto& t : triangles) mesh.triangles.emplace_back(t[0], t[1], t[2]);
-  for (const auto& q : quads) mesh.triangles.emplace_back(q[0], q[1], q[2]), mesh.triangles.emplace_back(q[0], q[2], q[3]);
+  for (const auto& q : quads)
+    mesh.triangles.emplace_back(q[0], q[1], q[2]), mesh.triangles.emplace_back(q[0], q[2], q[3]);
   return mesh;
 }
 

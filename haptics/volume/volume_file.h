@@ -14,12 +14,13 @@ inline constexpr std::int32_t kNoFileColor = -1;  // in files: the voxel has the
 
 /// Content of a volume file in the units of haptics.
 struct StoredVolume {
-  DistanceGrid distance;  // voxels
-  LabelGrid tissue;       // tissue of every voxel
+  DistanceGrid distance;            // voxels
+  LabelGrid tissue;                 // tissue of every voxel
   std::optional<LabelGrid> before;  // at filled voxels: 1 + label before the filling
   // Hardness (dense_tissue.h); at filled voxels, the value before filling. nullopt: every voxel has kOwnHardness.
   std::optional<LabelGrid> hardness;
-  // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. nullopt: kNoFileColor everywhere.
+  // Colour, sRGB, 0xRRGGBB, or kNoFileColor; at filled voxels, the value before filling. nullopt: kNoFileColor
+  // everywhere.
   std::optional<LabelGrid> color;
   VoxelFrame frame;
   double band = 0;  // m, largest distance from the surface that is stored

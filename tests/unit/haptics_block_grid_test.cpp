@@ -14,7 +14,9 @@ namespace {
 TEST(BlockGrid, AfterRandomWritesItAgreesWithOpenVdbInEveryValueAndInTheOrderOfLeaves) {
   openvdb::initialize();
   std::mt19937_64 random(11);
-  const auto pick = [&](int lo, int hi) { return lo + static_cast<int>(random() % static_cast<unsigned>(hi - lo + 1)); };
+  const auto pick = [&](int lo, int hi) {
+    return lo + static_cast<int>(random() % static_cast<unsigned>(hi - lo + 1));
+  };
   for (int round = 0; round < 20; ++round) {
     const int far = round % 2 ? 60 : 5000;  // with 5000, several of OpenVDB's largest nodes
     const auto voxel = [&] { return glm::ivec3(pick(-far, far), pick(-far, far), pick(-far, far)); };
