@@ -66,8 +66,10 @@ bool SteppedSession::advance(haptics::HapticDevice& hand) {
 }
 
 void SteppedSession::write_pieces() {
-  for (const LoosePiece& piece : carver().take_pieces())
+  for (const LoosePiece& piece : carver().take_pieces()) {
+    ++pieces_;
     if (event_logs_) event_logs_->carver.write(piece);
+  }
 }
 
 }  // namespace typodont

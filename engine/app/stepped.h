@@ -36,6 +36,8 @@ class SteppedSession {
   const ServoTick& last() const { return tick_; }
   /// The cut of the newest tick, or null.
   const Cut* cut() const { return did_cut_ ? &cut_ : nullptr; }
+  /// Number of pieces that have come loose so far.
+  std::uint64_t pieces() const { return pieces_; }
 
   haptics::Carver& carver() { return steps_.carver(); }
   haptics::Servo& servo() { return steps_.servo(); }
@@ -57,6 +59,7 @@ class SteppedSession {
   std::optional<ServoSide> side_;
   ServoTick tick_;
   Cut cut_;
+  std::uint64_t pieces_ = 0;
   double stall_ = 0;  // s, time for which the carver waits once per second
   bool did_cut_ = false, held_ = false, omits_times_ = false;
 };

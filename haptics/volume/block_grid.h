@@ -118,8 +118,8 @@ class BlockGrid {
     const Node* node_ = nullptr;
   };
   const Block& block(const glm::ivec3& key) const {
-    Reader reader(*this);
-    return reader.block(key);
+    if (near_node_ && key >> kNodeShift == near_) return (*near_node_)[in_node(key)];
+    return Reader(*this).block(key);
   }
   /// A block for writing. Writer only.
   Block& block(const glm::ivec3& key) {

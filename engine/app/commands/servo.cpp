@@ -94,19 +94,14 @@ void run(const ServoOptions& options) {
   const auto* const planner = dynamic_cast<const PlanningExpert*>(hand.get());
   const auto* const surgeon = dynamic_cast<const ImplantExpert*>(hand.get());
   Progress progress(expert ? "expert" : "servo");
-  EventLog<CarverEvent>::Reader carver(session.event_logs().carver);
-  std::uint64_t ticks = 0, pieces = 0;
+  std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
   const ServoTick& last = session.last();
   EvenSample times;  // ns, computing times of the ticks
   // Largest force, N; lowest energy that the hand has given to the device (ServoTick::energy), J.
   double force_max = 0, energy_min = 0;
-  const auto count_pieces = [&] {
-    for (CarverEvent event; carver.next(event);) pieces += std::holds_alternative<LoosePiece>(event);
-  };
   while (session.advance(*hand)) {
     recorder ? recorder->turn() : csv->append({&last, 1});
-    count_pieces();
     ++ticks;
     if (ticks % 256 == 0)
       progress.at(planner ? planner->done() : surgeon ? surgeon->done() : length ? to_seconds(last.t) / *length : 0);
@@ -115,7 +110,6 @@ void run(const ServoOptions& options) {
     force_max = std::max(force_max, glm::length(last.f_T_W));
     energy_min = std::min(energy_min, last.energy);
   }
-  count_pieces();
   if (const std::string phase = surgeon ? surgeon->gave_up() : ""; !phase.empty())
     throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
   haptics::TissueVolume& tissue = session.carver().volume();
@@ -132,7 +126,7 @@ void run(const ServoOptions& options) {
         {"ticks", ticks},
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},
-        {"loose_pieces", pieces},
+        {"loose_pieces", session.pieces()},
         {"removed_mm3", by_tissue(last.removed, kCubicMillimetre)},
         {"energy_mJ", last.energy * 1e3},
         {"faults", faults},
