@@ -1,6 +1,7 @@
 // Tests `typodont servo`, `replay`, `mesh` and `run` with analytic scenes, through the command line.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -53,7 +54,7 @@ std::string press(const ProgramFolder& folder, double newton, double seconds = 1
                                                -newton));
 }
 
-TEST(ServoCommand, ASessionThatNeedsOnlyHapticsLoadsFewerThanThirtyLibraries) {
+TEST(ServoCommand, ASessionThatNeedsOnlyHapticsLoadsFewerThanTwentyLibrariesAndNeedsAtMost60MB) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());
   folder.write("hand.csv", slide());
@@ -63,7 +64,12 @@ TEST(ServoCommand, ASessionThatNeedsOnlyHapticsLoadsFewerThanThirtyLibraries) {
   int loaded = 0;
   for (std::size_t at = 0; (at = ran.err.find("generating link map", at)) != std::string::npos; ++at) ++loaded;
   EXPECT_GT(loaded, 5) << ran.err;
-  EXPECT_LT(loaded, 30) << ran.err;
+  EXPECT_LT(loaded, 20) << ran.err;
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  rusage children{};
+  getrusage(RUSAGE_CHILDREN, &children);
+  EXPECT_LT(children.ru_maxrss, 60'000) << "kilobytes";
+#endif
 }
 
 TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {

@@ -41,7 +41,8 @@ class BuildWithLibrary(build_py):
         shutil.copy(library, native / "lib" / "libtypodont.so.0")
         for header in ("typodont.h", "typodont_sound.h", "typodont_calibration.h"):
             shutil.copy(prefix / "include" / header, native / "include")
-        shutil.copy(prefix / "libexec/typodont/typodont-openvdb", native / "libexec/typodont")
+        for part in ("typodont-openvdb", "typodont-calibration.so"):
+            shutil.copy(prefix / "libexec/typodont" / part, native / "libexec/typodont")
         shutil.copytree(prefix / "share/typodont/assets", native / "share/typodont/assets")
         shutil.rmtree(Path(self.build_lib) / "prefix", ignore_errors=True)
 
