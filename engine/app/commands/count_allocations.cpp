@@ -1,6 +1,6 @@
 // Replaces operator new in the program typodont: counts allocations and keeps two reserves of memory. Not in the
 // library, because the tests have their own operator new.
-// Some destructors, for example those of OpenVDB's trees, allocate memory. If that fails while an exception is handled,
+// Some destructors allocate memory. If that fails while an exception is handled,
 // the C++ runtime aborts the program. With the reserves, the allocation succeeds. This file also ends the program if
 // there is too little memory to start its libraries.
 #include <unistd.h>

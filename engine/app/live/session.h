@@ -109,7 +109,7 @@ class CarverTurns {
     bool awaited = false;  // true: the servo has not yet adopted the offered tissue patch (its copy of the tissue)
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new tissue patch if one is due, and meshes
-  /// changed mesh bricks. Throws OpenVDB's exceptions.
+  /// changed mesh bricks. Throws std::bad_alloc.
   Done turn();
   /// Call at the session's end: applies all remaining cuts of the servo to the tissue.
   void finish();
