@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
