@@ -240,7 +240,7 @@ TEST_F(FilesOfCommands, ASessionForWhichThereIsNoMemoryKeepsAnOlderRecording) {
   make_session();
   const std::string before = read_text(folder / "s.h5");
   int failed = 0;
-  for (int megabytes = 200; megabytes <= 312; megabytes += 7) {
+  for (int megabytes = 100; megabytes <= 212; megabytes += 7) {
     const Ran ran =
         run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record {}/s.h5",
             fmt::format("env -u DISPLAY sh -c 'ulimit -v {}; exec timeout 60 \"$@\"' sh", megabytes * 1000));
