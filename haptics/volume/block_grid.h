@@ -30,8 +30,8 @@ class BlockGrid {
 
   /// z is the fastest index.
   struct Leaf {
-    alignas(64) std::array<Value, kSize> values;
-    SolidBits on;  // bit mask; voxel i is bit i % 64 of word i / 64
+    std::array<Value, kSize> values;  // not aligned to cache lines: aligned_alloc() leaves gaps, which slow malloc()
+    SolidBits on;                     // bit mask; voxel i is bit i % 64 of word i / 64
 
     Leaf(Value value, bool is_on) {
       values.fill(value);
