@@ -232,7 +232,8 @@ std::FILE* stream_of(aiFile* file) {
   return reinterpret_cast<std::FILE*>(file->UserData);
 }
 
-/// Opens a file that a mesh names, also percent-encoded ("tooth%201.bin"), for reading. nullptr: there is none.
+/// Opens, for reading, a file to which a mesh file refers. Its name may be percent-encoded ("tooth%201.bin"). nullptr:
+/// there is no such file.
 aiFile* open_named(aiFileIO*, const char* name, const char*) {
   std::FILE* stream = std::fopen(name, "rb");
   if (!stream) stream = std::fopen(percent_decoded(name).c_str(), "rb");

@@ -66,7 +66,7 @@ class BlockGrid {
     Block& operator=(Block&&) noexcept = default;
     Value value(int i) const { return leaf ? leaf->values[static_cast<std::size_t>(i)] : tile; }
     bool is_on(int i) const { return leaf ? leaf->is_on(i) : tile_on; }
-    /// Makes a tile a leaf.
+    /// Turns a tile into a leaf.
     Leaf& touch() {
       if (!leaf) leaf = std::make_unique<Leaf>(tile, tile_on);
       return *leaf;
@@ -87,7 +87,7 @@ class BlockGrid {
   BlockGrid& operator=(BlockGrid&&) noexcept = default;
 
   Value background() const { return nowhere_.tile; }
-  /// Replaces every value by change(value), also the background.
+  /// Replaces each value, and the background value, by change(value).
   template <class Change>
   void transform(const Change& change) {
     nowhere_.tile = change(nowhere_.tile);
@@ -121,7 +121,7 @@ class BlockGrid {
     if (near_node_ && key >> kNodeShift == near_) return (*near_node_)[in_node(key)];
     return Reader(*this).block(key);
   }
-  /// A block for writing. Writer only.
+  /// The block for writing. Creates its node if there is none. Only for the thread that writes.
   Block& block(const glm::ivec3& key) {
     if (const glm::ivec3 node = key >> kNodeShift; node != near_ || !near_node_) {
       std::unique_ptr<Node>& found = nodes_[node];
@@ -139,7 +139,7 @@ class BlockGrid {
   /// Sets the value of a voxel and switches it on.
   void set(const glm::ivec3& voxel, Value value) { block(leaf_key(voxel)).set(Leaf::index(voxel), value); }
 
-  /// Calls visit(key, block) for all blocks except tiles like the surroundings, in the order of FileOrder.
+  /// Calls visit(key, block) for each block, except for tiles that equal the background. The order is FileOrder.
   template <class Visit>
   void for_each_block(Visit&& visit) const {
     each_block(*this, visit);
@@ -153,7 +153,7 @@ class BlockGrid {
     for_each_block([&](const glm::ivec3&, const Block& block) { count += block.leaf != nullptr; });
     return count;
   }
-  /// Makes leaves whose voxels are all equal tiles.
+  /// Turns each leaf whose voxels are all equal into a tile.
   void prune() {
     for_each_block([](const glm::ivec3&, Block& block) {
       if (!block.leaf) return;
@@ -167,14 +167,12 @@ class BlockGrid {
   VoxelBox box_on() const {
     VoxelBox box;
     for_each_block([&](const glm::ivec3& key, const Block& block) {
-      const glm::ivec3 first = key * kSide;
+      const glm::ivec3 first = key * kSide, last = first + kSide - 1;
       if (!block.leaf) {
-        if (block.tile_on) extend(box, {first, first + kSide - 1});
+        if (block.tile_on) extend(box, {first, last});
         return;
       }
-      const bool inside = !box.empty() && glm::all(glm::lessThanEqual(box.lo, first)) &&
-                          glm::all(glm::lessThan(first, box.hi - (kSide - 2)));
-      if (inside) return;
+      if (glm::all(glm::lessThanEqual(box.lo, first)) && glm::all(glm::lessThanEqual(last, box.hi))) return;
       for_each_voxel(glm::ivec3(kSide), [&](int x, int y, int z) {
         const glm::ivec3 at = first + glm::ivec3(x, y, z);
         if (block.leaf->is_on(Leaf::index(at))) extend(box, {at, at});
@@ -184,8 +182,8 @@ class BlockGrid {
   }
 
  private:
-  /// The order in which OpenVDB stores nodes: cubes of 32³ nodes, and the nodes in each, both by axes. Sums and hashes
-  /// depend on it.
+  /// Orders nodes as OpenVDB does: cubes of 32³ nodes by x, y, z, and inside a cube its nodes by x, y, z. The results
+  /// of sums and hashes depend on this order.
   struct FileOrder {
     bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
       constexpr int cube = 5;
@@ -209,7 +207,7 @@ class BlockGrid {
     }
   }
 
-  Block nowhere_;  // every block without a node
+  Block nowhere_;  // stands for each block without a node
   std::map<glm::ivec3, std::unique_ptr<Node>, FileOrder> nodes_;
   // the node in which the writer was last
   glm::ivec3 near_{kNoNode};

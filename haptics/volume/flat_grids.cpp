@@ -84,7 +84,7 @@ class Reader {
       if (key[axis] < -kFarthest || key[axis] > kFarthest) fail();
     return key;
   }
-  /// Reads elements without padding.
+  /// Reads a list that Writer::list() has written.
   template <class T>
   std::vector<T> list() {
     std::vector<T> all(count(sizeof(T)));
@@ -216,6 +216,19 @@ FlatGrids read_flat_grids(const std::filesystem::path& file, const std::string& 
   }
   if (!in.at_end()) in.fail();
   return flat;
+}
+
+void write_flat(int file, const std::string& name, const DistanceGrid& distances) {
+  Writer out(file, name);
+  write_grid(out, distances);
+  out.end();
+}
+
+DistanceGrid read_flat_distances(const std::filesystem::path& file, const std::string& name) {
+  Reader in(file, name);
+  DistanceGrid distances = read_grid<float>(in);
+  if (!in.at_end()) in.fail();
+  return distances;
 }
 
 void write_flat(int file, const std::string& name, const FlatMesh& mesh) {

@@ -49,9 +49,11 @@ inline constexpr int kCannotWrite = 3;
 
 /// `file`: descriptor; `name`: used in messages. Throws WriteFailure.
 void write_flat(int file, const std::string& name, const FlatGrids& grids);
+void write_flat(int file, const std::string& name, const DistanceGrid& distances);
 void write_flat(int file, const std::string& name, const FlatMesh& mesh);
 /// Throws Error(`name`, …) for content that write_flat() never writes.
 FlatGrids read_flat_grids(const std::filesystem::path& file, const std::string& name);
+DistanceGrid read_flat_distances(const std::filesystem::path& file, const std::string& name);
 FlatMesh read_flat_mesh(const std::filesystem::path& file, const std::string& name);
 
 }  // namespace typodont::haptics

@@ -9,20 +9,13 @@
 
 namespace typodont::haptics {
 
-struct KeyHash {
-  std::size_t operator()(const glm::ivec3& k) const {
-    return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
-           static_cast<std::size_t>(k.z) * 83492791u;
-  }
-};
-
 template <class Value>
 class LeafHistory {
  public:
   using Grid = BlockGrid<Value>;
 
   struct Kept {
-    typename Grid::Block block;  // before the stroke
+    typename Grid::Block block;  // the block as it was before the stroke
     bool changed = false;  // true: the stroke changed the block; otherwise the copy is deleted at the stroke's end
   };
   using Stroke = std::unordered_map<glm::ivec3, Kept, KeyHash>;  // by the blocks' keys

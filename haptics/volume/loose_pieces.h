@@ -11,6 +11,7 @@
 
 #include "engine/contract/contact.h"
 #include "haptics/dense_tissue.h"
+#include "haptics/volume/leaf_key.h"
 
 namespace typodont::haptics {
 
@@ -48,12 +49,6 @@ class LoosePieces {
   void removed(std::span<const TissuePiece> pieces);
 
  private:
-  struct KeyHash {
-    std::size_t operator()(const glm::ivec3& k) const {
-      return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
-             static_cast<std::size_t>(k.z) * 83492791u;
-    }
-  };
   struct Body {
     SolidBits bits{};
     int number = 0;

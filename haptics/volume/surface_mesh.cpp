@@ -12,9 +12,7 @@ TissueMesh surface_mesh(const TissueVolume& volume) {
 
 TissueMesh TissueVolume::extract_mesh() const {
   const Impl& v = *impl_;
-  FlatGrids grids;
-  grids.grids.emplace("distance", v.distance);
-  FlatMesh surface = surface_of(grids);
+  FlatMesh surface = surface_of(v.distance);
   TissueMesh mesh;
   mesh.vertices.reserve(surface.vertices.size());
   for (const dvec3& p_V : surface.vertices) mesh.vertices.push_back(v.frame.to_world(p_V));

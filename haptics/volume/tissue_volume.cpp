@@ -226,9 +226,9 @@ std::optional<LabelGrid> TissueVolume::Impl::take_before(LabelGrid& labels) cons
 
 void TissueVolume::Impl::put_before(const LabelGrid& before) {
   before.for_each_block([&](const glm::ivec3& key, const LabelGrid::Block& from) {
+    LabelGrid::Block& to = tissue.block(key);
     for (int i = 0; i < LabelGrid::kSize; ++i) {
       if (!from.is_on(i)) continue;
-      LabelGrid::Block& to = tissue.block(key);
       to.set(i, static_cast<int>(haptics::filled(static_cast<Tissue>(from.value(i) - 1), shown_in(to.value(i)))));
       filled.insert(key);
     }

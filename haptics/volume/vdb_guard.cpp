@@ -64,7 +64,8 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// A file for the time of a call.
+/// A file that the destructor deletes. It has a name, unlike those of dicom_process.cpp: if the program has
+/// capabilities (setcap), the other process cannot open /proc/PID/fd.
 class TemporaryFile {
  public:
   TemporaryFile() : descriptor_(mkstemp(file_.data())) {
@@ -106,10 +107,11 @@ Ended run_vdb(std::vector<std::string> words) {
   return ended;
 }
 
-/// Writes grids to a temporary file.
-void write_copy(const TemporaryFile& copy, const FlatGrids& grids, const std::filesystem::path& name) {
+/// Writes FlatGrids or a DistanceGrid to a temporary file.
+template <class Content>
+void write_copy(const TemporaryFile& copy, const Content& content, const std::filesystem::path& name) {
   try {
-    write_flat(copy.descriptor(), copy.file(), grids);
+    write_flat(copy.descriptor(), copy.file(), content);
   } catch (const WriteFailure&) {
     throw_no_room(name);
   }
@@ -233,10 +235,10 @@ void write_vdb(const std::filesystem::path& file, const FlatGrids& grids, const 
   seal_vdb(file);
 }
 
-FlatMesh surface_of(const FlatGrids& grids) {
+FlatMesh surface_of(const DistanceGrid& distances) {
   const std::string name = "surface of the tissue";
   const TemporaryFile copy, mesh;
-  write_copy(copy, grids, name);
+  write_copy(copy, distances, name);
   const Ended ended = run_vdb({"mesh", copy.file(), mesh.file()});
   if (ended.status == kCannotWrite) throw_no_room(name);
   if (ended.status != 0) throw Error(name, "", ended.message.empty() ? "a process that failed" : ended.message, "");

@@ -10,8 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Reads those of `grids` that the file contains, in a process with limited rights. The result is cached by content.
-/// Throws Error for a wrong seal, a length beyond the file, or a process that fails.
+/// Reads the grids with these names that the file contains, in a process with limited rights. The result is cached
+/// under the hash of the file's content. Throws Error for a wrong seal, a length beyond the file, or a process that
+/// fails.
 FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);
 
 /// Appends a seal: eight letters and the FNV-1a hash of the file, which OpenVDB ignores. It detects accidental damage,
@@ -21,7 +22,7 @@ void seal_vdb(const std::filesystem::path& file);
 /// Writes a volume file with a seal. `name`: the file for messages. Throws Error.
 void write_vdb(const std::filesystem::path& file, const FlatGrids& grids, const std::filesystem::path& name);
 
-/// The zero set of the grid "distance". Throws Error.
-FlatMesh surface_of(const FlatGrids& grids);
+/// Returns the zero set. Throws Error.
+FlatMesh surface_of(const DistanceGrid& distances);
 
 }  // namespace typodont::haptics

@@ -1,7 +1,7 @@
 // typodont-openvdb, the only program that has OpenVDB:
 //   read FROM.vdb TO GRID…   copies grids of a volume file; a damaged file ends only this process
 //   write FROM TO.vdb        writes grids as a volume file
-//   mesh FROM TO             computes the zero set of the grid "distance"
+//   mesh FROM TO             computes the zero set of a grid of distances
 // FROM and TO are in the format of flat_grids.h. Messages go to standard output. `read` has limited memory, time and
 // files, and cannot reach other processes, the network and other files.
 #include <fcntl.h>
@@ -36,6 +36,9 @@ namespace {
 openvdb::Coord coord(const glm::ivec3& v) {
   return {v.x, v.y, v.z};
 }
+glm::ivec3 vec(const openvdb::Coord& c) {
+  return {c.x(), c.y(), c.z()};
+}
 dvec3 vec(const openvdb::Vec3d& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -57,15 +60,12 @@ auto from_vdb(const Grid& grid, const std::string& name) {
     if (voxels > kMaxTileVoxels)
       throw Error(name, "", fmt::format("tissue that is spread over {:.3g} voxels", voxels),
                   fmt::format("at most {:.3g} voxels", kMaxTileVoxels));
-    const openvdb::Coord &lo = box.min(), &hi = box.max();
-    for_each_voxel_between(leaf_key({lo.x(), lo.y(), lo.z()}), leaf_key({hi.x(), hi.y(), hi.z()}),
-                           [&](int x, int y, int z) {
-                             result.block({x, y, z}) = typename BlockGrid<Value>::Block(*tile, tile.isValueOn());
-                           });
+    for_each_voxel_between(leaf_key(vec(box.min())), leaf_key(vec(box.max())), [&](int x, int y, int z) {
+      result.block({x, y, z}) = typename BlockGrid<Value>::Block(*tile, tile.isValueOn());
+    });
   }
   for (auto from = tree.cbeginLeaf(); from; ++from) {
-    const openvdb::Coord& at = from->origin();
-    auto& to = result.block(leaf_key({at.x(), at.y(), at.z()})).touch();
+    auto& to = result.block(leaf_key(vec(from->origin()))).touch();
     std::copy_n(from->buffer().data(), to.values.size(), to.values.begin());
     for (std::size_t i = 0; i < to.on.size(); ++i)
       to.on[i] = from->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(i));
@@ -259,9 +259,8 @@ int write(const std::string& from, const std::string& to) {
 
 int mesh(const std::string& from, const std::string& to) {
   openvdb::initialize();
-  const FlatGrids flat = read_flat_grids(from, from);
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
-  write_flat(out, to, surface_of(*to_vdb(std::get<DistanceGrid>(flat.grids.at("distance")))));
+  write_flat(out, to, surface_of(*to_vdb(read_flat_distances(from, from))));
   return 0;
 }
 

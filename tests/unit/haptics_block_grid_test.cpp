@@ -18,7 +18,7 @@ TEST(BlockGrid, AfterRandomWritesItAgreesWithOpenVdbInEveryValueAndInTheOrderOfL
     return lo + static_cast<int>(random() % static_cast<unsigned>(hi - lo + 1));
   };
   for (int round = 0; round < 20; ++round) {
-    const int far = round % 2 ? 60 : 5000;  // with 5000, several of OpenVDB's largest nodes
+    const int far = round % 2 ? 60 : 5000;  // voxels; up to 5000 lie several of OpenVDB's largest nodes (4096³)
     const auto voxel = [&] { return glm::ivec3(pick(-far, far), pick(-far, far), pick(-far, far)); };
     const auto at = [](const glm::ivec3& v) { return openvdb::Coord(v.x, v.y, v.z); };
     LabelGrid grid(7);
