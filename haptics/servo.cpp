@@ -282,8 +282,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   ServoTick& out = now.out;
   Motion& m = motion;
   coupling.normal = now.normal;
-  coupling.last_depth = out.depth;
-  m.X_WG = {now.p_held, now.contact.orientation.held ? now.contact.orientation.R_WG : now.X_WT.R};
+  m.X_WG = {now.contact.p_WG, now.contact.orientation.held ? now.contact.orientation.R_WG : now.X_WT.R};
   limits.last_force = now.force;
   limits.last_torque = felt_torque;
   limits.last_spindle_force = now.spindle_force;
@@ -299,7 +298,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
            now.teeth_force == dvec3(0) && felt_torque == dvec3(0);
   now.cut.n_C_W = now.normal;
 
-  out.X_WG = m.X_WG;
+  out.X_WG = {now.p_held, m.X_WG.R};
   out.f_T_W = now.force + now.spindle_force;
   out.tau_T_W = now.torque;
   if (now.contact.orientation.held) out.tau_T_W += now.spindle_torque;

@@ -12,6 +12,8 @@ struct TipLaw {
   double hardening = 1500;      // N/m, increase of the yield force with depth
   double grip = 0.6;            // force that pulls the tip out divided by the force that pushes it in, at equal depth
   double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
+  double reach = 0;             // m, from the head's centre to the tip's end
+  double ahead = 0.1e-3;        // m; tissue is softened for the tip if it is so at this depth
 };
 
 struct TipState {
@@ -21,12 +23,16 @@ struct TipState {
 };
 
 /// Returns the force on the tool in N. The contact is plastic, so it only absorbs energy: state.p follows a push above
-/// the yield force or a pull above the holding force. `stiffness`: N/m, coupling; `soft`: the tip can sink deeper.
-inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
+/// the yield force or a pull above the holding force. Where hard tissue stops the tip sideways, the tip comes out: its
+/// penetration becomes 0. `stiffness`: N/m, coupling; `soft_at(p)`: true if the tissue at p (m, frame W) is soft.
+template <class SoftAt>
+dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, const SoftAt& soft_at,
+                TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.penetration, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
-  if (stiffness * -out > resistance && soft && state.penetration < law.depth_limit) {
+  if (stiffness * -out > resistance && state.penetration < law.depth_limit &&
+      soft_at(state.p - (law.reach + law.ahead) * state.n)) {
     // Sinks by x, where `stiffness` (push - x) = resistance + hardening x. push: inward distance from tip to hand.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.penetration);
@@ -44,8 +50,12 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   pull = hand - state.p;
   dvec3 sideways = pull - glm::dot(pull, state.n) * state.n;
   const double length = glm::length(sideways);
-  if (stiffness * length > resistance) {  // the tip ploughs sideways through the tissue
+  if (stiffness * length > resistance) {  // the tip ploughs sideways through soft tissue
     state.p += sideways * (1 - resistance / (stiffness * length));
+    if (!soft_at(state.p - (law.reach + std::max(law.ahead - state.penetration, 0.0)) * state.n)) {
+      state.penetration = 0;
+      return dvec3(0);
+    }
     pull = hand - state.p;
   }
   return -stiffness * pull;

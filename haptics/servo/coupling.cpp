@@ -73,6 +73,7 @@ void Servo::State::feel(ContactTick& now) noexcept {
   } else {
     feel_nothing(now);
   }
+  coupling.last_depth = now.out.depth;
 }
 
 void Servo::State::feel_nothing(ContactTick& now) noexcept {
@@ -275,17 +276,23 @@ void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
 void Servo::State::sink_tip(ContactTick& now) noexcept {
   const Tool& head = tool();
   TipState& tip = coupling.tip;
-  if (!(head.sink_yield > 0 && !head.cuts && !now.contact.gap.lost)) return;
-  const TipLaw law{head.sink_yield};
+  if (!(head.sink_yield > 0 && !head.cuts)) return;
+  if (now.contact.gap.lost) {
+    tip = {};
+    return;
+  }
+  TipLaw law{head.sink_yield};
+  law.reach = head.reach(), law.ahead = settings.frame.voxel;
   const double k = settings.stiffness * coupling.relative_stiffness;
   if (tip.penetration <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
       coupling.normal_force > law.yield) {
     tip = {1e-9, now.contact.p_WG, now.normal};
   }
   if (!(tip.penetration > 0)) return;
-  const dvec3 ahead = tip.p - (head.reach() + settings.frame.voxel) * tip.n;
-  now.force = tip_force(law, now.X_WT.p, k, model->tissue_at(ahead) == Tissue::kCaries, tip);
+  const auto soft_at = [&](const dvec3& p) { return model->tissue_at(p) == Tissue::kCaries; };
+  const dvec3 force = tip_force(law, now.X_WT.p, k, soft_at, tip);
   if (!(tip.penetration > 0)) return;
+  now.force = force;
   now.p_held = tip.p;
   now.out.depth = glm::length(now.p_held - now.X_WT.p);
   now.out.tissue = Tissue::kCaries;

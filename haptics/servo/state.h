@@ -48,7 +48,7 @@ struct ContactTick : TickData {
   dvec3 spindle_force{0};   // N, force on the hand by edges and vibration
   dvec3 teeth_force{0};     // N, part of spindle_force that the edges cause
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
-  dvec3 p_held{0};          // m, position in which the contact holds the tool's origin
+  dvec3 p_held{0};          // m, position in which the contact or softened tissue holds the tool's origin
   double stored = 0;        // J, energy stored in the coupling
   double unlimited = 0;     // N, magnitude of `force` before the limits
   SoftTissue::Output soft;  // part of `force` that soft tissue causes
@@ -134,11 +134,11 @@ struct Servo::State {
     // motor supplied is slowed down; this limit counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, `teeth_fraction` × component of head_force along `pressed`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. For a rotating bur (lands()): limited
-    // force / unlimited force; if this ratio is small for long, it rises to 1 (press_teeth()). Other tools: 1.
+    // 0..1, fraction of the coupling's force that presses the cutting edges: limited force / unlimited force. If this
+    // ratio is small for long, it rises to 1 (press_teeth()).
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
-    // the limits for rotating burs (lands()). Decreases while the hand feels more; at most twice rest_time.
+    // the limits. Decreases while the hand feels more; at most twice rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
@@ -158,8 +158,6 @@ struct Servo::State {
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
     // tissue. This energy may return to the hand during the contact. Without contact: the ledger's deficit.
     double given = 0;
-    /// true: the carver was late, and since then the ledger has had less energy than the coupling stores
-    bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
@@ -282,11 +280,8 @@ struct Servo::State {
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
-  double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if the tool is a rotating bur. Then more limits apply (limits.cpp): its force on tissue rises softly.
-  static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void press_teeth(const ContactTick& now) noexcept;

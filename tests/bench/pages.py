@@ -187,7 +187,7 @@ def performance(rows, origin, docs):
     slowest = max(motions, key=lambda case: motions[case]["slow_ns"], default="motions/–/–")
     stalls = [row for case, row in rows.items() if case.startswith("stability/carver stalls/")]
     wall = get("stability/wall/delay of 0 ticks, jitter of 0 %/1000 Hz")
-    push = next((row for case, row in rows.items() if case.startswith("push/")), missing)
+    push = next((row for case, row in rows.items() if case.startswith("push/") and case.endswith(" hands")), missing)
     whole = get("surface/molar/whole by volumeToMesh")
     frame = get("surface/molar/drilling frame/full resolution")
     ball = get("surface/ball at equal error")

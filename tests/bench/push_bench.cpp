@@ -1,4 +1,5 @@
-// Force steps of hands that push every turning tool into the molar with a constant force (docs/passivity.md).
+// Force steps of hands that push every tool but those for filling into the molar with a constant force
+// (docs/passivity.md).
 #include <atomic>
 #include <future>
 #include <thread>
@@ -8,10 +9,11 @@
 
 namespace typodont::bench {
 
-void add_cases() {
-  const std::uint32_t hands = smoke() ? 4 : 2000;
-  add(fmt::format("{} hands", hands), [=](benchmark::State& state) {
-    const auto tools = test::turning_tools();
+namespace {
+
+void add_hands(const char* what, test::ToolKind kind, std::uint32_t hands) {
+  add(fmt::format("{} {}", hands, what), [=](benchmark::State& state) {
+    const auto tools = test::tools_of(kind);
     const haptics::TissueVolume tissue = test::pushed_tissue();
     std::vector<test::PushResult> results(hands);
     std::atomic<std::uint32_t> next{0};
@@ -38,6 +40,14 @@ void add_cases() {
     state.counters["energy_uJ"] = 1e6 * energy;
     require(beyond == 0, "no hand that starts outside tissue feels a step beyond its own motion");
   });
+}
+
+}  // namespace
+
+void add_cases() {
+  add_hands("hands", test::ToolKind::kTurns, smoke() ? 4 : 2000);
+  add_hands("hands that scrape", test::ToolKind::kScrapes, smoke() ? 4 : 400);
+  add_hands("hands that touch", test::ToolKind::kTouches, smoke() ? 4 : 400);
 }
 
 }  // namespace typodont::bench

@@ -92,7 +92,7 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   const auto go = [&](double z) {
     const dvec3 hand(0, 0, z);
     energy -= glm::dot(held, hand - at);
-    held = state.penetration > 0 ? tip_force(law, hand, 1000, true, state) : dvec3(0);
+    held = state.penetration > 0 ? tip_force(law, hand, 1000, [](const dvec3&) { return true; }, state) : dvec3(0);
     at = hand;
     deepest = std::max(deepest, state.penetration);
     most = std::min(most, held.z);

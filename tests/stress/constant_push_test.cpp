@@ -1,7 +1,7 @@
-// Tests hands that push every shipped rotary tool with a constant force into the molar with caries. From the first
-// touch on, the force on the hand must change in each tick at 1 kHz by less than 0.02 N, or by less than the effect of
-// the hand's own displacement in this tick on the coupling's spring. ./run stress makes the test long; bench_push
-// measures 2,000 hands.
+// Tests hands that push every shipped tool, except those for filling, with a constant force into the molar with caries.
+// From the first touch on, the force on the hand must change in each tick at 1 kHz by less than 0.02 N, or by less than
+// the effect of the hand's own displacement in this tick on the coupling's spring. ./run stress makes the test long;
+// bench_push measures 2,000 hands.
 #include "tests/support/constant_push.h"
 
 #include <fmt/format.h>
@@ -14,13 +14,13 @@
 namespace typodont::test {
 namespace {
 
-TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
-  const auto tools = turning_tools();
+void expect_no_step_beyond_the_hands_motion(ToolKind kind, int hands) {
+  const auto tools = tools_of(kind);
   const haptics::TissueVolume tissue = pushed_tissue();
   // number of hands that never had to be led out of tissue. (Leading out may give energy to the hand, so the test
   // cannot check the energy of the other hands.)
   int audited = 0;
-  for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(campaign(24)); ++seed) {
+  for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(campaign(hands)); ++seed) {
     const PushHand hand = random_push(tools, seed);
     const PushResult felt = simulate_push(hand, tissue);
     if (felt.begins_inside) continue;
@@ -33,6 +33,16 @@ TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
     }
   }
   EXPECT_GT(audited, 5);
+}
+
+TEST(ConstantPush, ARotatingToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
+  expect_no_step_beyond_the_hands_motion(ToolKind::kTurns, 24);
+}
+TEST(ConstantPush, AScrapingToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
+  expect_no_step_beyond_the_hands_motion(ToolKind::kScrapes, 15);
+}
+TEST(ConstantPush, AProbeOrGaugeGivesNoForceStepBeyondThatOfTheHandsMotion) {
+  expect_no_step_beyond_the_hands_motion(ToolKind::kTouches, 15);
 }
 
 /// An implant drill that meets the tooth at 74 mm/s, 2 ms before its pedal is pressed, and bounces (a recorded hand).

@@ -32,8 +32,8 @@ constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
   return parse_scene(
-      Json::parse(fmt::format(R"({{"name": "push", {}, "tool": "{}", "spindle": "{}", "parts": ["haptics"]}})", kTissue,
-                              tool, spindle),
+      Json::parse(fmt::format(R"({{"name": "push", {}, "tool": "{}"{}, "parts": ["haptics"]}})", kTissue, tool,
+                              spindle.empty() ? "" : fmt::format(R"(, "spindle": "{}")", spindle)),
                   "scene"),
       "scene.json");
 }
@@ -44,13 +44,19 @@ void see(PushSteps& steps, const ForceStep& step) {
   if (over > steps.over) steps.over = over, steps.beyond_spring = step;
 }
 
+bool is(ToolKind kind, const haptics::Tool& tool) {
+  if (kind == ToolKind::kTurns) return tool.turns();
+  if (kind == ToolKind::kScrapes) return tool.scrapes > 0;
+  return !tool.cuts && tool.fill == Tissue::kAir;
+}
+
 }  // namespace
 
-std::vector<std::string> turning_tools() {
+std::vector<std::string> tools_of(ToolKind kind) {
   std::vector<std::string> tools;
   for (const auto& entry : std::filesystem::directory_iterator(assets_folder() / "tools")) {
     if (entry.path().extension() != ".json") continue;
-    if (haptics::read_tool(Json::load(entry.path())).turns()) tools.push_back(entry.path().stem().string());
+    if (is(kind, haptics::read_tool(Json::load(entry.path())))) tools.push_back(entry.path().stem().string());
   }
   std::sort(tools.begin(), tools.end());
   return tools;
@@ -61,12 +67,12 @@ PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed) 
   const auto in = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
   PushHand hand;
   hand.tool = tools[std::size_t{seed} * 7 % tools.size()];
-  hand.spindle = seed % 2 ? "air_turbine" : "electric_1_5";
-  hand.push = in(0.2, 0.8);
+  const haptics::Tool tool = push_scene(hand.tool, "").servo.tool;
+  if (tool.turns()) hand.spindle = seed % 2 ? "air_turbine" : "electric_1_5";
+  hand.push = tool.turns() ? in(0.2, 0.8) : in(1, 4);
   const double tilt = in(0, 0.5), about = in(0, 2 * kPi), speed = in(0, 8e-3), way = in(0, 2 * kPi);
-  const double reach = push_scene(hand.tool, hand.spindle).servo.tool.reach();
   const double x = in(5.5_mm, 8.0_mm), y = in(4.7_mm, 6.7_mm);
-  const dvec3 start(x, y, 19.6_mm + reach + in(0.2_mm, 4.0_mm));
+  const dvec3 start(x, y, 19.6_mm + tool.reach() + in(0.2_mm, 4.0_mm));
   for (int i = 0; i <= 250; ++i) {
     haptics::HandPath::Row row;
     row.t = kSeconds * i / 250;

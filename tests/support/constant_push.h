@@ -19,15 +19,17 @@ inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
 struct PushHand {
-  std::string tool, spindle;
+  std::string tool, spindle;  // spindle: empty if the tool does not rotate
   double push = 0;  // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-/// Returns the sorted names of all rotating tools in the assets.
-std::vector<std::string> turning_tools();
+/// kTouches: probes and gauges, which do not change the tissue.
+enum class ToolKind { kTurns, kScrapes, kTouches };
+/// Returns the sorted names of all tools of this kind in the assets.
+std::vector<std::string> tools_of(ToolKind kind);
 /// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2
-/// to 4 mm onto the chewing surface. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, and moves sideways at up
-/// to 8 mm/s. Throws Error.
+/// to 4 mm onto the chewing surface. It pushes with 0.2 to 0.8 N if the tool rotates, else with 1 to 4 N, is tilted by
+/// up to 0.5 rad, and moves sideways at up to 8 mm/s. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.

@@ -70,7 +70,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
 /// contact. A fall is detected if the tissue's push decreases while the hand gains speed against the push.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
-  if (!(step_.limits_step && in.removal.cuts && !in.removal.scrapes)) {
+  if (!(step_.limits_step && in.removal.cuts)) {
     fall_.push_mean = dvec3(0);
     return;
   }
@@ -429,9 +429,9 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
 /// slowed down while it is pressed into tissue.
 double OffsetModel::deficit_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
-  if (!(emptied_ && in.removal.budget < 0 && in.removal.cuts && !in.removal.scrapes &&
-        glm::dot(p.target - p.start, in.last.normal) < 0))
+  if (!(emptied_ && in.removal.budget < 0 && in.removal.cuts && glm::dot(p.target - p.start, in.last.normal) < 0)) {
     return 1;
+  }
   return std::clamp(
       (P::standing_deficit + in.removal.budget / in.removal.power) / (P::standing_deficit - P::free_deficit), 0.0, 1.0);
 }
@@ -661,8 +661,6 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.gap.lost = p.lost;
   out.deep = p.deep;
   out.gap.bridging = p.bridging;
-  out.gap.late = p.late;
-  out.gap.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.contact_push;
