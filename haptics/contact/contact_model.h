@@ -55,6 +55,8 @@ struct SnapshotGap {
   bool lost = false;  // true: the tool has left the servo's snapshot
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
+  bool late = false;       // true: a new snapshot is overdue for longer than a carver normally needs
+  bool rejoining = false;  // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
 };
 
 /// A boundary to harder tissue that stops the tool like a wall.

@@ -8,6 +8,10 @@ namespace typodont::haptics {
 
 using P = LimitParameters;
 
+bool Servo::State::lands(const ContactTick& now) noexcept {
+  return now.in.removal.cuts && !now.contact.spring.whole;
+}
+
 dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
@@ -16,7 +20,7 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 /// hand's motion causes is not delayed in retreat, and by at most lag_limit in approach.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
-  if (now.contact.spring.whole) return std::min(over, P::lag_limit);
+  if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
@@ -34,10 +38,11 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the change of the force when the tool slips off an edge or touches tissue again. Does not limit the
-  // vibration, which should be felt.
-  const bool felt = l.last_force != dvec3(0);
-  if (now.contact.spring.whole ? now.in.removal.cuts && coupling.normal_force > 0 && felt : now.touching() || felt) {
+  // Limits the change of the force when a cutting tool touches tissue again after it slipped off an edge or through soft
+  // tissue. Does not limit the vibration, which should be felt.
+  const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
+  const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
+  if (now.in.removal.cuts && (goes_on || begins_or_ends)) {
     const dvec3 change = force_change(now);
     const double size = glm::length(change);
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
@@ -79,6 +84,19 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
+/// Returns the allowed fraction of the force. After the carver was late, this is less than 1 until the ledger has as
+/// much energy as the coupling stores.
+double Servo::State::paid_fraction(const ContactTick& now) noexcept {
+  Limits& l = limits;
+  l.unpaid |= now.contact.gap.late;
+  if (!l.unpaid) return 1;
+  const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
+  const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
+  if (strength > most) return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
+  if (!now.contact.gap.rejoining) l.unpaid = false;
+  return 1;
+}
+
 /// Returns a factor (0..1) for the force, such that the energy E in the ledger suffices for the hand's whole retreat.
 /// Allowed force: √(2 k E - k² a²) for E > k a², otherwise E / a; k: stiffness; a: largest retreat of the hand that is
 /// expected per tick. `at_stake`: J, energy of the full force in the next tick.
@@ -117,8 +135,7 @@ void Servo::State::press_teeth(const ContactTick& now) noexcept {
     rest = 0;
     return;
   }
-  const bool limited = !now.contact.spring.whole && now.unlimited > 0;
-  const double left = limited ? std::min(1.0, glm::length(now.force) / now.unlimited) : 1;
+  const double left = lands(now) && now.unlimited > 0 ? std::min(1.0, glm::length(now.force) / now.unlimited) : 1;
   rest = std::clamp(rest + (left < P::little_felt ? now.dt : -now.dt), 0.0, 2 * P::rest_time);
   coupling.teeth_fraction = std::max(left, std::clamp(rest / P::rest_time - 1, 0.0, 1.0));
 }
@@ -140,10 +157,14 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   if (settings.passivity) {
     const double at_stake =
         energy_at_stake(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick, l.passivity);
-    double passive = 1;
+    const bool landing = lands(now);
+    double passive = landing ? 1 : paid_fraction(now);
     if (at_stake > 0) {
-      passive = std::min(landing_fraction(now, at_stake),
-                         std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
+      // Also where the contact model computes the force: otherwise its force would step when energy is lacking.
+      if (landing || (now.in.removal.cuts && now.contact.spring.whole)) {
+        passive = std::min(passive, landing_fraction(now, at_stake));
+      }
+      passive = std::min(passive, std::clamp((sums.energy + l.given + l.law.credit) / at_stake, 0.0, 1.0));
     }
     if (passive != 1) {
       now.force *= passive;

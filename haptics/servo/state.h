@@ -134,11 +134,11 @@ struct Servo::State {
     // motor supplied is slowed down; this limit counts as a contact.
     dvec3 pressed{0};
     double pressing = 0;  // N, `teeth_fraction` × component of head_force along `pressed`
-    // 0..1, fraction of the coupling's force that presses the cutting edges: limited force / unlimited force. If this
-    // ratio is small for long, it rises to 1 (press_teeth()).
+    // 0..1, fraction of the coupling's force that presses the cutting edges. For a cutting tool (lands()): limited
+    // force / unlimited force; if this ratio is small for long, it rises to 1 (press_teeth()). Other tools: 1.
     double teeth_fraction = 1;
     // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
-    // the limits. Decreases while the hand feels more; at most twice rest_time.
+    // the limits for cutting tools (lands()). Decreases while the hand feels more; at most twice rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
@@ -158,6 +158,8 @@ struct Servo::State {
     // J, energy that the coupling received without work of the hand, by a jump or while the proxy was moved out of
     // tissue. This energy may return to the hand during the contact. Without contact: the ledger's deficit.
     double given = 0;
+    /// true: the carver was late, and since then the ledger has had less energy than the coupling stores
+    bool unpaid = false;
     double ramp = 0;  // 0..1, factor on the force that rises at the start of a session and falls at its end
     bool ending = false;
     dvec3 last_force{0};           // N, tissue's force in the last tick
@@ -280,8 +282,11 @@ struct Servo::State {
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
+  double paid_fraction(const ContactTick& now) noexcept;
   /// Change of the tissue's force and of the cutting edges' force in this tick, N.
   dvec3 force_change(const ContactTick& now) const noexcept;
+  /// Returns true if the tool cuts or scrapes. Then more limits apply (limits.cpp): its force on tissue rises softly.
+  static bool lands(const ContactTick& now) noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;
   void press_teeth(const ContactTick& now) noexcept;

@@ -661,6 +661,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.gap.lost = p.lost;
   out.deep = p.deep;
   out.gap.bridging = p.bridging;
+  out.gap.late = p.late;
+  out.gap.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.contact_push;
