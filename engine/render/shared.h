@@ -1,10 +1,12 @@
-// Data that C++ fills and shaders read, declared once. Contains only vec4, ivec4 and mat4, whose memory layout is equal
-// in both languages. Needs GL_GOOGLE_include_directive.
+// Data that C++ fills and shaders read, declared once. Structs contain only vec4, ivec4 and mat4, whose memory layout
+// is equal in both languages. Needs GL_GOOGLE_include_directive.
 #ifdef __cplusplus
 #pragma once
 #include <glm/glm.hpp>
 namespace typodont::render::shared {
+using glm::ivec4;
 using glm::mat4;
+using glm::uint;
 using glm::vec3;
 using glm::vec4;
 #endif
@@ -33,6 +35,44 @@ const float kPulpHarm = 5.5f, kBoneHarm = 10.0f;                // K above kBody
 const vec3 kColdestColor = vec3(0.00, 0.07, 0.38), kColdColor = vec3(0.19, 0.51, 0.68),
            kBodyColor = vec3(0.93, 0.90, 0.88), kWarmColor = vec3(0.81, 0.54, 0.37),
            kHottestColor = vec3(0.35, 0.00, 0.03);  // sRGB
+
+// Rays and random walks of the light inside tissue (tissue_rays.h).
+const int kSurfaceRays = 24;      // number of rays from each cell at a surface, which find the light of other surfaces
+const int kLampRays = 6;          // number of rays from each cell to the lamp
+const int kBlock = 8;             // cells along a block's edge; rays cross empty space in steps of whole blocks
+const float kSearched = 0.3e-3f;  // m, distance up to which the surface at the end of a ray or walk is searched
+const float kMinStep = 45e-6f;    // m, smallest step of rays and random walks
+const float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light of the LightGrid is used
+const int kMaxSteps = 200;        // largest number of steps of a random walk; a walk rarely needs 30
+// Number of directions and lengths from which a walk's steps are chosen, by the high bits of random numbers.
+const int kStepTable = 2048, kStepShift = 21;
+const float kMostWeight = 3.0f;  // largest weight of a walk
+// Used for random numbers instead of the number of a walk or of its step.
+const uint kRandomOfRays = 0xfffffffeu, kRandomOfWalks = 0xffffffffu;
+// Used instead of the index of an element. kNone: there is no element; kFree: the ray leaves the box.
+const int kNone = -1, kFree = -2;
+
+// Push constants of a pass over elements (the pieces of surface that belong to cells).
+struct LightPass {
+  vec4 origin;       // position of cell (0, 0, 0), m, frame W; w: edge of a cell, m
+  ivec4 size;        // number of cells per axis; w: number of walks from each element
+  ivec4 blocks;      // number of blocks per axis; w: number of elements of the pass
+  vec4 far_origin;   // LightGrid: cell (0, 0, 0) in its samples; w: samples per cell
+  ivec4 far_size;    // LightGrid: number of samples per axis
+  vec4 lamp;         // irradiance / π of a white surface that faces the lamp; w: limit of the stored distances, m
+  vec4 toward_lamp;  // unit vector; w: half the angle that the lamp subtends, rad
+};
+// Light that arrives at an element, divided by π: from the lamp; from the lamp and from outside the box.
+struct LightArrival {
+  vec4 lamp, outer;
+};
+// An element for the passes.
+struct LightElement {
+  vec4 p, n;    // m, frame W: point of the surface, and its normal
+  vec4 albedo;  // probability that light survives one scattering, for each colour
+  vec4 path;    // m, mean free paths; 0: opaque
+  ivec4 cell;   // x: index of its cell
+};
 
 // Uniform data of a frame: set 0, binding 0.
 struct FrameData {

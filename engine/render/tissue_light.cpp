@@ -12,60 +12,41 @@
 
 #include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
-#include "engine/base/split_mix.h"
+#include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
+#include "engine/render/light_passes.h"
 #include "engine/render/sphere_directions.h"
 
 namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 24;     // number of rays from each cell at a surface, which find the light of other surfaces
-constexpr int kLampRays = 6;  // number of rays from each cell to the lamp
-constexpr int kBounces = 6;   // number of diffuse reflections between surfaces inside the box
+constexpr int kBounces = 6;  // number of diffuse reflections between surfaces inside the box
 // Cells nearer to a surface than this (m) store their distance to it. Every path through a surface must meet such a
 // cell, so the limit is at least kMinBand cell edges.
 constexpr float kBand = 0.525e-3f, kMinBand = 1.75f;
 // Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
-// Rays cross empty space in steps of whole blocks. kBlock: cells along a block's edge; kMaxClear: largest number of
-// blocks in one step.
-constexpr int kBlock = 8;
-constexpr std::uint8_t kMaxClear = 8;
-// Distance up to which the surface at the end of a ray or walk is searched, m.
-constexpr float kSearched = 0.3e-3f;
-constexpr float kMinStep = 45e-6f;    // m, smallest step of rays and random walks
-constexpr float kLongestRay = 8e-3f;  // m, longest ray; farther away, the light of the LightGrid is used
+constexpr std::uint8_t kMaxClear = 8;  // largest number of blocks in one step of a ray
 constexpr float kSame = 0.15f;  // in cell edges; a cell keeps its light if its distance to the surface changes by less
 constexpr float kTravels = 1.2e-3f;  // m; light is computed again up to this distance from a changed surface
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light
 constexpr int kGathered = 4;         // cost of a cell's random walks divided by the cost of gathering light in a cell
-// Used instead of the index of an element. kNone: there is no element; kFree: the ray leaves the box.
-constexpr std::int32_t kNone = -1, kFree = -2;
-constexpr int kMaxSteps = 200;  // largest number of steps of a random walk; a walk rarely needs 30
-
 constexpr cache::Shelf kLights{"tissue_light", ".light", 64u << 20};
 
-/// Unit directions that are distributed evenly over the sphere, and free paths in units of the mean free path. A random
-/// walk chooses the direction and the length of each step from these tables at random.
-struct StepTables {
-  static constexpr std::size_t kCount = 2048;
-  std::array<glm::vec3, kCount> directions = sphere_directions<kCount>();
-  std::array<float, kCount> lengths;
-  StepTables() {
-    for (std::size_t i = 0; i < kCount; ++i)
-      lengths[i] = static_cast<float>(-std::log1p(-(static_cast<double>(i) + 0.5) / kCount));
-  }
-};
-const StepTables& step_tables() {
-  static const StepTables tables;
-  return tables;
-}
-
-/// Returns a number from 0 to 1, without 1.
-float fraction_of(std::uint64_t bits) {
-  return static_cast<float>(bits >> 40) * 0x1p-24f;
+/// Unit directions that are distributed evenly over the sphere; w: free paths in units of the mean free path. A random
+/// walk chooses the direction and the length of each step from this table at random.
+const std::array<glm::vec4, shared::kStepTable>& step_table() {
+  static const auto table = [] {
+    std::array<glm::vec4, shared::kStepTable> steps;
+    const auto directions = sphere_directions<shared::kStepTable>();
+    for (std::size_t i = 0; i < steps.size(); ++i)
+      steps[i] = glm::vec4(directions[i],
+                           -std::log1p(-(static_cast<double>(i) + 0.5) / static_cast<double>(shared::kStepTable)));
+    return steps;
+  }();
+  return table;
 }
 
 /// Returns the point of a triangle that is nearest to p, as weights of its corners (Ericson 2005, Real-Time Collision
@@ -90,35 +71,54 @@ glm::vec3 nearest_in(const std::array<glm::vec3, 3>& c, const glm::vec3& p) {
   return all > 0 ? glm::vec3(va, vb, vc) / all : glm::vec3(1, 0, 0);
 }
 
-/// Returns two unit vectors that are perpendicular to n and to each other.
-std::array<glm::vec3, 2> beside(const glm::vec3& n) {
-  const glm::vec3 a = glm::normalize(glm::cross(std::abs(n.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0), n));
-  return {a, glm::cross(n, a)};
-}
-
-/// Returns a direction around n with a density that is proportional to its cosine. u, v: 0..1
-glm::vec3 cosine_direction(const glm::vec3& n, float u, float v) {
-  const auto [a, b] = beside(n);
-  const float r = std::sqrt(u), turn = static_cast<float>(2 * kPi) * v;
-  return r * std::cos(turn) * a + r * std::sin(turn) * b + std::sqrt(std::max(1 - u, 0.0f)) * n;
-}
-
-/// Returns point i of a sequence that fills the unit square evenly (Roberts 2018, R2), moved by (u, v).
-glm::vec2 spread(int i, float u, float v) {
-  const glm::vec2 p(u + 0.7548776662f * static_cast<float>(i), v + 0.5698402910f * static_cast<float>(i));
-  return p - glm::floor(p);
-}
-
 /// The piece of surface that belongs to a cell.
 struct Element {
   std::size_t cell = 0;
   glm::vec3 p{0}, n{0, 0, 1};  // m, frame W: point of the surface that is nearest to the cell, and its normal
   glm::vec3 color{0};          // diffuse reflectance of the tissue
+  glm::vec3 albedo{0};         // probability that light survives one scattering
   glm::vec3 path{0};           // m, mean free path for red, green and blue light; 0: opaque
   float film = 0;              // fraction of diffuse light that the surface mirrors
   // Irradiance divided by π: direct light of the lamp, and all light.
   glm::vec3 lamp{0}, arrives{0};
   glm::vec4 leaves{0};  // value of the cell in the grid (TissueLightGrid::values)
+};
+
+using glm::ceil, glm::clamp, glm::cross, glm::dot, glm::exp, glm::floor, glm::greaterThanEqual, glm::ivec2, glm::ivec3,
+    glm::log, glm::max, glm::min, glm::normalize, glm::pow, glm::uint, glm::uvec3, glm::vec2, glm::vec3, glm::vec4,
+    std::abs, std::cos, std::sin, std::sqrt;
+using shared::kFree, shared::kLampRays, shared::kLongestRay, shared::kMaxSteps, shared::kMinStep, shared::kMostWeight,
+    shared::kNone, shared::kRandomOfRays, shared::kRandomOfWalks, shared::kSearched, shared::kStepShift,
+    shared::kSurfaceRays;
+constexpr int kBlock = shared::kBlock;
+
+/// The rays and walks on the CPU, and the memory that they read and write.
+struct TissueRays {
+  shared::LightPass pass;
+  const float* distances;
+  const std::int32_t* element_of;
+  const std::uint8_t* in_hard;
+  const std::uint8_t* clear;
+  const Element* elements;
+  const vec4* steps;
+  const LightGrid* far;
+  shared::LightArrival* arrivals;
+  std::int32_t* met;
+
+  int element_in(int cell) const { return element_of[cell]; }
+  bool hard(int cell) const { return in_hard[cell]; }
+  int clear_of(int block) const { return clear[block]; }
+  dvec3 place(const vec3& q) const { return dvec3(vec3(pass.origin) + pass.origin.w * q); }
+  float far_lamp(const vec3& q, const vec3& n) const { return light_at(*far, place(q), n).w; }
+  vec3 far_light(const vec3& q, const vec3& r) const { return mirrored_at(*far, place(q), r, r); }
+
+#define INOUT(type) type&
+#include "engine/render/tissue_rays.h"
+#undef INOUT
+  /// Inverse of packed_weight().
+  static vec3 weight_of(int packed) {
+    return vec3(uvec3(uint(packed), uint(packed) >> 10u, uint(packed) >> 20u) & 1023u) * (kMostWeight / 1023.0f);
+  }
 };
 
 }  // namespace
@@ -138,6 +138,12 @@ struct TissueLight::Impl {
   std::stop_token stop;
   LightSources sources;
   LightGrid far;
+  std::unique_ptr<LightPasses> passes;  // null: the CPU follows rays and walks
+  // What the passes do not know yet: the lights from outside; cells. `room`: number of elements for which they have
+  // memory.
+  bool far_changed = false;
+  CellBox changed_cells;
+  std::size_t room = 0;
 
   // Distance of each cell to a surface, m, negative inside a body, limited to `band`. `fixed`: static bodies; `tooth`:
   // working tooth; `lit_tooth`: working tooth when its cells last got light; `distance`: all bodies at that time.
@@ -319,6 +325,7 @@ struct TissueLight::Impl {
     e.p = w.x * t.corners[0] + w.y * t.corners[1] + w.z * t.corners[2];
     e.n = glm::normalize(w.x * t.normals[0] + w.y * t.normals[1] + w.z * t.normals[2]);
     e.color = t.color, e.path = t.free_path, e.film = t.film;
+    for (int c = 0; c < 3; ++c) e.albedo[c] = scattering_albedo(e.color[c]);
     return e;
   }
   void set_element(std::size_t at, const Element& e) {
@@ -404,6 +411,7 @@ struct TissueLight::Impl {
     }
     CellBox changed;
     for (const CellBox& box : std::exchange(moved, {})) changed.take(follow_tooth(box));
+    changed_cells.take(changed);
     if (lit && !changed.empty()) find_clear_blocks(changed);
   }
   /// Computes the distances to the working tooth in one box of cells. Returns the box of the cells that changed.
@@ -436,29 +444,6 @@ struct TissueLight::Impl {
     return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
   }
 
-  /// Returns the cell that contains the point q (in cells), limited to 0 … `last`. After limiting, q is not negative,
-  /// so the conversion rounds down; this is faster than std::floor.
-  static glm::ivec3 cell_below(const glm::vec3& q, const glm::ivec3& last) {
-    return glm::ivec3(glm::min(glm::max(glm::vec3(0), q), glm::vec3(last)));
-  }
-  /// Returns the cell with the centre nearest to q (cells).
-  glm::ivec3 cell_nearest(const glm::vec3& q) const {
-    const glm::vec3 inside = glm::min(glm::max(glm::vec3(0), q), glm::vec3(grid.size - 1));
-    const glm::ivec3 below(inside);
-    return below + glm::ivec3(glm::greaterThanEqual(inside - glm::vec3(below), glm::vec3(0.5f)));
-  }
-  /// Returns the distance (m) to the nearest surface at a point in cells, interpolated between the cells.
-  float distance_at(const glm::vec3& q) const {
-    const glm::ivec3 low = cell_below(q, grid.size - 2);
-    const glm::vec3 f = glm::clamp(q - glm::vec3(low), 0.0f, 1.0f);
-    const float* const at = distance.data() + index(low);
-    const std::size_t dx = static_cast<std::size_t>(grid.size.y) * static_cast<std::size_t>(grid.size.z),
-                      dy = static_cast<std::size_t>(grid.size.z);
-    const auto along_z = [&](std::size_t i) { return at[i] + f.z * (at[i + 1] - at[i]); };
-    const float a = along_z(0), b = along_z(dy), c = along_z(dx), d = along_z(dx + dy);
-    const float ab = a + f.y * (b - a), cd = c + f.y * (d - c);
-    return ab + f.x * (cd - ab);
-  }
   std::size_t block(const glm::ivec3& b) const {
     return static_cast<std::size_t>((b.x * blocks.y + b.y) * blocks.z + b.z);
   }
@@ -486,206 +471,27 @@ struct TissueLight::Impl {
       }
     }
   }
-  bool in_box(const glm::vec3& q) const {
-    return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= static_cast<float>(grid.size.x - 1) &&
-           q.y <= static_cast<float>(grid.size.y - 1) && q.z <= static_cast<float>(grid.size.z - 1);
-  }
-  /// Returns the element at a point of the surface (in cells), or kNone if no surface is within the larger of
-  /// kSearched and a cell edge.
-  std::int32_t element_at(const glm::vec3& q) const {
-    const glm::vec3 p = origin + spacing * q;
-    const float reach = std::max(kSearched, spacing);
-    const auto squared_distance = [&](std::int32_t other) {
-      const glm::vec3 apart = elements[static_cast<std::size_t>(other)].p - p;
-      return glm::dot(apart, apart);
-    };
-    const auto is_near = [&](std::int32_t other) { return other >= 0 && squared_distance(other) < reach * reach; };
-    const std::int32_t found = element_of[index(cell_nearest(q))];
-    if (is_near(found)) return found;
-    const glm::ivec3 low = cell_below(q, grid.size - 2);
-    for (int k = 0; k < 8; ++k) {
-      const std::int32_t other = element_of[index(low + glm::ivec3(k & 1, (k >> 1) & 1, k >> 2))];
-      if (is_near(other)) return other;
-    }
-    // The sign of some cells is wrong, for example beside a folded triangle. A ray or walk that ends there ends at the
-    // nearest surface instead, so that its light is not lost.
-    std::int32_t best = kNone;
-    const int most = static_cast<int>(std::ceil(kSearched / spacing));
-    for (int around = 1; best == kNone && around <= most; ++around) {
-      float least = reach * reach;
-      each_cell(grown({low, low + 1}, around), [&](const glm::ivec3& i) {
-        const std::int32_t other = element_of[index(i)];
-        if (other < 0) return;
-        if (const float d = squared_distance(other); d < least) least = d, best = other;
-      });
-    }
-    return best;
-  }
-  /// Returns the distance (m) from a point of the box (in cells) along a direction to the border of the box.
-  float way_to_border(const glm::vec3& q, const glm::vec3& direction) const {
-    float ray_length = std::numeric_limits<float>::infinity();
-    for (int axis = 0; axis < 3; ++axis) {
-      if (direction[axis] == 0) continue;
-      const float border = direction[axis] > 0 ? static_cast<float>(grid.size[axis] - 1) : 0;
-      ray_length = std::min(ray_length, (border - q[axis]) / direction[axis]);
-    }
-    return std::max(ray_length, 0.0f) * spacing;
-  }
-  /// Follows a ray outside the bodies. `q`: start in cells; on return, the end. Returns the element that the ray meets,
-  /// or kFree if it meets none within `longest` (m) or leaves the box.
-  std::int32_t follow_outside(glm::vec3& q, const glm::vec3& direction, float longest) const {
-    const float all = std::min(longest, way_to_border(q, direction));
-    const glm::vec3 start = q, along = direction / spacing;
-    for (float ray_length = 0; ray_length < all;) {
-      const float d = distance_at(q);
-      if (d <= 0) return element_at(q);
-      float step = std::max(d, kMinStep);
-      if (d >= band) {
-        const int far_blocks = clear[block(glm::ivec3(q) / kBlock)];
-        step = std::max(step, static_cast<float>(kBlock * (far_blocks - 1)) * spacing);
-      }
-      ray_length += step;
-      q = start + std::min(ray_length, all) * along;
-    }
-    return kFree;
-  }
-
-  /// End of a random walk: the element where it leaves the tissue, and its weight for each colour. Weights have ten
-  /// bits each, because a large grid has tens of millions of walks.
-  struct Exit {
-    static constexpr float kMost = 3, kSteps = 1023;  // largest weight, and the number of steps up to it
-    std::int32_t element = kNone;
-    std::uint32_t packed = 0;
-    void set(const glm::vec3& weight) {
-      const glm::uvec3 steps(glm::min(weight, kMost) * (kSteps / kMost) + 0.5f);
-      packed = steps.x | steps.y << 10 | steps.z << 20;
-    }
-    glm::vec3 weight() const {
-      return glm::vec3(glm::uvec3(packed, packed >> 10, packed >> 20) & 1023u) * (kMost / kSteps);
-    }
-  };
-  /// Follows one random walk from an element until it leaves the tissue. `first`, `length`: direction and length (mean
-  /// free paths) of the first step. One colour determines the steps; weights correct the others (Veach & Guibas 1995).
-  Exit walk(const Element& e, const glm::vec3& albedo, int leading, const glm::vec3& first, float length,
-            SplitMix64& random) const {
-    const StepTables& tables = step_tables();
-    const float survives = std::max({albedo.x, albedo.y, albedo.z});
-    glm::vec3 q = (e.p - e.n * (0.01f * spacing) - origin) / spacing, direction = first;
-    float d = distance_at(q), total = 0;  // m; d: distance to the surface; total: length of the walk so far
-    bool astray = false;  // true in a region that counts as outside, but has no surface nearby: its sign is wrong
-    for (int scattered = 0; scattered < kMaxSteps; ++scattered) {
-      const float left = length * e.path[leading];
-      // The first step leaves the surface, where the interpolated distance may not be negative yet. A walk that is
-      // outside after a step has left the tissue before it could be scattered.
-      std::int32_t met = kNone;
-      float done = 0;
-      for (;;) {
-        if (d < 0) {
-          astray = false;
-        } else if (!astray && (scattered > 0 || done > 0.25f * spacing)) {
-          met = element_at(q);
-          if (met != kNone) break;
-          astray = true;
-        }
-        if (done >= left) break;
-        const float step = std::min(std::max(-d, kMinStep), left - done);
-        q += direction * (step / spacing);
-        done += step;
-        if (!in_box(q)) return {};
-        d = distance_at(q);
-      }
-      total += done;
-      if (met != kNone) {
-        if (in_hard[elements[static_cast<std::size_t>(met)].cell] != in_hard[e.cell]) return {};
-        Exit exit{met};
-        // Probability density of this walk for each colour, relative to the largest one. Computed from logarithms,
-        // because densities of long walks may exceed the range of float.
-        glm::vec3 density;
-        for (int c = 0; c < 3; ++c)
-          density[c] = static_cast<float>(scattered) * std::log(e.path[leading] / e.path[c]) +
-                       (1 / e.path[leading] - 1 / e.path[c]) * total;
-        density = glm::exp(density - std::max({density.x, density.y, density.z}));
-        const float mean = (density.x + density.y + density.z) / 3;
-        exit.set(glm::pow(albedo / survives, glm::vec3(static_cast<float>(scattered))) * density / mean);
-        return exit;
-      }
-      // Light from a tooth into the gum counts as lost, because the gum absorbs most of it. Light from the gum into a
-      // tooth counts only if it returns to the gum.
-      if (in_hard[e.cell]) {
-        const std::size_t cell = index(cell_nearest(q));
-        if (!in_hard[cell] && distance[cell] < 0) return {};
-      }
-      const std::uint64_t bits = random.next();
-      if (fraction_of(bits) >= survives) return {};
-      direction = tables.directions[bits % StepTables::kCount];
-      length = tables.lengths[(bits >> 12) % StepTables::kCount];
-    }
-    return {};
-  }
-
-  /// Computes the light that arrives at an element from the lamp and from outside the box. `met`: receives the kRays
-  /// elements that the rays to other surfaces meet, or kFree or kNone.
-  glm::vec3 gather(Element& e, std::int32_t* met) const {
-    SplitMix64 random{e.cell};
-    const float u = fraction_of(random.next()), v = fraction_of(random.next());
-    const glm::vec3 start = (e.p + e.n * (0.35f * spacing) - origin) / spacing;
-    const float facing = glm::dot(e.n, sources.toward_lamp);
-    e.lamp = glm::vec3(0);
-    if (facing > 0) {
-      const auto [a, b] = beside(sources.toward_lamp);
-      float seen = 0;
-      for (int k = 0; k < kLampRays; ++k) {
-        const glm::vec2 s = spread(k, u, v);
-        const float r = sources.lamp_half_angle * std::sqrt(s.x), turn = static_cast<float>(2 * kPi) * s.y;
-        const glm::vec3 d = glm::normalize(sources.toward_lamp + r * (std::cos(turn) * a + std::sin(turn) * b));
-        glm::vec3 q = start;
-        if (follow_outside(q, d, 1.0f) == kFree) seen += light_at(far, dvec3(origin + spacing * q), d).w;
-      }
-      e.lamp = sources.lamp * (facing * seen / kLampRays);
-    }
-    glm::vec3 distant(0);
-    for (int k = 0; k < kRays; ++k) {
-      const glm::vec2 s = spread(k, u, v);
-      const glm::vec3 d = cosine_direction(e.n, s.x, s.y);
-      glm::vec3 q = start;
-      met[k] = follow_outside(q, d, kLongestRay);
-      if (met[k] == kFree) distant += mirrored_at(far, dvec3(origin + spacing * q), d, d);
-    }
-    return e.lamp + distant / float{kRays};
-  }
   /// Returns the light that other elements send to an element.
   glm::vec3 from_others(const std::int32_t* met) const {
     glm::vec3 sum(0);
-    for (int k = 0; k < kRays; ++k) {
+    for (int k = 0; k < kSurfaceRays; ++k) {
       if (met[k] < 0) continue;
       const Element& other = elements[static_cast<std::size_t>(met[k])];
       sum += mirrored_by_film(other.film, other.lamp, other.arrives - other.lamp) +
              (1 - other.film) * other.color * glm::vec3(other.leaves);
     }
-    return sum / float{kRays};
-  }
-  void walk_all(const Element& e, Exit* exits) const {
-    SplitMix64 random{~e.cell};
-    glm::vec3 albedo;
-    for (int c = 0; c < 3; ++c) albedo[c] = scattering_albedo(e.color[c]);
-    const float u = fraction_of(random.next()), v = fraction_of(random.next());
-    for (int k = 0; k < walks; ++k) {
-      const glm::vec2 s = spread(k, u, v);
-      const float length =
-          -std::log1p(-(static_cast<float>(k) + fraction_of(random.next())) / (static_cast<float>(walks) + 1e-4f));
-      exits[k] = walk(e, albedo, k % 3, cosine_direction(-e.n, s.x, s.y), length, random);
-    }
+    return sum / static_cast<float>(kSurfaceRays);
   }
   /// Returns the light that leaves an element (Element::leaves).
-  glm::vec4 leaving(const Element& e, const Exit* exits) const {
+  glm::vec4 leaving(const Element& e, const ivec2* exits) const {
     glm::vec3 sum(0), lamp(0);
     if (e.path == glm::vec3(0)) {
       sum = e.arrives, lamp = e.lamp;
     } else {
       for (int k = 0; k < walks; ++k) {
-        if (exits[k].element < 0) continue;
-        const Element& at = elements[static_cast<std::size_t>(exits[k].element)];
-        const glm::vec3 weight = exits[k].weight();
+        if (exits[k].x < 0) continue;
+        const Element& at = elements[static_cast<std::size_t>(exits[k].x)];
+        const vec3 weight = TissueRays::weight_of(exits[k].y);
         sum += weight * at.arrives, lamp += weight * at.lamp;
       }
       const glm::vec3 whole = static_cast<float>(walks) * glm::max(e.color, glm::vec3(1e-3f));
@@ -697,9 +503,12 @@ struct TissueLight::Impl {
   }
 
   void light(const LightSources& new_sources, const LightGrid& new_far) {
-    sources = new_sources, far = new_far;
+    sources = new_sources, far = new_far, far_changed = true;
     follow_tooth();
-    if (!lit) find_clear_blocks(all());
+    if (!lit) {
+      find_clear_blocks(all());
+      changed_cells = all();
+    }
     lit = true;
     std::fill(waits.begin(), waits.end(), std::uint8_t{0});
     fresh.clear(), gathering.clear(), walking.clear();
@@ -711,26 +520,116 @@ struct TissueLight::Impl {
           });
         },
         [&] { compute(); });
+    TracedLight nothing;
+    trace({}, {}, nothing,
+          true);  // if the light was stored: uploads the grid now, not in the frame after the first cut
     std::vector<std::size_t> every(element_of.size());
     std::iota(every.begin(), every.end(), std::size_t{0});
     fill(every);
   }
   void compute() {
     const std::size_t count = elements.size();
-    std::vector<std::int32_t> met(count * kRays);
     const auto of_each = static_cast<std::size_t>(walks);
-    std::vector<Exit> exits(count * of_each);
-    std::vector<glm::vec3> outer(count), next(count);
-    share(count, [&](std::size_t i) {
-      outer[i] = elements[i].arrives = gather(elements[i], &met[i * kRays]);
-      if (elements[i].path != glm::vec3(0)) walk_all(elements[i], &exits[i * of_each]);
-    });
+    std::vector<std::int32_t> every(count);
+    std::iota(every.begin(), every.end(), 0);
+    TracedLight found;
+    trace(every, every, found, true);
+    std::vector<glm::vec3> next(count);
+    for (std::size_t i = 0; i < count; ++i) take(elements[i], found.arrivals[i]);
     for (int bounce = 0; bounce <= kBounces; ++bounce) {
-      share(count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &exits[i * of_each]); });
+      share(count, [&](std::size_t i) { elements[i].leaves = leaving(elements[i], &found.exits[i * of_each]); });
       if (bounce == kBounces) break;
-      share(count, [&](std::size_t i) { next[i] = outer[i] + from_others(&met[i * kRays]); });
+      share(count, [&](std::size_t i) {
+        next[i] = vec3(found.arrivals[i].outer) + from_others(&found.met[i * kSurfaceRays]);
+      });
       for (std::size_t i = 0; i < count; ++i) elements[i].arrives = next[i];
     }
+  }
+  static void take(Element& e, const shared::LightArrival& arrival) {
+    e.lamp = vec3(arrival.lamp), e.arrives = vec3(arrival.outer);
+  }
+
+  /// Casts the rays of the elements `gathered` and follows the walks of the elements `walked`, on the graphics card if
+  /// there are passes. `threads`: without passes, uses several threads instead of only the caller's.
+  void trace(std::span<const std::int32_t> gathered, std::span<const std::int32_t> walked, TracedLight& found,
+             bool threads) {
+    const shared::LightPass pass{
+        glm::vec4(origin, spacing),
+        glm::ivec4(grid.size, walks),
+        glm::ivec4(blocks, 0),
+        glm::vec4(glm::dvec4((grid.origin - far.origin) / far.spacing, grid.spacing / far.spacing)),
+        glm::ivec4(far.size, 0),
+        glm::vec4(sources.lamp, band),
+        glm::vec4(sources.toward_lamp, sources.lamp_half_angle)};
+    if (trace_on_card(pass, gathered, walked, found)) return;
+    const auto of_each = static_cast<std::size_t>(walks);
+    found.arrivals.resize(gathered.size());
+    found.met.resize(gathered.size() * kSurfaceRays);
+    found.exits.resize(walked.size() * of_each);
+    TissueRays rays{pass,
+                    distance.data(),
+                    element_of.data(),
+                    in_hard.data(),
+                    clear.data(),
+                    elements.data(),
+                    step_table().data(),
+                    &far,
+                    found.arrivals.data(),
+                    found.met.data()};
+    const auto loop = [&](std::size_t count, const auto& each) {
+      if (threads)
+        share(count, each);
+      else
+        for (std::size_t i = 0; i < count; ++i) each(i);
+    };
+    loop(gathered.size(), [&](std::size_t i) { rays.gather(gathered[i], static_cast<int>(i)); });
+    loop(walked.size(), [&](std::size_t i) {
+      for (int k = 0; k < walks; ++k) found.exits[i * of_each + static_cast<std::size_t>(k)] = rays.walk(walked[i], k);
+    });
+  }
+  /// Returns false if there are no passes or they fail; then there are none any more.
+  bool trace_on_card(const shared::LightPass& pass, std::span<const std::int32_t> gathered,
+                     std::span<const std::int32_t> walked, TracedLight& found) {
+    if (!passes) return false;
+    try {
+      upload();
+      passes->trace(pass, gathered, walked, found, stop);
+      return true;
+    } catch (const std::exception& e) {
+      log::warn("the GPU's passes for light inside tissue failed; the CPU continues: {}", e.what());
+      passes.reset();
+      return false;
+    }
+  }
+  /// Copies what changed since the last call to the graphics card.
+  void upload() {
+    if (far_changed) {
+      std::ranges::copy(step_table(), passes->steps(step_table().size()).begin());
+      std::ranges::copy(far.faces, passes->faces(far.faces.size()).begin());
+      std::ranges::copy(far.images, passes->images(far.images.size()).begin());
+      far_changed = false;
+    }
+    if (changed_cells.empty()) return;
+    const std::span distances = passes->distances(distance.size());
+    const std::span cells = passes->cells(distance.size());
+    for (std::size_t at = index(changed_cells.lo); at <= index(changed_cells.hi); ++at) {
+      distances[at] = distance[at];
+      cells[at] = static_cast<std::uint32_t>(element_of[at] + 1) << 1 | in_hard[at];
+    }
+    std::ranges::copy(clear, passes->blocks(clear.size()).begin());
+    const bool all_again = elements.size() > room;
+    if (all_again) room = elements.size() + elements.size() / 4;
+    const auto put = [to = passes->elements(room)](std::size_t i, const Element& e) {
+      to[i] = {vec4(e.p, 0), vec4(e.n, 0), vec4(e.albedo, 0), vec4(e.path, 0), glm::ivec4(static_cast<int>(e.cell))};
+    };
+    if (all_again) {
+      for (std::size_t i = 0; i < elements.size(); ++i) put(i, elements[i]);
+    } else {
+      each_cell(changed_cells, [&](const glm::ivec3& i) {
+        if (const Element* const e = element(index(i))) put(static_cast<std::size_t>(element_of[index(i)]), *e);
+      });
+    }
+    changed_cells = {};
   }
   /// Computes the key of the light in the cache, from all values on which the light depends.
   std::uint64_t key_of_light() const {
@@ -753,47 +652,50 @@ struct TissueLight::Impl {
   CellBox refresh(int most) {
     if (!lit) return {};
     follow_tooth();
-    std::vector<std::size_t> walked;
-    std::array<std::int32_t, kRays> met;
-    std::vector<Exit> exits(static_cast<std::size_t>(walks));
-    const auto gather_now = [&](Element& e) {
-      e.arrives = gather(e, met.data());
-      e.arrives += from_others(met.data());
-    };
-    const auto walk_now = [&](Element& e) {
-      if (e.path != glm::vec3(0)) walk_all(e, exits.data());
-      e.leaves = leaving(e, exits.data());
-      walked.push_back(e.cell);
-    };
     // New parts of the surface get their light at once. For other cells, the arriving light is computed first, because
     // the light that leaves a cell is computed from the light that arrives at other cells.
+    std::vector<std::int32_t> gathered, walked;
     for (const std::size_t at : fresh)
-      if (Element* const e = element(at)) gather_now(*e);
-    for (const std::size_t at : fresh)
-      if (Element* const e = element(at)) walk_now(*e);
+      if (element_of[at] != kNone) gathered.push_back(element_of[at]);
     fresh.clear();
+    walked = gathered;
+    const std::size_t fresh_count = gathered.size();
     for (int left = kGathered * most; left > 0 && !gathering.empty(); gathering.pop_front()) {
       const std::size_t at = gathering.front();
-      Element* const e = element(at);
-      waits[at] = e ? kForWalk : 0;
-      if (!e) continue;
-      gather_now(*e);
+      waits[at] = element_of[at] != kNone ? kForWalk : 0;
+      if (element_of[at] == kNone) continue;
+      gathered.push_back(element_of[at]);
       walking.push_back(at);
       --left;
     }
     for (int left = most; left > 0 && !walking.empty(); walking.pop_front()) {
       const std::size_t at = walking.front();
-      Element* const e = element(at);
       if (waits[at] == kForWalk) waits[at] = 0;
-      if (!e) continue;
-      walk_now(*e);
+      if (element_of[at] == kNone) continue;
+      walked.push_back(element_of[at]);
       --left;
     }
+    if (gathered.empty() && walked.empty()) return {};
+    TracedLight found;
+    trace(gathered, walked, found, false);
+    const auto gather_now = [&](std::size_t i) {
+      Element& e = elements[static_cast<std::size_t>(gathered[i])];
+      take(e, found.arrivals[i]);
+      e.arrives += from_others(&found.met[i * kSurfaceRays]);
+    };
+    const auto walk_now = [&](std::size_t i) {
+      Element& e = elements[static_cast<std::size_t>(walked[i])];
+      e.leaves = leaving(e, &found.exits[i * static_cast<std::size_t>(walks)]);
+    };
+    for (std::size_t i = 0; i < fresh_count; ++i) gather_now(i);
+    for (std::size_t i = 0; i < fresh_count; ++i) walk_now(i);
+    for (std::size_t i = fresh_count; i < gathered.size(); ++i) gather_now(i);
+    for (std::size_t i = fresh_count; i < walked.size(); ++i) walk_now(i);
     // Smoothing and fill() change cells up to three cells away from each cell in `walked`.
     std::vector<std::size_t> near;
     CellBox changed;
-    for (const std::size_t at : walked) {
-      const glm::ivec3 i = cell_of(at);
+    for (const std::int32_t at : walked) {
+      const glm::ivec3 i = cell_of(elements[static_cast<std::size_t>(at)].cell);
       const CellBox around = grown({i, i}, 3);
       changed.take(around);
       each_cell(around, [&](const glm::ivec3& j) {
@@ -867,6 +769,12 @@ void TissueLight::add_fixed(std::vector<LitTriangle> triangles, bool hard) {
 }
 void TissueLight::put(std::span<const MeshUpdate> bricks, const dvec3& origin) {
   impl_->put(bricks, origin);
+}
+void TissueLight::use(std::unique_ptr<LightPasses> passes) {
+  impl_->passes = std::move(passes);
+}
+bool TissueLight::on_card() const {
+  return impl_->passes != nullptr;
 }
 void TissueLight::light(const LightSources& sources, const LightGrid& far) {
   impl_->light(sources, far);

@@ -1,5 +1,6 @@
 // Light that scatters in enamel, dentin and gum and leaves them millimetres away. It softens shadows and brightens
-// ridges. Computed by random walks on the CPU in a grid around the working tooth; after a cut, only in cells nearby.
+// ridges. Computed by random walks in a grid around the working tooth; after a cut, only in cells nearby. The walks run
+// on the CPU or, with LightPasses, on a graphics card.
 #pragma once
 
 #include <array>
@@ -13,6 +14,8 @@
 #include "engine/render/renderer.h"
 
 namespace typodont::render {
+
+class LightPasses;
 
 /// Probability that light survives one scattering, chosen so that a thick flat layer reflects the fraction
 /// `reflectance` of diffuse light. Our fit to Chandrasekhar (Radiative Transfer, 1950); relative error up to 0.4 %.
@@ -34,10 +37,15 @@ class TissueLight {
   /// Replaces bricks of the working tooth. `origin`: origin of the bricks' vertices, m, frame W.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);
 
+  /// Lets a graphics card follow rays and walks; null: the CPU does. If the card fails, the CPU continues. Call before
+  /// light().
+  void use(std::unique_ptr<LightPasses> passes);
+  bool on_card() const;
+
   /// Computes the light of all cells with several threads. `far`: light from outside the box.
   void light(const LightSources& sources, const LightGrid& far);
-  /// Computes at most `most` cells near changes by put(), on the caller's thread; later calls do the rest. Returns the
-  /// box of changed cells.
+  /// Computes at most `most` cells near changes by put(), on the caller's thread or the card; later calls do the rest.
+  /// Returns the box of changed cells.
   CellBox refresh(int most);
 
   const TissueLightGrid& grid() const;

@@ -1,19 +1,25 @@
 #include "engine/app/picture/mouth_light.h"
 
+#include <algorithm>
 #include <cmath>
 #include <system_error>
 #include <utility>
 
+#include "engine/base/clock.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/render/light_passes.h"
 
 namespace typodont {
 
 namespace {
 
 constexpr double kSpacing = 1.25e-3;  // m, grid spacing of the light between bodies
-constexpr int kRefreshed = 40;        // number of cells inside tissue whose light is computed again per frame
+// Number of cells inside tissue whose light is computed again per frame. With a graphics card, a live session computes
+// as many as it can in kRefreshTime, but not fewer.
+constexpr int kRefreshed = 40, kMaxRefreshed = 1024;
+constexpr Nanos kRefreshTime = kNanosPerSecond / 250;
 
 /// True if the lights have the same strength, and the same directions within 0.5°.
 bool same_light(const render::Lights& a, const render::Lights& b) {
@@ -25,15 +31,23 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
          a.key_strength == b.key_strength && a.ambient == b.ambient;
 }
 
+/// Quality of the light inside tissue. A live session begins below the best level, and a card has time for it.
+const render::Quality& of_tissue(const render::Quality& quality, MouthLight::When when, const std::string& card) {
+  return when == MouthLight::When::kInBackground && !card.empty() ? render::kQualityLadder.front() : quality;
+}
+
 }  // namespace
 
 MouthLight::MouthLight(const Surroundings& around, const render::Quality& quality,
-                       const std::array<render::Look, render::kMatterCount>& looks, When when)
+                       const std::array<render::Look, render::kMatterCount>& looks, When when, std::string card)
     : around_(around),
       looks_(looks),
       tissue_mirrors_(quality.tissue_mirrors),
       when_(when),
-      tissue_(*around.lit, quality.light_cell, quality.light_walks, looks, stop_.get_token()) {}
+      card_(std::move(card)),
+      refreshed_(kRefreshed),
+      tissue_(*around.lit, of_tissue(quality, when, card_).light_cell, of_tissue(quality, when, card_).light_walks,
+              looks, stop_.get_token()) {}
 
 MouthLight::~MouthLight() {
   stop_.request_stop();
@@ -59,6 +73,7 @@ void MouthLight::compute(const render::LightSources& sources) {
       const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
       tissue_.add_fixed(std::move(body), hard);
     }
+    if (!card_.empty()) tissue_.use(render::LightPasses::make(card_));
     bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, tissue_mirrors_, stop_.get_token());
   }
   grid_ = bodies_->light(sources);
@@ -101,8 +116,13 @@ void MouthLight::follow(const render::Lights& lights, render::Renderer& renderer
     hand_over(renderer);
   }
   if (lit_by_ && same_light(lights, *lit_by_)) {
-    const render::CellBox changed = tissue_.refresh(kRefreshed);
-    if (!changed.empty()) renderer.update_tissue_light(tissue_.grid().values, changed);
+    const Nanos begin = now();
+    const render::CellBox changed = tissue_.refresh(refreshed_);
+    if (changed.empty()) return;
+    renderer.update_tissue_light(tissue_.grid().values, changed);
+    if (tissue_.on_card() && when_ == When::kInBackground)
+      refreshed_ =
+          std::clamp(now() - begin < kRefreshTime ? 2 * refreshed_ : refreshed_ / 2, kRefreshed, kMaxRefreshed);
     return;
   }
   lit_by_ = lights;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -25,9 +26,10 @@ class MouthLight {
   /// When the light is computed. kInBackground: until it is finished, pictures are drawn without this light or with the
   /// last computed one.
   enum class When : std::uint8_t { kAtOnce, kInBackground };
-  /// `around`: surroundings whose box `lit` is set; must not change while this object exists.
+  /// `around`: surroundings whose box `lit` is set; must not change while this object exists. `card`: name of the
+  /// graphics card that follows the light inside tissue; empty: the CPU does.
   MouthLight(const Surroundings& around, const render::Quality& quality,
-             const std::array<render::Look, render::kMatterCount>& looks, When when);
+             const std::array<render::Look, render::kMatterCount>& looks, When when, std::string card);
   ~MouthLight();
   MouthLight(const MouthLight&) = delete;
   MouthLight& operator=(const MouthLight&) = delete;
@@ -47,10 +49,12 @@ class MouthLight {
   const std::array<render::Look, render::kMatterCount> looks_;
   const bool tissue_mirrors_;
   const When when_;
+  const std::string card_;
   std::stop_source stop_;
   std::vector<render::LitTriangle> tooth_;  // triangles of the tooth at the first frame
   bool tooth_known_ = false;
   std::optional<render::Lights> lit_by_;
+  int refreshed_;  // number of cells inside tissue whose light is computed again per frame
   // While the worker thread runs (from start() until `done_`), only it uses the next members.
   render::TissueLight tissue_;
   std::optional<render::LightScene> bodies_;

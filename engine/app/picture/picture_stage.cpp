@@ -272,7 +272,9 @@ void PictureStage::surround(const Surroundings& around) {
   coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
   typodont::surround(*renderer_, around_, coarse_around_);
   shown_.gum_at_rest();
-  if (around_.lit) light_.emplace(around_, options_.quality, render::appearances_of(servo_.materials), options_.light);
+  if (around_.lit)
+    light_.emplace(around_, options_.quality, render::appearances_of(servo_.materials), options_.light,
+                   device_.processor ? std::string() : device_.name());
   renderer_->set_light({}, {});
 }
 
