@@ -11,7 +11,7 @@ endfunction()
 # optimisation, which takes two thirds of the time.
 function(typodont_pages module)
   add_library(typodont_${module}_pages OBJECT ${ARGN})
-  target_link_libraries(typodont_${module}_pages PRIVATE $<TARGET_PROPERTY:typodont_${module},LINK_LIBRARIES>)
+  target_link_libraries(typodont_${module}_pages PRIVATE $<GENEX_EVAL:$<TARGET_PROPERTY:typodont_${module},LINK_LIBRARIES>>)
   target_compile_options(typodont_${module}_pages PRIVATE $<$<CONFIG:Release>:-O1>)
   set_target_properties(typodont_${module}_pages PROPERTIES UNITY_BUILD ${TYPODONT_UNITY} POSITION_INDEPENDENT_CODE ON)
   target_sources(typodont_${module} PRIVATE $<TARGET_OBJECTS:typodont_${module}_pages>)
