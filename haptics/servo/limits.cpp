@@ -38,8 +38,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the change of the force when a cutting tool touches tissue again after it slipped off an edge or through soft
-  // tissue. Does not limit the vibration, which should be felt.
+  // Limits the change of the force when a cutting tool touches tissue again after it slipped off an edge or through
+  // soft tissue. Does not limit the vibration, which should be felt.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.removal.cuts && (goes_on || begins_or_ends)) {

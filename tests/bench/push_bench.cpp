@@ -1,4 +1,4 @@
-// Force steps of hands that push every tool but those for filling into the molar with a constant force
+// Force steps of hands that push every tool that cuts or scrapes into the molar with a constant force
 // (docs/passivity.md).
 #include <atomic>
 #include <future>
@@ -47,7 +47,6 @@ void add_hands(const char* what, test::ToolKind kind, std::uint32_t hands) {
 void add_cases() {
   add_hands("hands", test::ToolKind::kTurns, smoke() ? 4 : 2000);
   add_hands("hands that scrape", test::ToolKind::kScrapes, smoke() ? 4 : 400);
-  add_hands("hands that touch", test::ToolKind::kTouches, smoke() ? 4 : 400);
 }
 
 }  // namespace typodont::bench

@@ -92,7 +92,9 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   const auto go = [&](double z) {
     const dvec3 hand(0, 0, z);
     energy -= glm::dot(held, hand - at);
-    held = state.penetration > 0 ? tip_force(law, hand, 1000, [](const dvec3&) { return true; }, state) : dvec3(0);
+    held = state.penetration > 0 ? tip_force(
+                                       law, hand, 1000, [](const dvec3&) { return true; }, state)
+                                 : dvec3(0);
     at = hand;
     deepest = std::max(deepest, state.penetration);
     most = std::min(most, held.z);
@@ -103,6 +105,24 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   EXPECT_LT(most, -0.15);  // the tip had to be pulled out
   EXPECT_EQ(state.penetration, 0);
   EXPECT_GT(energy, 0);
+}
+
+TEST(Tip, PloughsThroughSoftTissueAndComesOutWhereHardTissueBegins) {
+  for (const double border : {0.2_mm, 0.7_mm, 1.5_mm}) {
+    const auto soft_at = [&](const dvec3& p) { return p.x < border; };
+    TipState state{1e-9, dvec3(0), {0, 0, 1}};
+    double farthest = 0;
+    for (int i = 0; i < 3000 && state.penetration > 0; ++i) {
+      const dvec3 hand(i * 2e-6, 0, -1.0_mm);
+      const dvec3 f = tip_force({0.3}, hand, 1000, soft_at, state);
+      if (!(state.penetration > 0)) break;
+      farthest = state.p.x;
+      ASSERT_LE(f.z, 1.0 + 1e-9);
+      ASSERT_GE(f.x, -0.3 - 1500 * state.penetration - 1e-9) << border;
+    }
+    EXPECT_EQ(state.penetration, 0);
+    EXPECT_NEAR(farthest, border, 3e-6);
+  }
 }
 
 TEST(Heads, TheDistanceHasUnitSlopeAlongItsNormalAndTheNearestPointIsOnTheSurface) {

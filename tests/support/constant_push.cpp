@@ -31,11 +31,10 @@ constexpr double kSeconds = 2.5;  // s, duration of the motion of a hand from ra
 constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
-  return parse_scene(
-      Json::parse(fmt::format(R"({{"name": "push", {}, "tool": "{}"{}, "parts": ["haptics"]}})", kTissue, tool,
-                              spindle.empty() ? "" : fmt::format(R"(, "spindle": "{}")", spindle)),
-                  "scene"),
-      "scene.json");
+  return parse_scene(Json::parse(fmt::format(R"({{"name": "push", {}, "tool": "{}"{}, "parts": ["haptics"]}})", kTissue,
+                                             tool, spindle.empty() ? "" : fmt::format(R"(, "spindle": "{}")", spindle)),
+                                 "scene"),
+                     "scene.json");
 }
 
 void see(PushSteps& steps, const ForceStep& step) {
@@ -44,19 +43,14 @@ void see(PushSteps& steps, const ForceStep& step) {
   if (over > steps.over) steps.over = over, steps.beyond_spring = step;
 }
 
-bool is(ToolKind kind, const haptics::Tool& tool) {
-  if (kind == ToolKind::kTurns) return tool.turns();
-  if (kind == ToolKind::kScrapes) return tool.scrapes > 0;
-  return !tool.cuts && tool.fill == Tissue::kAir;
-}
-
 }  // namespace
 
 std::vector<std::string> tools_of(ToolKind kind) {
   std::vector<std::string> tools;
   for (const auto& entry : std::filesystem::directory_iterator(assets_folder() / "tools")) {
     if (entry.path().extension() != ".json") continue;
-    if (is(kind, haptics::read_tool(Json::load(entry.path())))) tools.push_back(entry.path().stem().string());
+    const haptics::Tool tool = haptics::read_tool(Json::load(entry.path()));
+    if (kind == ToolKind::kTurns ? tool.turns() : tool.scrapes > 0) tools.push_back(entry.path().stem().string());
   }
   std::sort(tools.begin(), tools.end());
   return tools;

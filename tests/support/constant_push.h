@@ -20,11 +20,10 @@ inline constexpr double kPushStep = 0.02;
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
 struct PushHand {
   std::string tool, spindle;  // spindle: empty if the tool does not rotate
-  double push = 0;  // N, force of the push, along -z of frame W
+  double push = 0;            // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-/// kTouches: probes and gauges, which do not change the tissue.
-enum class ToolKind { kTurns, kScrapes, kTouches };
+enum class ToolKind { kTurns, kScrapes };
 /// Returns the sorted names of all tools of this kind in the assets.
 std::vector<std::string> tools_of(ToolKind kind);
 /// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2

@@ -1,6 +1,7 @@
 #include "engine/app/review/session_report.h"
 
 #include <algorithm>
+#include <future>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -68,9 +69,11 @@ session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, con
 
 void show(const Scene& scene, const haptics::TissueVolume& after, const haptics::TissueVolume* ideal,
           session::ReportOptions& report) {
-  const bool own = draws_own_surface(scene);
-  report.result = model_of(after, own, ideal);
-  if (ideal) report.ideal = model_of(*ideal, false, nullptr);
+  auto wanted = std::async(std::launch::async, [&] {
+    if (ideal) report.ideal = model_of(*ideal, false, nullptr);
+  });
+  report.result = model_of(after, draws_own_surface(scene), ideal);
+  wanted.get();
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "engine/app/assets.h"
@@ -341,12 +342,16 @@ class Water {
 }  // namespace
 
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene) {
-  haptics::TissueVolume start = load_untouched(scene);
   RecordedTissue recorded(session, scene, load_tissue(scene));
-  recorded.seek(std::numeric_limits<Nanos>::max());
-  std::vector<const Cut*> cuts = recorded.cuts();
-  recorded.carver().end_stroke();
-  haptics::TissueVolume after = recorded.carver().take_tissue();
+  std::vector<const Cut*> cuts;
+  // A second thread applies the cuts, while this one computes the ideal and reads the ticks.
+  auto carved = std::async(std::launch::async, [&] {
+    recorded.seek(std::numeric_limits<Nanos>::max());
+    cuts = recorded.cuts();
+    recorded.carver().end_stroke();
+    return recorded.carver().take_tissue();
+  });
+  haptics::TissueVolume start = load_untouched(scene);
   const TaskEvaluator judge(scene, start);
   const double rate = session.header().servo_rate;
   session::HandMeter hand(rate);
@@ -365,6 +370,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
     if (implant) implant->add(ticks);
   });
   session::ScoreInput input = session::score_input(session, hand.result(), {});
+  haptics::TissueVolume after = carved.get();
   input.before = start.volumes();  // of the tissue itself, because the volumes in the file may be wrong
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
