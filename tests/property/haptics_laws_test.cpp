@@ -110,11 +110,11 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
 TEST(Tip, PloughsThroughSoftTissueAndComesOutWhereHardTissueBegins) {
   for (const double border : {0.2_mm, 0.7_mm, 1.5_mm}) {
     const auto soft_at = [&](const dvec3& p) { return p.x < border; };
-    TipState state{1e-9, dvec3(0), {0, 0, 1}};
+    haptics::TipState state{1e-9, dvec3(0), {0, 0, 1}};
     double farthest = 0;
     for (int i = 0; i < 3000 && state.penetration > 0; ++i) {
       const dvec3 hand(i * 2e-6, 0, -1.0_mm);
-      const dvec3 f = tip_force({0.3}, hand, 1000, soft_at, state);
+      const dvec3 f = haptics::tip_force({0.3}, hand, 1000, soft_at, state);
       if (!(state.penetration > 0)) break;
       farthest = state.p.x;
       ASSERT_LE(f.z, 1.0 + 1e-9);
