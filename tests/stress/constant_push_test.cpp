@@ -42,6 +42,17 @@ TEST(ConstantPush, AScrapingToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   expect_no_step_beyond_the_hands_motion(ToolKind::kScrapes, 15);
 }
 
+TEST(ConstantPush, AnExplorerThatSticksInCariesStaysOutsideSoundTissueAndGivesNoForceStepOver4Newtons) {
+  const haptics::TissueVolume tissue = pushed_tissue();
+  for (std::uint32_t seed = 0; seed < 10; ++seed) {
+    const PushHand hand = random_push({"explorer"}, seed);
+    const PushResult felt = simulate_push(hand, tissue);
+    if (felt.begins_inside) continue;
+    EXPECT_EQ(felt.faults & bits(Fault::kDeepPenetration), 0u) << text_of(hand) << ", seed " << seed;
+    EXPECT_LT(felt.any.largest.size, 4) << text_of(hand) << ", seed " << seed;
+  }
+}
+
 /// An implant drill that meets the tooth at 74 mm/s, 2 ms before its pedal is pressed, and bounces (a recorded hand).
 TEST(ConstantPush, AnImplantDrillThatBouncesLandsWithoutAForceStep) {
   PushHand hand{"implant_drill_035", "air_turbine", 0.3869166760885232, {}};
