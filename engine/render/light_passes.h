@@ -16,7 +16,7 @@
 
 namespace typodont::render {
 
-/// What rays and walks find, for each element of a list.
+/// Results of the rays and walks from a list of elements.
 struct TracedLight {
   std::vector<shared::LightArrival> arrivals;
   std::vector<std::int32_t> met;  // kSurfaceRays per element: index of the element that the ray meets, kFree or kNone

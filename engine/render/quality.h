@@ -17,8 +17,8 @@ struct Quality {
   // Largest error of the surface, drawn pixels (engine/app/picture/detail.h).
   double surface_error = 0.4;
   double handpiece_side = 0.5e-3;  // m, side of the handpiece's triangles
-  // Light inside tissue (tissue_light.h). Computed once, with the quality level of the first frame; with a
-  // graphics card, a live session uses the best one.
+  // Light inside tissue (tissue_light.h). Computed once, with the quality level of the first frame. A live session with
+  // a graphics card uses the values of the best level.
   double light_cell = 0.3e-3;  // m, edge of a cell
   int light_walks = 64;        // number of random walks from each cell
   // Light between bodies (light_scene.h). true: light that wet tissue mirrors is computed at each sample near it.

@@ -68,7 +68,8 @@ struct LightArrival {
 };
 // An element for the passes.
 struct LightElement {
-  vec4 p, n;    // m, frame W: point of the surface, and its normal
+  vec4 p;       // m, frame W, point of the surface
+  vec4 n;       // unit normal of the surface at p
   vec4 albedo;  // probability that light survives one scattering, for each colour
   vec4 path;    // m, mean free paths; 0: opaque
   ivec4 cell;   // x: index of its cell

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 #include <deque>
-#include <filesystem>
-#include <limits>
+#include <exception>
+#include <memory>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
@@ -13,7 +13,6 @@
 #include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/log.h"
-#include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "engine/render/light_passes.h"
 #include "engine/render/sphere_directions.h"
@@ -28,7 +27,7 @@ constexpr int kBounces = 6;  // number of diffuse reflections between surfaces i
 constexpr float kBand = 0.525e-3f, kMinBand = 1.75f;
 // Cells nearer to the surface than this, in cell edges, belong to the surface and compute its light.
 constexpr float kNear = 0.6f;
-constexpr std::uint8_t kMaxClear = 8;  // largest number of blocks in one step of a ray
+constexpr std::uint8_t kMaxClear = 8;  // a ray crosses at most this many blocks in one step
 constexpr float kSame = 0.15f;  // in cell edges; a cell keeps its light if its distance to the surface changes by less
 constexpr float kTravels = 1.2e-3f;  // m; light is computed again up to this distance from a changed surface
 constexpr float kSmooth = 0.45f;     // width of the smoothing (standard deviation) in free paths of green light

@@ -37,8 +37,8 @@ class TissueLight {
   /// Replaces bricks of the working tooth. `origin`: origin of the bricks' vertices, m, frame W.
   void put(std::span<const MeshUpdate> bricks, const dvec3& origin);
 
-  /// Lets a graphics card follow rays and walks; null: the CPU does. If the card fails, the CPU continues. Call before
-  /// light().
+  /// Sets the compute passes that follow rays and walks on a graphics card. Null: the CPU follows them. If the card
+  /// fails, the CPU continues. Call before light().
   void use(std::unique_ptr<LightPasses> passes);
   bool on_card() const;
 

@@ -1,9 +1,9 @@
 // Rays and random walks of the light inside tissue, in one source for C++ (TissueRays in tissue_light.cpp) and for
-// compute shaders (shaders/tissue_rays.glsl). No include guard: C++ includes it inside a struct. Both sides declare the
-// arrays and functions of their memory: `pass`, `distances`, `elements`, `steps`, `element_in`, `hard`, `clear_of`,
-// `far_lamp`, `far_light`, `arrivals`, `met`. Positions q are in cells.
+// compute shaders (shaders/tissue_rays.glsl). No include guard: C++ includes it inside a struct. Before the inclusion,
+// both sides declare the variables `pass`, `distances`, `elements`, `steps`, `arrivals` and `met`, and the functions
+// `element_in`, `hard`, `clear_of`, `far_lamp` and `far_light`. Positions q are in cells.
 
-/// Returns a number from 0 to 1, without 1.
+/// Returns a number x with 0 <= x < 1.
 float fraction_of(uint bits) {
   return float(bits >> 8) / 16777216.0f;
 }

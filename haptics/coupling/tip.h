@@ -13,7 +13,7 @@ struct TipLaw {
   double grip = 0.6;            // force that pulls the tip out divided by the force that pushes it in, at equal depth
   double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
   double reach = 0;             // m, from the head's centre to the tip's end
-  double ahead = 0.1e-3;        // m; tissue is softened for the tip if it is so at this depth
+  double ahead = 0.1e-3;        // m; distance below the tip's end at which the tissue must be soft
 };
 
 struct TipState {

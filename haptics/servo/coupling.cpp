@@ -281,8 +281,7 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
     tip = {};
     return;
   }
-  TipLaw law{head.sink_yield};
-  law.reach = head.reach(), law.ahead = settings.frame.voxel;
+  const TipLaw law{.yield = head.sink_yield, .reach = head.reach(), .ahead = settings.frame.voxel};
   const double k = settings.stiffness * coupling.relative_stiffness;
   if (tip.penetration <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
       coupling.normal_force > law.yield) {

@@ -27,8 +27,8 @@ enum class ToolKind { kTurns, kScrapes };
 /// Returns the sorted names of all tools of this kind in the assets.
 std::vector<std::string> tools_of(ToolKind kind);
 /// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2
-/// to 4 mm onto the chewing surface. It pushes with 0.2 to 0.8 N if the tool rotates, else with 1 to 4 N, is tilted by
-/// up to 0.5 rad, and moves sideways at up to 8 mm/s. Throws Error.
+/// to 4 mm onto the chewing surface. It pushes a rotating tool with 0.2 to 0.8 N, other tools with 1 to 4 N. The tool
+/// is tilted by up to 0.5 rad, and moves sideways at up to 8 mm/s. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.
