@@ -199,9 +199,26 @@ TEST(Bump, NarrowerThanTheDistanceOfTheHeadsSamplesIsFeltAtFirstTouch) {
   EXPECT_LT(late, 3e-6);
 }
 
+// During a slip, the force may change at most this much faster than the hand's own motion changes it (contact.md).
+constexpr double kSlip = 60;  // N/s
+
+/// Moves the hand from `at` to `to` at 20 mm/s. Returns by how much the force's largest step exceeds 1.1 times the
+/// change that the hand's motion causes. `f`: force before and after.
+double slide(test::HapticBench& bench, const haptics::ServoSettings& s, dvec3& at, const dvec3& to, dvec3& f) {
+  double step = 0;
+  while (glm::length(to - at) > 0) {
+    const dvec3 before = at;
+    at += (to - at) * std::min(1.0, 20e-3 * s.tick / glm::length(to - at));
+    bench.tick({at, {1, 0, 0, 0}});
+    step = std::max(step, glm::length(bench.last.f_T_W - f) - 1.1 * s.stiffness * glm::length(at - before));
+    f = bench.last.f_T_W;
+  }
+  return step;
+}
+
 // A hand that is nearly as deep as the radius of curvature turns the proxy by far more than it moves itself.
-TEST(Ridge, AHeadThatSlipsOffIsSlowedSoThatItsForceTurnsWithoutAStep) {
-  constexpr double kRidge = 0.3_mm, kSpeed = 20e-3, kSlip = 60;  // kSlip: N/s
+TEST(Slip, AHeadThatSlipsOffARidgeIsSlowedSoThatItsForceTurnsWithoutAStep) {
+  constexpr double kRidge = 0.3_mm;
   for (const double rate : {1000.0, 4000.0}) {
     for (const double height : {0.02_mm, 0.1_mm, 0.3_mm}) {  // of the hand above the ridge's axis
       haptics::ServoSettings s = test::press_probe(0.6_mm);
@@ -210,24 +227,31 @@ TEST(Ridge, AHeadThatSlipsOffIsSlowedSoThatItsForceTurnsWithoutAStep) {
           R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"cylinder": {"radius_mm": 0.3, "height_mm": 6}}}]})",
           s);
       const double rest = kRidge + s.tool.diameter / 2;
-      dvec3 f(0), at(0, 1, 0);
-      const auto move = [&](const dvec3& to) {
-        double step = 0;
-        while (glm::length(to - at) > 0) {
-          const dvec3 before = at;
-          at += (to - at) * std::min(1.0, kSpeed * s.tick / glm::length(to - at));
-          bench.tick({at, {1, 0, 0, 0}});
-          step = std::max(step, glm::length(bench.last.f_T_W - f) - 1.1 * s.stiffness * glm::length(at - before));
-          f = bench.last.f_T_W;
-        }
-        return step;
-      };
       SCOPED_TRACE(testing::Message() << height / 1.0_mm << " mm above the axis, " << rate << " Hz");
-      at = {-0.1 * height, 1.2 * rest, 0};
-      move({-0.1 * height, height, 0});
+      dvec3 f(0), at(-0.1 * height, 1.2 * rest, 0);
+      slide(bench, s, at, {-0.1 * height, height, 0}, f);
       EXPECT_GT(f.y, 0.9 * s.stiffness * (rest - height)) << "it is still on the ridge";
-      EXPECT_LT(move({1.5_mm, height, 0}), 1.1 * kSlip * s.tick);
+      EXPECT_LT(slide(bench, s, at, {1.5_mm, height, 0}, f), 1.1 * kSlip * s.tick);
       EXPECT_EQ(f, dvec3(0)) << "it has slipped off";
+    }
+  }
+}
+
+// The hand is out of the tissue before the proxy is: the rest of the slip goes through air.
+TEST(Slip, AHeadThatFallsOffAnEdgeIsSlowedInAirTooUntilTheForceIsZero) {
+  for (const double rate : {1000.0, 4000.0}) {
+    for (const double depth : {0.5_mm, 1.0_mm, 2.0_mm}) {  // of the hand below the block's top
+      haptics::ServoSettings s = test::press_probe(0.6_mm);
+      s.tick = 1 / rate;
+      test::HapticBench bench(
+          R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 6]}}}]})", s);
+      const double top = 3.0_mm + s.tool.diameter / 2;
+      SCOPED_TRACE(testing::Message() << depth / 1.0_mm << " mm deep, " << rate << " Hz");
+      dvec3 f(0), at(2.5_mm, top + 0.1_mm, 0);
+      slide(bench, s, at, {2.5_mm, top - depth, 0}, f);
+      EXPECT_GT(f.y, 0.9 * s.stiffness * depth) << "it is still on the block";
+      EXPECT_LT(slide(bench, s, at, {6.0_mm, top - depth, 0}, f), 1.1 * kSlip * s.tick);
+      EXPECT_EQ(f, dvec3(0)) << "it has fallen off";
     }
   }
 }

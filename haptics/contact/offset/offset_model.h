@@ -67,6 +67,7 @@ class OffsetModel : public PatchModel {
     // delay of a bur that has used too much energy (deficit_fraction). Zero without contact.
     dvec3 contact_push{0};
     ActivePlanes active{};  // contact planes that hold the head
+    bool slips = false;     // true: the speed of a head that does not cut is limited in this tick (limit_slip)
     // The following members have the same meaning as in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
@@ -112,6 +113,8 @@ class OffsetModel : public PatchModel {
   Advance advance_free(const ContactInput& in, Search& s, double& head_free) noexcept;
   void keep_best(Search& s) const noexcept;
   void take_best(const Search& s) noexcept;
+  double max_slip() const noexcept;
+  bool slips(const ContactInput& in) const noexcept;
   bool limit_slip(const ContactInput& in, const dvec3& from) noexcept;
   void find_contacts(const ContactInput& in, Search& s, double head_free) noexcept;
   void search_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept;

@@ -45,7 +45,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.fall_normal = dvec3(0);
   s.contact_push = dvec3(0);
   s.active.count = 0;
-  s.touching = s.lost = s.deep = s.bridging = s.late = false;
+  s.touching = s.slips = s.lost = s.deep = s.bridging = s.late = false;
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
@@ -102,18 +102,16 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   contacts_.clear();
   if (in.placed && take_place(in)) return;
   bool alone = false;
-  const bool seated = place_ball_on_wall(in, alone);
-  if (alone) {
+  const bool seated = place_ball_on_wall(in, alone) && !slips(in);
+  if (seated && alone) {
     p.active = {1, {0}, {glm::length(p.c - p.target)}};
     p.touching = true;
     wall_ = 0;
     return;
   }
   Search s;
-  if (seated && search(in, s, true) == Ending::kPlacementRefused) {
+  if (!seated || search(in, s, true) == Ending::kPlacementRefused) {
     p.c = p.start;
-    search(in, s, false);
-  } else if (!seated) {
     search(in, s, false);
   }
   const dvec3 c = p.c;
@@ -159,9 +157,12 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
   Step& p = step_;
   for (int iteration = 0; iteration < Q::iterations; ++iteration) {
     double head_free = 0;
+    const dvec3 from = p.c;
     const Advance advance = advance_free(in, s, head_free);
-    if (advance == Advance::kArrived) break;
-    if (advance == Advance::kOn) continue;
+    if (advance != Advance::kNear) {
+      if (limit_slip(in, from) || advance == Advance::kArrived) break;
+      continue;
+    }
 
     find_contacts(in, s, head_free);
     if (seated && contacts_.deepest() > WallPlacementParameters::overlap) return Ending::kPlacementRefused;
@@ -250,15 +251,28 @@ void OffsetModel::take_best(const Search& s) noexcept {
   if (s.best_merit < 1e300) step_.c = s.best;
 }
 
-/// Limits the speed at which a head that does not cut slips relative to the hand, as a tool's inertia does. `from`: the
+/// Largest distance between the proxy's displacement in this tick and the hand's, voxels, for a head that slips.
+double OffsetModel::max_slip() const noexcept {
+  const Step& p = step_;
+  return farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
+}
+
+/// Returns true if a head that does not cut slips faster than a tool's inertia allows.
+bool OffsetModel::slips(const ContactInput& in) const noexcept {
+  const Step& p = step_;
+  if (!probes(in) || !(in.last.normal_force > 0) || overlap_ > 0 || in.jumped) return false;
+  const double slip = glm::length(p.c - p.start - p.shift);
+  return slip > P::slip_slew * p.step_per_slew && slip > P::tolerance * max_slip();
+}
+
+/// Limits the speed at which a head that does not cut slips relative to the hand, on tissue and in air. `from`: the
 /// head's position before its last step. Returns true if the limit is reached.
 bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept {
+  if (!slips(in)) return false;
   Step& p = step_;
-  if (!probes(in) || !(in.last.normal_force > 0) || !p.touching || overlap_ > 0 || in.jumped) return false;
-  const double most = farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
-  const dvec3 rest = from - p.start - p.shift;
-  if (glm::length(p.c - p.start - p.shift) <= most) return false;
-  p.c = from + max_fraction(p.c - from, rest, most) * (p.c - from);
+  p.c = from + max_fraction(p.c - from, from - p.start - p.shift, max_slip()) * (p.c - from);
+  p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
+  p.slips = true;
   return true;
 }
 
@@ -502,7 +516,7 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_max_step = p.limits_step && !p.deep;
-  breaking_through_ = at_max_step && !p.touching;
+  breaking_through_ = (at_max_step || p.slips) && !p.touching;
   if (!at_max_step) return;
   const dvec3 step = p.c - p.start;
   const double max_step = breaking_through_ ? p.free_step : p.cut_step;
