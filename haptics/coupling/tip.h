@@ -14,12 +14,16 @@ struct TipLaw {
   double depth_limit = 0.5e-3;  // m, largest depth to which the tip sinks
   double reach = 0;             // m, from the head's centre to the tip's end
   double ahead = 0.1e-3;        // m; distance below the tip's end at which the tissue must be soft
+  double slew = 60;             // N/s, rate at which TipState::rest decreases
 };
 
 struct TipState {
   double penetration = 0;  // m, depth of the tip in soft tissue; 0: not in tissue
   dvec3 p{0};              // m, frame W, head's centre while the tissue holds the tip
   dvec3 n{0, 0, 1};        // unit vector out of the tissue, frame W
+  dvec3 force{0};          // N, frame W, force of the contact or the tip in the last tick, with `rest`
+  // N, frame W, added to the force: avoids a step when the tip, instead of the contact, gives the force, or vice versa
+  dvec3 rest{0};
 };
 
 /// Returns the force on the tool in N. The contact is plastic, so it only absorbs energy: state.p follows a push above

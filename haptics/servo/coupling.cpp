@@ -277,21 +277,27 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
   const Tool& head = tool();
   TipState& tip = coupling.tip;
   if (!(head.sink_yield > 0 && !head.cuts)) return;
-  if (now.contact.gap.lost) {
-    tip = {};
-    return;
-  }
   const TipLaw law{.yield = head.sink_yield, .reach = head.reach(), .ahead = settings.frame.voxel};
   const double k = settings.stiffness * coupling.relative_stiffness;
-  if (tip.penetration <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
-      coupling.normal_force > law.yield) {
-    tip = {1e-9, now.contact.p_WG, now.normal};
+  const bool stuck = tip.penetration > 0;
+  if (now.contact.gap.lost) {
+    tip.penetration = 0;
+  } else if (!stuck && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
+             coupling.normal_force > law.yield) {
+    tip.penetration = 1e-9, tip.p = now.contact.p_WG, tip.n = now.normal;
   }
-  if (!(tip.penetration > 0)) return;
-  const auto soft_at = [&](const dvec3& p) { return model->tissue_at(p) == Tissue::kCaries; };
-  const dvec3 force = tip_force(law, now.X_WT.p, k, soft_at, tip);
-  if (!(tip.penetration > 0)) return;
-  now.force = force;
+  if (tip.penetration > 0) {
+    const auto soft_at = [&](const dvec3& p) { return model->tissue_at(p) == Tissue::kCaries; };
+    const dvec3 force = tip_force(law, now.X_WT.p, k, soft_at, tip);
+    if (tip.penetration > 0) now.force = force;
+  }
+  const bool sticks = tip.penetration > 0;
+  if (sticks != stuck) tip.rest = tip.force - now.force;
+  const double rest = glm::length(tip.rest);
+  tip.rest *= rest > 0 ? std::max(0.0, 1 - law.slew * now.dt / rest) : 0.0;
+  now.force += tip.rest;
+  tip.force = now.force;
+  if (!sticks) return;
   now.p_held = tip.p;
   now.out.depth = glm::length(now.p_held - now.X_WT.p);
   now.out.tissue = Tissue::kCaries;

@@ -42,14 +42,16 @@ TEST(ConstantPush, AScrapingToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   expect_no_step_beyond_the_hands_motion(ToolKind::kScrapes, 15);
 }
 
-TEST(ConstantPush, AnExplorerThatSticksInCariesStaysOutsideSoundTissueAndGivesNoForceStepOver4Newtons) {
+TEST(ConstantPush, AnExplorerThatSticksInCariesStaysOutsideSoundTissueAndGivesNoForceStepWhereItSticksOrComesOut) {
   const haptics::TissueVolume tissue = pushed_tissue();
   for (std::uint32_t seed = 0; seed < 10; ++seed) {
     const PushHand hand = random_push({"explorer"}, seed);
     const PushResult felt = simulate_push(hand, tissue);
     if (felt.begins_inside) continue;
     EXPECT_EQ(felt.faults & bits(Fault::kDeepPenetration), 0u) << text_of(hand) << ", seed " << seed;
-    EXPECT_LT(felt.any.largest.size, 4) << text_of(hand) << ", seed " << seed;
+    // During landing, the damper and the passivity controller change the force.
+    EXPECT_LT(felt.any.over, 1) << text_of(hand) << ", seed " << seed;
+    EXPECT_LT(felt.after_landing.over, 0.25) << text_of(hand) << ", seed " << seed;
   }
 }
 
