@@ -262,7 +262,7 @@ bool OffsetModel::slips(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!probes(in) || !(in.last.normal_force > 0) || overlap_ > 0 || in.jumped) return false;
   const double slip = glm::length(p.c - p.start - p.shift);
-  return slip > P::slip_slew * p.step_per_slew && slip > P::tolerance * max_slip();
+  return slip > P::slip_slew * p.step_per_slew && slip > max_slip() + Q::converged;
 }
 
 /// Limits the speed at which a head that does not cut slips relative to the hand, on tissue and in air. `from`: the
