@@ -50,7 +50,7 @@ TEST(ConstantPush, AnExplorerThatSticksInCariesStaysOutsideSoundTissueAndGivesNo
     if (felt.begins_inside) continue;
     EXPECT_EQ(felt.faults & bits(Fault::kDeepPenetration), 0u) << text_of(hand) << ", seed " << seed;
     // During landing, the damper and the passivity controller change the force.
-    EXPECT_LT(felt.any.over, 1) << text_of(hand) << ", seed " << seed;
+    EXPECT_LT(felt.any.over, 1.5) << text_of(hand) << ", seed " << seed;
     EXPECT_LT(felt.after_landing.over, 0.25) << text_of(hand) << ", seed " << seed;
   }
 }
