@@ -21,8 +21,9 @@ struct TipState {
   double penetration = 0;  // m, depth of the tip in soft tissue; 0: not in tissue
   dvec3 p{0};              // m, frame W, head's centre while the tissue holds the tip
   dvec3 n{0, 0, 1};        // unit vector out of the tissue, frame W
-  dvec3 force{0};          // N, frame W, force of the contact or the tip in the last tick, with `rest`
-  // N, frame W, added to the force: avoids a step when the tip, instead of the contact, gives the force, or vice versa
+  dvec3 force{0};          // N, frame W, force on the tool in the last tick, including `rest`
+  // N, frame W, added to the force. When the tip begins or ceases to replace the contact, `rest` is the difference of
+  // the two forces, so that the force does not jump; then it decreases to zero.
   dvec3 rest{0};
 };
 

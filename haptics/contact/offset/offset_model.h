@@ -66,8 +66,8 @@ class OffsetModel : public PatchModel {
     // Voxels, vector from the hand to where contacts would hold the proxy if its speed were not limited. Includes the
     // delay of a bur that has used too much energy (deficit_fraction). Zero without contact.
     dvec3 contact_push{0};
-    ActivePlanes active{};  // contact planes that hold the head
-    bool slips = false;     // true: the speed of a head that does not cut is limited in this tick (limit_slip)
+    ActivePlanes active{};      // contact planes that hold the head
+    bool slip_limited = false;  // true: limit_slip() shortened the head's motion in this tick
     // The following members have the same meaning as in Contact.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };

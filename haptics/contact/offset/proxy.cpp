@@ -45,7 +45,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.fall_normal = dvec3(0);
   s.contact_push = dvec3(0);
   s.active.count = 0;
-  s.touching = s.slips = s.lost = s.deep = s.bridging = s.late = false;
+  s.touching = s.slip_limited = s.lost = s.deep = s.bridging = s.late = false;
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
@@ -251,7 +251,7 @@ void OffsetModel::take_best(const Search& s) noexcept {
   if (s.best_merit < 1e300) step_.c = s.best;
 }
 
-/// Largest distance between the proxy's displacement in this tick and the hand's, voxels, for a head that slips.
+/// Largest allowed distance between the displacements of proxy and hand in this tick, voxels, for a head that slips.
 double OffsetModel::max_slip() const noexcept {
   const Step& p = step_;
   return farthest(p.c - p.start, p.shift, P::slip_slew * p.step_per_slew);
@@ -262,6 +262,7 @@ bool OffsetModel::slips(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!probes(in) || !(in.last.normal_force > 0) || overlap_ > 0 || in.jumped) return false;
   const double slip = glm::length(p.c - p.start - p.shift);
+  // The first comparison saves time: max_slip() is never smaller.
   return slip > P::slip_slew * p.step_per_slew && slip > max_slip() + Q::converged;
 }
 
@@ -272,7 +273,7 @@ bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept
   Step& p = step_;
   p.c = from + max_fraction(p.c - from, from - p.start - p.shift, max_slip()) * (p.c - from);
   p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
-  p.slips = true;
+  p.slip_limited = true;
   return true;
 }
 
@@ -516,7 +517,7 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_max_step = p.limits_step && !p.deep;
-  breaking_through_ = (at_max_step || p.slips) && !p.touching;
+  breaking_through_ = (at_max_step || p.slip_limited) && !p.touching;
   if (!at_max_step) return;
   const dvec3 step = p.c - p.start;
   const double max_step = breaking_through_ ? p.free_step : p.cut_step;
