@@ -15,9 +15,9 @@ layout(set = 0, binding = 4, std430) readonly buffer Steps { vec4 steps[]; };
 layout(set = 0, binding = 5, std430) readonly buffer Faces { vec4 faces[]; };
 layout(set = 0, binding = 6, std430) readonly buffer Images { float images[]; };
 layout(set = 0, binding = 7, std430) readonly buffer Listed { int listed[]; };
-layout(set = 0, binding = 8, std430) writeonly buffer Arrivals { LightArrival arrivals[]; };
-layout(set = 0, binding = 9, std430) writeonly buffer Met { int met[]; };
-layout(set = 0, binding = 10, std430) writeonly buffer Exits { ivec2 exits[]; };
+layout(set = 0, binding = 12, std430) writeonly buffer Arrivals { LightArrival arrivals[]; };
+layout(set = 0, binding = 13, std430) writeonly buffer Met { int met[]; };
+layout(set = 0, binding = 14, std430) writeonly buffer Exits { ivec2 exits[]; };
 
 int element_in(int cell) {
   return int(cells[cell] >> 1u) - 1;

@@ -6,6 +6,7 @@
 
 #include "engine/base/in_parallel.h"
 #include "engine/base/log.h"
+#include "shaders/body_rays_comp.h"
 #include "shaders/tissue_gather_comp.h"
 #include "shaders/tissue_walk_comp.h"
 
@@ -25,7 +26,7 @@ std::unique_ptr<LightPasses> LightPasses::make(const std::string& card) {
     options.prefer = card;
     return std::make_unique<LightPasses>(gpu::Device::create(options));
   } catch (const std::exception& e) {
-    log::warn("no GPU for the light inside tissue; the CPU computes it: {}", e.what());
+    log::warn("no GPU for the light; the CPU computes it: {}", e.what());
     return nullptr;
   }
 }
@@ -36,6 +37,7 @@ LightPasses::LightPasses(const gpu::Device& device) : device_(device) {
     inputs_ = gpu::ShaderInputs::create(device_, std::vector(kBindings, buffer), 1, sizeof(shared::LightPass));
     gather_ = gpu::create_compute_pipeline(device_, kSpirv_tissue_gather_comp, inputs_.layout);
     walk_ = gpu::create_compute_pipeline(device_, kSpirv_tissue_walk_comp, inputs_.layout);
+    cast_ = gpu::create_compute_pipeline(device_, kSpirv_body_rays_comp, inputs_.layout);
   } catch (...) {
     destroy();
     throw;
@@ -48,7 +50,7 @@ LightPasses::~LightPasses() {
 
 void LightPasses::destroy() noexcept {
   vkDeviceWaitIdle(device_.device);
-  for (const VkPipeline pipeline : {gather_, walk_})
+  for (const VkPipeline pipeline : {gather_, walk_, cast_})
     if (pipeline) vkDestroyPipeline(device_.device, pipeline, nullptr);
   if (inputs_.layout) inputs_.destroy(device_);
   for (gpu::Buffer& b : buffers_)
@@ -56,44 +58,22 @@ void LightPasses::destroy() noexcept {
   device_.destroy();
 }
 
-/// Returns a buffer's memory for `count` values. Replaces a buffer that is too small.
-template <class T>
-std::span<T> LightPasses::memory(Binding binding, std::size_t count) {
+/// Returns a buffer's memory. Replaces a buffer that is too small.
+std::byte* LightPasses::memory(std::uint32_t binding, std::size_t bytes) {
   gpu::Buffer& buffer = buffers_[binding];
-  const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
+  bytes = std::max<std::size_t>(bytes, 1);
   if (buffer.size < bytes) {
     if (buffer.buffer) buffer.destroy(device_);
     constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
-    buffer = binding >= kArrivals ? gpu::Buffer::create_readback(device_, bytes, kStorage)
-                                  : gpu::Buffer::create(device_, bytes, kStorage);
+    buffer = binding >= kFirstResult ? gpu::Buffer::create_readback(device_, bytes, kStorage)
+                                     : gpu::Buffer::create(device_, bytes, kStorage);
     inputs_.fill(device_, 0, binding, buffer);
   }
-  return {buffer.mapped<T>(), count};
+  return buffer.mapped<std::byte>();
 }
 
-std::span<float> LightPasses::distances(std::size_t cells) {
-  return memory<float>(kDistances, cells);
-}
-std::span<std::uint32_t> LightPasses::cells(std::size_t count) {
-  return memory<std::uint32_t>(kCells, count);
-}
-std::span<std::uint32_t> LightPasses::blocks(std::size_t count) {
-  return memory<std::uint32_t>(kBlocks, count);
-}
-std::span<shared::LightElement> LightPasses::elements(std::size_t count) {
-  return memory<shared::LightElement>(kElements, count);
-}
-std::span<glm::vec4> LightPasses::steps(std::size_t count) {
-  return memory<glm::vec4>(kSteps, count);
-}
-std::span<glm::vec4> LightPasses::faces(std::size_t count) {
-  return memory<glm::vec4>(kFaces, count);
-}
-std::span<glm::vec3> LightPasses::images(std::size_t count) {
-  return memory<glm::vec3>(kImages, count);
-}
-
-void LightPasses::run(VkPipeline pipeline, const shared::LightPass& pass, std::size_t threads) {
+template <class Pass>
+void LightPasses::run(VkPipeline pipeline, const Pass& pass, std::size_t threads) {
   gpu::run_once(device_, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, inputs_.layout, 0, 1, &inputs_.sets[0], 0,
@@ -116,16 +96,16 @@ void LightPasses::trace(shared::LightPass pass, std::span<const std::int32_t> ga
     for (std::size_t first = 0; first < list.size(); first += most) {
       if (stop.stop_requested()) throw Stopped();
       const std::size_t count = std::min(most, list.size() - first);
-      std::memcpy(memory<std::int32_t>(kListed, count).data(), &list[first], count * sizeof(std::int32_t));
+      std::memcpy(memory(kListed, count).data(), &list[first], count * sizeof(std::int32_t));
       pass.blocks.w = static_cast<int>(count);
       part(first, count);
     }
   };
   // Every binding needs a buffer, also those that only the other shader uses.
   const std::size_t rays = std::min(gathered.size(), kAtOnce / kRays);
-  const std::span arrivals = memory<shared::LightArrival>(kArrivals, rays);
-  const std::span met = memory<std::int32_t>(kMet, rays * kRays);
-  const std::span exits = memory<glm::ivec2>(kExits, std::min(walked.size(), kAtOnce / walks) * walks);
+  const std::span arrivals = memory(kArrivals, rays);
+  const std::span met = memory(kMet, rays * kRays);
+  const std::span exits = memory(kExits, std::min(walked.size(), kAtOnce / walks) * walks);
   parts(gathered, kRays, [&](std::size_t first, std::size_t count) {
     run(gather_, pass, count);
     std::memcpy(&found.arrivals[first], arrivals.data(), count * sizeof(shared::LightArrival));
@@ -135,6 +115,24 @@ void LightPasses::trace(shared::LightPass pass, std::span<const std::int32_t> ga
     run(walk_, pass, count * walks);
     std::memcpy(&found.exits[first * walks], exits.data(), count * walks * sizeof(glm::ivec2));
   });
+}
+
+void LightPasses::cast(std::span<const glm::vec3> starts, std::span<const glm::vec3> directions, bool any,
+                       std::span<shared::RayHit> hits, const std::stop_token& stop) {
+  std::ranges::transform(directions, memory(kDirections, directions.size()).begin(),
+                         [](const glm::vec3& d) { return glm::vec4(d, 0); });
+  const std::size_t most = std::min(starts.size(), kAtOnce / directions.size());
+  const std::span from = memory(kStarts, most);
+  const std::span found = memory(kHits, most * directions.size());
+  for (std::size_t first = 0; first < starts.size(); first += most) {
+    if (stop.stop_requested()) throw Stopped();
+    const std::size_t count = std::min(most, starts.size() - first);
+    std::ranges::transform(starts.subspan(first, count), from.begin(),
+                           [](const glm::vec3& p) { return glm::vec4(p, 0); });
+    run(cast_, shared::RayPass{static_cast<int>(count), static_cast<int>(directions.size()), any},
+        count * directions.size());
+    std::ranges::copy(found.first(count * directions.size()), &hits[first * directions.size()]);
+  }
 }
 
 }  // namespace typodont::render

@@ -1,8 +1,11 @@
-// Rays and random walks of the light inside tissue as compute passes (shaders/tissue_gather.comp, tissue_walk.comp).
+// The light's rays and random walks as compute passes on a graphics card: inside tissue (shaders/tissue_gather.comp,
+// tissue_walk.comp) and between bodies (shaders/body_rays.comp).
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
@@ -10,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/log.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/resources.h"
 #include "engine/render/shared.h"
@@ -35,34 +39,69 @@ class LightPasses {
   LightPasses(const LightPasses&) = delete;
   LightPasses& operator=(const LightPasses&) = delete;
 
-  /// Memory that the caller fills before trace(). If it grows, its content is lost.
-  std::span<float> distances(std::size_t cells);
-  std::span<std::uint32_t> cells(std::size_t count);  // 2 × (element + 1) + 1 in a hard body
-  std::span<std::uint32_t> blocks(std::size_t count);
-  std::span<shared::LightElement> elements(std::size_t count);
-  std::span<glm::vec4> steps(std::size_t count);
-  std::span<glm::vec4> faces(std::size_t count);
-  std::span<glm::vec3> images(std::size_t count);
+  // Bindings of the shaders, and types of their values.
+  template <class T>
+  struct Input {
+    std::uint32_t binding;
+  };
+  static constexpr Input<float> kDistances{0};
+  static constexpr Input<std::uint32_t> kCells{1};  // 2 × (element + 1) + 1 in a hard body
+  static constexpr Input<std::uint32_t> kBlocks{2};
+  static constexpr Input<shared::LightElement> kElements{3};
+  static constexpr Input<glm::vec4> kSteps{4}, kFaces{5};
+  static constexpr Input<glm::vec3> kImages{6};
+  static constexpr Input<shared::RayNode> kNodes{8};
+  static constexpr Input<shared::RaySurface> kSurfaces{9};
+  /// Returns memory for `count` values, which the caller fills before trace() or cast(). If it grows, its content is
+  /// lost.
+  template <class T>
+  std::span<T> memory(Input<T> input, std::size_t count) {
+    return {reinterpret_cast<T*>(memory(input.binding, count * sizeof(T))), count};
+  }
 
   /// Casts the rays of the elements `gathered`, follows the walks of the elements `walked`, and waits for the results.
   /// Throws Stopped (engine/base/in_parallel.h) after a request to `stop`.
   void trace(shared::LightPass pass, std::span<const std::int32_t> gathered, std::span<const std::int32_t> walked,
              TracedLight& found, const std::stop_token& stop);
+  /// Casts a ray between bodies from each start (m, frame W) in each direction, and waits for the results. `hits`: for
+  /// each start, the rays in the order of their directions. `any`: as in body_rays.h. Throws Stopped after a request to
+  /// `stop`.
+  void cast(std::span<const glm::vec3> starts, std::span<const glm::vec3> directions, bool any,
+            std::span<shared::RayHit> hits, const std::stop_token& stop);
 
  private:
-  // Bindings of the shaders.
-  enum Binding { kDistances, kCells, kBlocks, kElements, kSteps, kFaces, kImages, kListed, kArrivals, kMet, kExits };
-  static constexpr std::size_t kBindings = kExits + 1;
+  static constexpr Input<std::int32_t> kListed{7};
+  static constexpr Input<glm::vec4> kStarts{10}, kDirections{11};
+  static constexpr std::uint32_t kFirstResult = 12;
+  static constexpr Input<shared::LightArrival> kArrivals{kFirstResult};
+  static constexpr Input<std::int32_t> kMet{13};
+  static constexpr Input<glm::ivec2> kExits{14};
+  static constexpr Input<shared::RayHit> kHits{15};
+  static constexpr std::size_t kBindings = 16;
 
   void destroy() noexcept;
-  template <class T>
-  std::span<T> memory(Binding binding, std::size_t count);
-  void run(VkPipeline pipeline, const shared::LightPass& pass, std::size_t threads);
+  std::byte* memory(std::uint32_t binding, std::size_t bytes);
+  template <class Pass>
+  void run(VkPipeline pipeline, const Pass& pass, std::size_t threads);
 
   gpu::Device device_;
   gpu::ShaderInputs inputs_;
-  VkPipeline gather_ = VK_NULL_HANDLE, walk_ = VK_NULL_HANDLE;
+  VkPipeline gather_ = VK_NULL_HANDLE, walk_ = VK_NULL_HANDLE, cast_ = VK_NULL_HANDLE;
   std::array<gpu::Buffer, kBindings> buffers_{};
 };
+
+/// Calls work(*passes). Returns false if there are no passes, or if they fail (logged); then `passes` is null.
+template <class Work>
+bool work_on_card(std::shared_ptr<LightPasses>& passes, const Work& work) {
+  if (!passes) return false;
+  try {
+    work(*passes);
+    return true;
+  } catch (const std::exception& e) {
+    log::warn("the GPU's passes for light failed; the CPU continues: {}", e.what());
+    passes.reset();
+    return false;
+  }
+}
 
 }  // namespace typodont::render

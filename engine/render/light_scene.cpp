@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
+#include "engine/render/light_passes.h"
 #include "engine/render/shared.h"
 #include "engine/render/sphere_directions.h"
 #include "engine/render/srgb.h"
@@ -16,9 +18,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 120;             // number of rays for each sample of the grid
-constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
-constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
+constexpr int kRays = 120;  // number of rays for each sample of the grid
 // Largest fraction of a sample's rays that may meet backs of triangles; with more, the sample is inside a body.
 constexpr double kInside = 0.25;
 // Rays that meet the back of a triangle are left out of a sample's mean, because backs have no light. If the other rays
@@ -39,8 +39,22 @@ constexpr int kOpenStep = 4;  // distance, in grid spacings, between the samples
 constexpr double kBegin = 0.5;
 constexpr cache::Shelf kRayTables{"light", ".rays", 64u << 20};
 
+using glm::cross, glm::dot, glm::max, glm::min, glm::vec3;
+using shared::kBack, shared::kMissed, shared::kNothing, shared::kRayDepth, shared::RayHit, shared::RayNode,
+    shared::RaySurface;
+
 constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
     {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+
+/// The rays on the CPU.
+struct BodyRays {
+  const RayNode* nodes;
+  const RaySurface* surfaces;
+
+#define INOUT(type) type&
+#include "engine/render/body_rays.h"
+#undef INOUT
+};
 
 /// Bounding volume hierarchy over the triangles, which finds the triangle that a ray meets.
 class RayTree {
@@ -55,62 +69,17 @@ class RayTree {
     if (!order_.empty()) build(triangles, middles, 0, order_.size());
     for (const std::uint32_t i : order_) {
       const auto& c = triangles[i].corners;
-      stored_.push_back({c[0], c[1] - c[0], c[2] - c[0]});
+      surfaces_.push_back({c[0], static_cast<int>(i), glm::vec4(c[1] - c[0], 0), glm::vec4(c[2] - c[0], 0)});
     }
   }
 
-  struct Hit {
-    float distance = std::numeric_limits<float>::max();
-    std::uint32_t triangle = 0;
-    bool back = false;
-  };
-  /// Finds the first triangle that a ray meets before hit.distance. `any`: any triangle is sufficient; the search then
-  /// ends at the first one found.
-  bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
-    if (nodes_.empty()) return false;
-    const glm::vec3 inverse = 1.0f / direction;
-    struct Waiting {
-      std::uint32_t node;
-      float distance;
-    };
-    std::array<Waiting, 64> stack;
-    std::size_t depth = 0;
-    stack[depth++] = {0, entry(nodes_[0], from, inverse)};
-    bool found = false;
-    while (depth > 0) {
-      const Waiting next = stack[--depth];
-      if (next.distance >= hit.distance) continue;
-      const Node& node = nodes_[next.node];
-      if (node.count > 0) {
-        for (std::uint32_t k = node.first; k < node.first + node.count; ++k)
-          if (meet(stored_[k], from, direction, hit)) {
-            hit.triangle = order_[k];
-            found = true;
-            if (any) return true;
-          }
-        continue;
-      }
-      // The child of the tree's node that is nearer to the ray's start is visited first.
-      Waiting a{node.first, entry(nodes_[node.first], from, inverse)};
-      Waiting b{node.second, entry(nodes_[node.second], from, inverse)};
-      if (a.distance > b.distance) std::swap(a, b);
-      if (b.distance < hit.distance) stack[depth++] = b;
-      if (a.distance < hit.distance) stack[depth++] = a;
-    }
-    return found;
-  }
+  /// Sorted so that the triangles of a leaf are neighbours.
+  std::span<const RaySurface> surfaces() const { return surfaces_; }
+  std::span<const RayNode> nodes() const { return nodes_; }
+  BodyRays rays() const { return {nodes_.data(), surfaces_.data()}; }
 
  private:
   static constexpr std::size_t kLeaf = 4;
-  struct Node {
-    glm::vec3 lo{1e9f}, hi{-1e9f};
-    // Indices of the two children; in a leaf, `first` is the index of its first triangle.
-    std::uint32_t first = 0, second = 0;
-    std::uint32_t count = 0;  // number of triangles in a leaf; 0 if the node has children
-  };
-  struct Stored {
-    glm::vec3 corner, along, beside;
-  };
   struct Box {
     glm::vec3 lo{1e9f}, hi{-1e9f};
     void grow(const glm::vec3& l, const glm::vec3& h) { lo = glm::min(lo, l), hi = glm::max(hi, h); }
@@ -123,10 +92,10 @@ class RayTree {
   /// Splits triangles into two groups such that rays take the least estimated time: sum of box area × number of
   /// triangles (surface area heuristic). Candidates are kParts equal steps along the longest axis of the triangles'
   /// centres.
-  std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
-                      std::size_t first, std::size_t end) {
+  int build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles, std::size_t first,
+            std::size_t end) {
     constexpr int kParts = 12;
-    const auto index = static_cast<std::uint32_t>(nodes_.size());
+    const auto index = static_cast<int>(nodes_.size());
     nodes_.emplace_back();
     Box middle, whole;
     for (std::size_t k = first; k < end; ++k) {
@@ -172,44 +141,19 @@ class RayTree {
           std::partition(at(first), at(end), [&](std::uint32_t i) { return part_of(i) < best; }) - order_.begin());
       if (half == first || half == end) half = (first + end) / 2;
     }
-    Node node{whole.lo, whole.hi, static_cast<std::uint32_t>(first), 0, static_cast<std::uint32_t>(end - first)};
+    RayNode node{whole.lo, static_cast<int>(first), whole.hi, static_cast<int>(end - first)};
     if (half > first) {
+      build(triangles, middles, first, half);
+      node.next = build(triangles, middles, half, end);
       node.count = 0;
-      node.first = build(triangles, middles, first, half);
-      node.second = build(triangles, middles, half, end);
     }
-    nodes_[index] = node;
+    nodes_[static_cast<std::size_t>(index)] = node;
     return index;
   }
-  /// Returns the distance at which the ray enters the box; a large number if it misses the box.
-  static float entry(const Node& node, const glm::vec3& from, const glm::vec3& inverse) {
-    const glm::vec3 a = (node.lo - from) * inverse, b = (node.hi - from) * inverse;
-    const glm::vec3 near = glm::min(a, b), far = glm::max(a, b);
-    const float in = std::max({near.x, near.y, near.z, 0.0f}), out = std::min({far.x, far.y, far.z});
-    return in <= out ? in : std::numeric_limits<float>::max();
-  }
-  /// Intersects a ray with a triangle (Möller & Trumbore 1997). Returns true if the triangle is nearer than `hit`, and
-  /// updates `hit`.
-  static bool meet(const Stored& t, const glm::vec3& from, const glm::vec3& direction, Hit& hit) {
-    const glm::vec3 p = glm::cross(direction, t.beside);
-    const float d = glm::dot(t.along, p);
-    if (d == 0) return false;
-    const glm::vec3 s = from - t.corner;
-    const float u = glm::dot(s, p) / d;
-    if (u < 0 || u > 1) return false;
-    const glm::vec3 q = glm::cross(s, t.along);
-    const float v = glm::dot(direction, q) / d;
-    if (v < 0 || u + v > 1) return false;
-    const float distance = glm::dot(t.beside, q) / d;
-    if (distance <= 0 || distance >= hit.distance) return false;
-    hit.distance = distance;
-    hit.back = d < 0;
-    return true;
-  }
 
-  std::vector<Node> nodes_;
+  std::vector<RayNode> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Stored> stored_;  // the triangles, sorted so that the triangles of a leaf are neighbours
+  std::vector<RaySurface> surfaces_;
 };
 
 glm::vec3 smooth_steps(float from, float to, float x, const glm::vec3& low, const glm::vec3& high) {
@@ -327,7 +271,8 @@ struct LightScene::Impl {
   RayTree tree;
   bool tissue_mirrors;
   std::stop_token stop;
-  LightGrid empty;  // the grid with its origin, spacing and size, before the light is computed
+  std::shared_ptr<LightPasses> passes;  // null: the CPU casts the rays
+  LightGrid empty;                      // the grid with its origin, spacing and size, before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions<kRays>();
   std::array<glm::vec3, kImageRays> image_directions = sphere_directions<kImageRays>();
   struct Sample {
@@ -341,10 +286,15 @@ struct LightScene::Impl {
   // For each sample in `imaged` and each of its kImageRays rays: index in `used`, kNothing or kBack.
   std::vector<std::int32_t> met_by_images;
   std::vector<std::uint32_t> used;  // indices of the triangles that rays met
+  bool tree_on_card = false;        // the passes know the tree
 
   Impl(std::vector<LitTriangle> given, const BoxInWorld& box, double spacing, bool tissue_mirrors_too,
-       std::stop_token stop_of)
-      : triangles(std::move(given)), tree(triangles), tissue_mirrors(tissue_mirrors_too), stop(std::move(stop_of)) {
+       std::stop_token stop_of, std::shared_ptr<LightPasses> passes_of)
+      : triangles(std::move(given)),
+        tree(triangles),
+        tissue_mirrors(tissue_mirrors_too),
+        stop(std::move(stop_of)),
+        passes(std::move(passes_of)) {
     empty.origin = box.lo;
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
@@ -422,47 +372,67 @@ struct LightScene::Impl {
         }
   }
 
-  /// Returns what a ray meets first: the index of a triangle, kBack or kNothing.
-  std::int32_t met_from(const glm::vec3& p, const glm::vec3& direction) const {
-    RayTree::Hit hit;
-    if (!tree.cast(p, direction, hit, false)) return kNothing;
-    return hit.back ? kBack : static_cast<std::int32_t>(hit.triangle);
+  /// Casts a ray from each start in each direction. `any`: any triangle is sufficient, not only the first.
+  std::vector<RayHit> cast(std::span<const glm::vec3> starts, std::span<const glm::vec3> rays, bool any = false) {
+    std::vector<RayHit> hits(starts.size() * rays.size(), {kNothing, kMissed});
+    if (hits.empty() || triangles.empty()) return hits;
+    const auto on_card = [&](LightPasses& card) {
+      if (!std::exchange(tree_on_card, true)) {
+        std::ranges::copy(tree.nodes(), card.memory(LightPasses::kNodes, tree.nodes().size()).begin());
+        std::ranges::copy(tree.surfaces(), card.memory(LightPasses::kSurfaces, tree.surfaces().size()).begin());
+      }
+      card.cast(starts, rays, any, hits, stop);
+    };
+    if (work_on_card(passes, on_card)) return hits;
+    share(starts.size(), [&](std::size_t s) {
+      for (std::size_t r = 0; r < rays.size(); ++r)
+        hits[s * rays.size() + r] = tree.rays().first_hit(starts[s], rays[r], any);
+    });
+    return hits;
+  }
+  std::vector<glm::vec3> starts_of_samples() const {
+    std::vector<glm::vec3> starts;
+    std::ranges::transform(samples, std::back_inserter(starts), &Sample::p);
+    return starts;
   }
 
-  void cast_rays() {
-    met.resize(samples.size() * kRays);
-    share(samples.size(), [&](std::size_t s) {
-      Sample& sample = samples[s];
-      // Casts every fourth ray first, to find out whether the sample is inside a body. If it is, and the nearest
-      // surface is less than 1.75 grid spacings away, the sample's rays start just outside this surface.
-      constexpr std::size_t kFew = 4;
+  /// If a sample is inside a body, and the nearest surface is less than 1.75 grid spacings away, its rays start just
+  /// outside this surface. Every fourth ray tells whether a sample is inside a body.
+  void leave_bodies() {
+    constexpr std::size_t kFew = kRays / 4;
+    std::array<glm::vec3, kFew> few;
+    for (std::size_t r = 0; r < kFew; ++r) few[r] = directions[4 * r];
+    const std::vector<RayHit> hits = cast(starts_of_samples(), few);
+    for (std::size_t s = 0; s < samples.size(); ++s) {
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);
       glm::vec3 out(0);
-      for (std::size_t r = 0; r < kRays; r += kFew) {
-        RayTree::Hit hit;
-        if (!tree.cast(sample.p, directions[r], hit, false) || !hit.back) continue;
+      for (std::size_t r = 0; r < kFew; ++r) {
+        const RayHit& hit = hits[s * kFew + r];
+        if (hit.met != kBack) continue;
         ++backs;
-        if (hit.distance < nearest) nearest = hit.distance, out = directions[r] * (hit.distance + 3 * kMargin);
+        if (hit.distance < nearest) nearest = hit.distance, out = few[r] * (hit.distance + 3 * kMargin);
       }
-      if (backs > kInside * kRays / kFew) {
-        sample.valid = out != glm::vec3(0);
-        if (!sample.valid) return;
-        sample.p += out;
-      }
-      backs = 0;
-      for (std::size_t r = 0; r < kRays; ++r) {
-        met[s * kRays + r] = met_from(sample.p, directions[r]);
-        backs += met[s * kRays + r] == kBack;
-      }
-      sample.valid = backs <= kInside * kRays;
-    });
-    met_by_images.assign(imaged.size() * kImageRays, kBack);
-    share(imaged.size(), [&](std::size_t i) {
-      const Sample& sample = samples[imaged[i]];
-      for (std::size_t r = 0; sample.valid && r < kImageRays; ++r)
-        met_by_images[i * kImageRays + r] = met_from(sample.p, image_directions[r]);
-    });
+      if (backs <= kInside * kFew) continue;
+      samples[s].valid = out != glm::vec3(0);
+      samples[s].p += out;
+    }
+  }
+  void cast_rays() {
+    leave_bodies();
+    const std::vector<RayHit> hits = cast(starts_of_samples(), directions);
+    met.resize(hits.size());
+    std::ranges::transform(hits, met.begin(), &RayHit::met);
+    for (std::size_t s = 0; s < samples.size(); ++s) {
+      const auto backs = static_cast<int>(std::ranges::count(std::span(met).subspan(s * kRays, kRays), kBack));
+      samples[s].valid = samples[s].valid && backs <= kInside * kRays;
+    }
+    std::vector<glm::vec3> starts;
+    for (const std::uint32_t s : imaged) starts.push_back(samples[s].p);
+    const std::vector<RayHit> image_hits = cast(starts, image_directions);
+    met_by_images.resize(image_hits.size());
+    for (std::size_t i = 0; i < image_hits.size(); ++i)
+      met_by_images[i] = samples[imaged[i / kImageRays]].valid ? image_hits[i].met : kBack;
     // Gives the triangles that rays met the numbers 0, 1, 2 …, and stores these numbers instead of indices.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     const auto renumber = [&](std::int32_t& m) {
@@ -479,18 +449,21 @@ struct LightScene::Impl {
     for (std::int32_t& m : met_by_images) renumber(m);
   }
 
-  /// Returns the visible fraction of the lamp at p.
-  float lamp_seen(const glm::vec3& p, const LightSources& sources) const {
+  /// Returns the visible fraction of the lamp at each start.
+  std::vector<float> lamp_seen(std::span<const glm::vec3> starts, const LightSources& sources) {
     const glm::vec3 l = sources.toward_lamp, side = std::abs(l.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     const glm::vec3 a = glm::normalize(glm::cross(side, l)), b = glm::cross(l, a);
-    int free = 0;
-    for (int i = 0; i < kLampRays; ++i) {
+    std::array<glm::vec3, kLampRays> rays;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
       const float r = sources.lamp_half_angle * std::sqrt((static_cast<float>(i) + 0.5f) / kLampRays);
       const float turn = 2.39996323f * static_cast<float>(i);
-      RayTree::Hit hit;
-      if (!tree.cast(p, glm::normalize(l + r * (std::cos(turn) * a + std::sin(turn) * b)), hit, true)) ++free;
+      rays[i] = glm::normalize(l + r * (std::cos(turn) * a + std::sin(turn) * b));
     }
-    return static_cast<float>(free) / kLampRays;
+    const std::vector<RayHit> hits = cast(starts, rays, true);
+    std::vector<float> seen(starts.size(), 0);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+      if (hits[i].met == kNothing) seen[i / kLampRays] += 1.0f / kLampRays;
+    return seen;
   }
 
   /// Gives samples without light the mean light of neighbours with light, layer by layer, until all have light.
@@ -527,20 +500,23 @@ struct LightScene::Impl {
     }
   }
 
-  LightGrid light(const LightSources& sources, int bounces) const {
+  LightGrid light(const LightSources& sources, int bounces) {
     LightGrid grid = empty;
     grid.faces.assign(LightGrid::kFaces * grid.samples(), glm::vec4(0));
 
     std::vector<glm::vec3> direct(used.size()), radiance(used.size()), middles(used.size()), normals(used.size());
-    share(used.size(), [&](std::size_t i) {
+    std::vector<glm::vec3> starts(used.size());
+    for (std::size_t i = 0; i < used.size(); ++i) {
       const LitTriangle& t = triangles[used[i]];
       const glm::vec3 n = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
       const float length = glm::length(n);
       normals[i] = length > 0 ? n / length : glm::vec3(0);
       middles[i] = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
-      const float facing = glm::dot(normals[i], sources.toward_lamp);
-      if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
-    });
+      starts[i] = middles[i] + kMargin * normals[i];
+    }
+    const std::vector<float> lit = lamp_seen(starts, sources);
+    for (std::size_t i = 0; i < used.size(); ++i)
+      direct[i] = std::max(glm::dot(normals[i], sources.toward_lamp), 0.0f) * lit[i] * sources.lamp;
 
     // Weight of each ray in the light of a surface that faces +x, -x, +y, -y, +z or -z.
     std::array<std::array<float, kRays>, LightGrid::kFaces> weights;
@@ -553,11 +529,8 @@ struct LightScene::Impl {
     for (std::size_t r = 0; r < kRays; ++r) outside[r] = sources.room(directions[r]);
 
     std::vector<std::uint8_t> known(grid.samples(), 0);
-    std::vector<float> lamp(samples.size());
     for (const Sample& s : samples) known[s.at] = s.valid;
-    share(samples.size(), [&](std::size_t s) {
-      if (samples[s].valid) lamp[s] = lamp_seen(samples[s].p, sources);
-    });
+    const std::vector<float> lamp = lamp_seen(starts_of_samples(), sources);
     const std::size_t stride = grid.samples();
     for (int bounce = 0; bounce <= bounces; ++bounce) {
       if (bounce > 0)
@@ -646,8 +619,9 @@ struct LightScene::Impl {
 };
 
 LightScene::LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors,
-                       std::stop_token stop)
-    : impl_(std::make_unique<Impl>(std::move(triangles), box, spacing, tissue_mirrors, std::move(stop))) {}
+                       std::stop_token stop, std::shared_ptr<LightPasses> passes)
+    : impl_(std::make_unique<Impl>(std::move(triangles), box, spacing, tissue_mirrors, std::move(stop),
+                                   std::move(passes))) {}
 LightScene::~LightScene() = default;
 LightScene::LightScene(LightScene&&) noexcept = default;
 LightScene& LightScene::operator=(LightScene&&) noexcept = default;

@@ -1,5 +1,5 @@
-// Light that comes from the room and from other surfaces, without the lamp's direct light. The CPU traces rays once for
-// static bodies; the result is a grid for shaders/lighting.glsl.
+// Light that comes from the room and from other surfaces, without the lamp's direct light. Rays are traced once for
+// static bodies, by the CPU or a graphics card; the result is a grid for shaders/lighting.glsl.
 #pragma once
 
 #include <array>
@@ -56,13 +56,17 @@ struct LightSources {
 /// Converts a frame's lights to light sources, with the same formulas as the shaders.
 LightSources sources_of(const Lights& lights);
 
+class LightPasses;
+
+/// Used by one thread at a time.
 class LightScene {
  public:
   /// Casts rays from samples near triangles. `box`, `spacing`: m. `tissue_mirrors`: where mirrored light is computed;
   /// true: at each sample beside tissue; false: at every second sample beside metal. After a request to `stop`, throws
-  /// Stopped (engine/base/in_parallel.h).
+  /// Stopped (engine/base/in_parallel.h). `passes`: compute passes that cast the rays; if there are none or they fail,
+  /// the CPU casts them.
   LightScene(std::vector<LitTriangle> triangles, const BoxInWorld& box, double spacing, bool tissue_mirrors = false,
-             std::stop_token stop = {});
+             std::stop_token stop = {}, std::shared_ptr<LightPasses> passes = nullptr);
   ~LightScene();
   LightScene(LightScene&&) noexcept;
   LightScene& operator=(LightScene&&) noexcept;

@@ -1,5 +1,6 @@
-// Data that C++ fills and shaders read, declared once. Structs contain only vec4, ivec4 and mat4, whose memory layout
-// is equal in both languages. Needs GL_GOOGLE_include_directive.
+// Data that C++ fills and shaders read, declared once. Structs contain only vec4, ivec4, mat4, pairs of a vec3 and a
+// number, and single numbers in structs without vectors; their memory layout is equal in both languages. Needs
+// GL_GOOGLE_include_directive.
 #ifdef __cplusplus
 #pragma once
 #include <glm/glm.hpp>
@@ -35,6 +36,36 @@ const float kPulpHarm = 5.5f, kBoneHarm = 10.0f;                // K above kBody
 const vec3 kColdestColor = vec3(0.00, 0.07, 0.38), kColdColor = vec3(0.19, 0.51, 0.68),
            kBodyColor = vec3(0.93, 0.90, 0.88), kWarmColor = vec3(0.81, 0.54, 0.37),
            kHottestColor = vec3(0.35, 0.00, 0.03);  // sRGB
+
+// Rays between bodies (body_rays.h).
+const int kRayDepth = 64;    // largest number of nodes that wait while a ray searches the tree
+const float kMissed = 1e9f;  // m, used instead of a distance if there is none
+// Used instead of the index of a triangle: the ray meets nothing; it meets the back of a triangle.
+const int kNothing = -1, kBack = -2;
+
+// Node of the tree of triangles. Its first child is the next node.
+struct RayNode {
+  vec3 lo;    // m, frame W, box
+  int next;   // index of the second child; in a leaf, of the first triangle
+  vec3 hi;    // m, frame W
+  int count;  // number of triangles in a leaf; 0 if the node has children
+};
+struct RaySurface {
+  vec3 corner;   // m, frame W, first corner of the triangle
+  int triangle;  // index that a ray returns
+  vec4 along;    // m, from the first to the second corner
+  vec4 beside;   // m, from the first to the third corner
+};
+// What a ray meets first.
+struct RayHit {
+  int met;         // index of the triangle, kNothing or kBack
+  float distance;  // m, from the start of the ray; kMissed if it meets nothing
+};
+// Push constants of a pass over rays.
+struct RayPass {
+  int starts, directions;  // number of each; each start has a ray in each direction
+  int any;                 // 1: any triangle is sufficient, not only the first
+};
 
 // Rays and random walks of the light inside tissue (tissue_rays.h).
 const int kSurfaceRays = 24;      // number of rays from each cell at a surface, which find the light of other surfaces

@@ -137,7 +137,7 @@ struct TissueLight::Impl {
   std::stop_token stop;
   LightSources sources;
   LightGrid far;
-  std::unique_ptr<LightPasses> passes;  // null: the CPU follows rays and walks
+  std::shared_ptr<LightPasses> passes;  // null: the CPU follows rays and walks
   // What the passes do not know yet: the lights from outside; cells. `room`: number of elements for which they have
   // memory.
   bool far_changed = false;
@@ -235,15 +235,17 @@ struct TissueLight::Impl {
             glm::ivec3(glm::floor(glm::clamp(high, glm::vec3(-1), last)))};
   }
 
-  // For each cell of the box of the last measure(): nearest triangle or null; whether the distance's sign is known.
+  // For each cell of the box of the last measure(): nearest triangle or null; how the distance's sign was found.
   std::vector<const LitTriangle*> nearest;
+  static constexpr std::uint8_t kUnknown = 0, kByTriangle = 1, kByRegion = 2;
   std::vector<std::uint8_t> known;
 
   /// Computes distances of the cells in `box` to the surface of one body, and the nearest triangles. A cell farther
   /// than `band` from all triangles gets its sign from its neighbours.
   void measure(std::span<const std::span<const LitTriangle>> parts, const CellBox& box, std::vector<float>& result) {
-    each_cell(box,
-              [&](const glm::ivec3& i) { nearest[index(i)] = nullptr, result[index(i)] = band, known[index(i)] = 0; });
+    each_cell(box, [&](const glm::ivec3& i) {
+      nearest[index(i)] = nullptr, result[index(i)] = band, known[index(i)] = kUnknown;
+    });
     // Number of cells along x in a slab. Each slab belongs to one thread.
     constexpr int kLayers = 8;
     const auto slab_of = [&](int x) { return static_cast<std::size_t>((x - box.lo.x) / kLayers); };
@@ -273,29 +275,37 @@ struct TissueLight::Impl {
       const glm::vec3 n = w.x * t->normals[0] + w.y * t->normals[1] + w.z * t->normals[2];
       if (glm::dot(n, q - (w.x * t->corners[0] + w.y * t->corners[1] + w.z * t->corners[2])) < 0)
         result[at] = -result[at];
-      known[at] = 1;
+      known[at] = kByTriangle;
     });
     // Cells far from the surface form connected regions. The cells beside a region decide by majority whether it is
-    // inside, because at a sharp edge the sign of a single cell can be wrong.
-    std::vector<std::size_t> part;
+    // inside, because at a sharp edge the sign of a single cell can be wrong. The search goes on from the last found
+    // cell, so it follows lines of cells that are neighbours in memory.
+    std::vector<std::size_t> region;
+    std::vector<glm::ivec3> waiting;
     each_cell(box, [&](const glm::ivec3& first) {
-      if (known[index(first)]) return;
       int inside = 0;
-      part.assign(1, index(first));
-      known[index(first)] = 1;
-      for (std::size_t k = 0; k < part.size(); ++k)
+      region.clear();
+      const auto add = [&](const glm::ivec3& i) {
+        known[index(i)] = kByRegion;
+        region.push_back(index(i));
+        waiting.push_back(i);
+      };
+      if (known[index(first)] == kUnknown) add(first);
+      while (!waiting.empty()) {
+        const glm::ivec3 i = waiting.back();
+        waiting.pop_back();
         for (int side = 0; side < 6; ++side) {
-          glm::ivec3 j = cell_of(part[k]);
+          glm::ivec3 j = i;
           j[side / 2] += side % 2 ? 1 : -1;
           if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size))) continue;
           const std::size_t at = index(j);
-          const bool in_box = glm::all(glm::lessThanEqual(box.lo, j)) && glm::all(glm::lessThanEqual(j, box.hi));
-          if (!in_box || nearest[at])
+          if (!box.meets({j, j}) || known[at] == kByTriangle)
             inside += result[at] < 0 ? 1 : -1;
-          else if (std::exchange(known[at], std::uint8_t{1}) == 0)
-            part.push_back(at);
+          else if (known[at] == kUnknown)
+            add(j);
         }
-      for (const std::size_t at : part) result[at] = inside > 0 ? -band : band;
+      }
+      for (const std::size_t at : region) result[at] = inside > 0 ? -band : band;
     });
   }
 
@@ -560,7 +570,11 @@ struct TissueLight::Impl {
         glm::ivec4(far.size, 0),
         glm::vec4(sources.lamp, band),
         glm::vec4(sources.toward_lamp, sources.lamp_half_angle)};
-    if (trace_on_card(pass, gathered, walked, found)) return;
+    const auto on_card = [&](LightPasses& card) {
+      upload(card);
+      card.trace(pass, gathered, walked, found, stop);
+    };
+    if (work_on_card(passes, on_card)) return;
     const auto of_each = static_cast<std::size_t>(walks);
     found.arrivals.resize(gathered.size());
     found.met.resize(gathered.size() * kSurfaceRays);
@@ -586,39 +600,25 @@ struct TissueLight::Impl {
       for (int k = 0; k < walks; ++k) found.exits[i * of_each + static_cast<std::size_t>(k)] = rays.walk(walked[i], k);
     });
   }
-  /// Returns false if there are no passes or they fail; then there are none any more.
-  bool trace_on_card(const shared::LightPass& pass, std::span<const std::int32_t> gathered,
-                     std::span<const std::int32_t> walked, TracedLight& found) {
-    if (!passes) return false;
-    try {
-      upload();
-      passes->trace(pass, gathered, walked, found, stop);
-      return true;
-    } catch (const std::exception& e) {
-      log::warn("the GPU's passes for light inside tissue failed; the CPU continues: {}", e.what());
-      passes.reset();
-      return false;
-    }
-  }
   /// Copies what changed since the last call to the graphics card.
-  void upload() {
+  void upload(LightPasses& card) {
     if (far_changed) {
-      std::ranges::copy(step_table(), passes->steps(step_table().size()).begin());
-      std::ranges::copy(far.faces, passes->faces(far.faces.size()).begin());
-      std::ranges::copy(far.images, passes->images(far.images.size()).begin());
+      std::ranges::copy(step_table(), card.memory(LightPasses::kSteps, step_table().size()).begin());
+      std::ranges::copy(far.faces, card.memory(LightPasses::kFaces, far.faces.size()).begin());
+      std::ranges::copy(far.images, card.memory(LightPasses::kImages, far.images.size()).begin());
       far_changed = false;
     }
     if (changed_cells.empty()) return;
-    const std::span distances = passes->distances(distance.size());
-    const std::span cells = passes->cells(distance.size());
+    const std::span distances = card.memory(LightPasses::kDistances, distance.size());
+    const std::span cells = card.memory(LightPasses::kCells, distance.size());
     for (std::size_t at = index(changed_cells.lo); at <= index(changed_cells.hi); ++at) {
       distances[at] = distance[at];
       cells[at] = static_cast<std::uint32_t>(element_of[at] + 1) << 1 | in_hard[at];
     }
-    std::ranges::copy(clear, passes->blocks(clear.size()).begin());
+    std::ranges::copy(clear, card.memory(LightPasses::kBlocks, clear.size()).begin());
     const bool all_again = elements.size() > room;
     if (all_again) room = elements.size() + elements.size() / 4;
-    const auto put = [to = passes->elements(room)](std::size_t i, const Element& e) {
+    const auto put = [to = card.memory(LightPasses::kElements, room)](std::size_t i, const Element& e) {
       to[i] = {vec4(e.p, 0), vec4(e.n, 0), vec4(e.albedo, 0), vec4(e.path, 0), glm::ivec4(static_cast<int>(e.cell))};
     };
     if (all_again) {
@@ -701,7 +701,7 @@ struct TissueLight::Impl {
         if (std::exchange(known[index(j)], kListed) != kListed) near.push_back(index(j));
       });
     }
-    for (const std::size_t at : near) known[at] = 0;
+    for (const std::size_t at : near) known[at] = kUnknown;
     fill(near);
     return changed;
   }
@@ -769,7 +769,7 @@ void TissueLight::add_fixed(std::vector<LitTriangle> triangles, bool hard) {
 void TissueLight::put(std::span<const MeshUpdate> bricks, const dvec3& origin) {
   impl_->put(bricks, origin);
 }
-void TissueLight::use(std::unique_ptr<LightPasses> passes) {
+void TissueLight::use(std::shared_ptr<LightPasses> passes) {
   impl_->passes = std::move(passes);
 }
 bool TissueLight::on_card() const {

@@ -39,7 +39,7 @@ class TissueLight {
 
   /// Sets the compute passes that follow rays and walks on a graphics card. Null: the CPU follows them. If the card
   /// fails, the CPU continues. Call before light().
-  void use(std::unique_ptr<LightPasses> passes);
+  void use(std::shared_ptr<LightPasses> passes);
   bool on_card() const;
 
   /// Computes the light of all cells with several threads. `far`: light from outside the box.

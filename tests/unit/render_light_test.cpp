@@ -5,10 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "engine/gpu/device.h"
+#include "engine/render/light_passes.h"
 #include "engine/render/light_scene.h"
 #include "engine/render/look.h"
 #include "engine/render/shared.h"
@@ -170,6 +174,50 @@ TEST(LightScene, TheLampIsNotSeenUnderARoof) {
   const render::LightGrid grid = scene.light(sources);
   EXPECT_EQ(render::light_at(grid, {0, 0, 0}, kUp).w, 0);
   EXPECT_EQ(render::light_at(grid, {10e-3, 0, 0}, kUp).w, 1);
+}
+
+/// Returns the light of a lamp and a room on a body under a roof. `passes`: null: the CPU casts the rays.
+render::LightGrid body_under_roof(std::shared_ptr<render::LightPasses> passes) {
+  std::vector<LitTriangle> all;
+  add_box(all, {-8e-3f, -8e-3f, -4e-3f}, {8e-3f, 8e-3f, 0}, {0.6f, 0.5f, 0.4f});
+  add_box(all, {-6e-3f, -6e-3f, 4e-3f}, {2e-3f, 6e-3f, 5e-3f}, glm::vec3(0.7f));
+  add_box(all, {3e-3f, -2e-3f, 0.3e-3f}, {5e-3f, 2e-3f, 6e-3f}, {0.7f, 0.2f, 0.2f});
+  all.back().metal = true;
+  LightSources sources = lamp_at({0.2f, 0.3f, 1});
+  sources.lamp_half_angle = 0.1f;
+  sources.room = [](const glm::vec3& d) { return glm::vec3(0.4f + 0.2f * d.z, 0.4f, 0.4f - 0.2f * d.x); };
+  const render::BoxInWorld box{dvec3(-10e-3), dvec3(10e-3)};
+  return LightScene(all, box, 2e-3, true, {}, std::move(passes)).light(sources);
+}
+
+TEST(LightScene, ComputePassesGiveTheLightThatTheProcessorComputes) {
+  const render::LightGrid expected = body_under_roof(nullptr);
+  const auto passes = std::make_shared<render::LightPasses>(gpu::Device::create({}));
+  const render::LightGrid grid = body_under_roof(passes);
+  // Rays that touch an edge may meet the triangle at either side.
+  const auto compare = [](const auto& a, const auto& b) {
+    ASSERT_EQ(a.size(), b.size());
+    double sum = 0;
+    float most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      for (int c = 0; c < a[i].length(); ++c) {
+        const float apart = std::abs(a[i][c] - b[i][c]);
+        sum += double{apart}, most = std::max(most, apart);
+      }
+    EXPECT_LT(sum / static_cast<double>(a.size()), 1e-5);
+    EXPECT_LT(most, 0.02f);
+  };
+  compare(grid.faces, expected.faces);
+  compare(grid.images, expected.images);
+}
+
+TEST(LightScene, TheProcessorContinuesIfTheDeviceOfThePassesIsLost) {
+  gpu::Device device = gpu::Device::create({});
+  device.lose();
+  const render::LightGrid grid = body_under_roof(std::make_shared<render::LightPasses>(device));
+  const render::LightGrid expected = body_under_roof(nullptr);
+  EXPECT_EQ(grid.faces, expected.faces);
+  EXPECT_EQ(grid.images, expected.images);
 }
 
 TEST(LightScene, ASurfaceHasTheSameLightWhereverItLiesBetweenTheSamples) {

@@ -73,8 +73,9 @@ void MouthLight::compute(const render::LightSources& sources) {
       const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
       tissue_.add_fixed(std::move(body), hard);
     }
-    if (!card_.empty()) tissue_.use(render::LightPasses::make(card_));
-    bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, tissue_mirrors_, stop_.get_token());
+    const std::shared_ptr passes = card_.empty() ? nullptr : render::LightPasses::make(card_);
+    tissue_.use(passes);
+    bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, tissue_mirrors_, stop_.get_token(), passes);
   }
   grid_ = bodies_->light(sources);
   tissue_.light(sources, grid_);
