@@ -50,7 +50,8 @@ std::vector<std::string> tools_of(ToolKind kind) {
   for (const auto& entry : std::filesystem::directory_iterator(assets_folder() / "tools")) {
     if (entry.path().extension() != ".json") continue;
     const haptics::Tool tool = haptics::read_tool(Json::load(entry.path()));
-    if (kind == ToolKind::kTurns ? tool.turns() : tool.scrapes > 0) tools.push_back(entry.path().stem().string());
+    const ToolKind its = tool.turns() ? ToolKind::kTurns : tool.scrapes > 0 ? ToolKind::kScrapes : ToolKind::kTouches;
+    if (its == kind) tools.push_back(entry.path().stem().string());
   }
   std::sort(tools.begin(), tools.end());
   return tools;

@@ -23,7 +23,8 @@ struct PushHand {
   double push = 0;            // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-enum class ToolKind { kTurns, kScrapes };
+/// kTouches: the tool neither rotates nor scrapes, for example a probe or a condenser.
+enum class ToolKind { kTurns, kScrapes, kTouches };
 /// Returns the sorted names of all tools of this kind in the assets.
 std::vector<std::string> tools_of(ToolKind kind);
 /// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2
