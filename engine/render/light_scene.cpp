@@ -56,7 +56,7 @@ struct BodyRays {
 #undef INOUT
 };
 
-/// Bounding volume hierarchy over the triangles, which finds the triangle that a ray meets.
+/// Bounding volume hierarchy over the triangles.
 class RayTree {
  public:
   explicit RayTree(const std::vector<LitTriangle>& triangles) {

@@ -316,10 +316,18 @@ struct TissueLight::Impl {
     const glm::vec3 normal = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
     const float length = glm::length(normal);
     if (cells.empty() || !(length > 0)) return;
+    // The whole triangle is inside a sphere around `middle`. A cell that is too far away from this sphere needs no
+    // exact distance.
+    constexpr float kRounding = 1e-8f;  // m, more than the error of the compared distances
+    const glm::vec3 middle = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
+    float radius = 0;
+    for (const glm::vec3& c : t.corners) radius = std::max(radius, glm::distance(c, middle) + kRounding);
     const glm::vec3 unit = normal / length;
     each_cell(cells, [&](const glm::ivec3& i) {
-      const glm::vec3 q = place(i);
+      const glm::vec3 q = place(i), apart = q - middle;
       const std::size_t at = index(i);
+      const float farthest = result[at] + radius;
+      if (glm::dot(apart, apart) >= farthest * farthest) return;
       if (std::abs(glm::dot(unit, q - t.corners[0])) >= result[at]) return;
       const glm::vec3 w = nearest_in(t.corners, q);
       const float d = glm::length(q - (w.x * t.corners[0] + w.y * t.corners[1] + w.z * t.corners[2]));
