@@ -469,7 +469,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       for (int z = 0; z < dense.size.z; z += kBlock) block({static_cast<int>(x) * kBlock, y, z}, scratch);
     }
   };
-  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, {}, 1);
+  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, {}, 1, SIZE_MAX);
   return dense;
 }
 

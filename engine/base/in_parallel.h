@@ -16,16 +16,17 @@ namespace typodont {
 /// Thrown by in_parallel() if a stop of the work was requested.
 struct Stopped {};
 
-/// Number of threads for work beside a session. With more than four cores, two of them stay free for servo and picture.
-inline std::size_t threads_beside_session() {
-  const std::size_t cores = std::thread::hardware_concurrency();
-  return std::max(std::min(cores, std::size_t{4}), cores - std::min(cores, std::size_t{2}));
+/// Most threads for work in the background of a session: all cores but two, for servo and picture; at least four.
+inline std::size_t background_threads() {
+  return std::max(std::size_t{6}, std::size_t{std::thread::hardware_concurrency()}) - 2;
 }
 
-/// Calls each(i) for 0 <= i < count on several threads, `block` calls at a time, and waits for all. If a call throws,
-/// no new calls begin, and the exception is thrown here. Throws Stopped if `stop` was requested. Any thread.
+/// Calls each(i) for 0 <= i < count on up to `max_threads` threads, `block` calls at a time, and waits for all. If a
+/// call throws, no new calls begin, and the exception is thrown here. Throws Stopped if `stop` was requested. Any
+/// thread.
 template <class Each>
-void in_parallel(std::size_t count, const Each& each, const std::stop_token& stop = {}, std::size_t block = 32) {
+void in_parallel(std::size_t count, const Each& each, const std::stop_token& stop = {}, std::size_t block = 32,
+                 std::size_t max_threads = 4) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::once_flag failed;
@@ -42,7 +43,7 @@ void in_parallel(std::size_t count, const Each& each, const std::stop_token& sto
   };
   // No more threads than blocks: a thread without work still takes time to start.
   const std::size_t blocks = (count + block - 1) / block;
-  const std::size_t threads = std::min(threads_beside_session(), blocks);
+  const std::size_t threads = std::min({max_threads, std::size_t{std::thread::hardware_concurrency()}, blocks});
   {
     std::vector<std::jthread> others;
     try {

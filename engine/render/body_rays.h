@@ -28,8 +28,7 @@ bool meet(int surface, vec3 from, vec3 direction, INOUT(RayHit) hit) {
   hit.distance = distance;
   return true;
 }
-/// Returns the first triangle that a ray meets. `any`: any triangle is sufficient; the search then ends at the first
-/// one found.
+/// Returns where a ray ends: at the first triangle that it meets; with `any`, at the triangle that is found first.
 RayHit first_hit(vec3 from, vec3 direction, bool any) {
   vec3 inverse;
   for (int axis = 0; axis < 3; ++axis) inverse[axis] = 1.0f / (direction[axis] == 0.0f ? 1e-20f : direction[axis]);

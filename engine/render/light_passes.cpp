@@ -101,7 +101,7 @@ void LightPasses::trace(shared::LightPass pass, std::span<const std::int32_t> ga
       part(first, count);
     }
   };
-  // Every binding needs a buffer, also those that only the other shader uses.
+  // Every binding of tissue_rays.glsl needs a buffer, also those that only the other shader uses.
   const std::size_t rays = std::min(gathered.size(), kAtOnce / kRays);
   const std::span arrivals = memory(kArrivals, rays);
   const std::span met = memory(kMet, rays * kRays);

@@ -27,7 +27,8 @@ struct TracedLight {
   std::vector<glm::ivec2> exits;  // per walk: element where it ends or kNone; packed weight (tissue_rays.h)
 };
 
-/// Used by one thread at a time. Any call may throw DeviceLost or RunFailure; then the object is of no more use.
+/// Shared by one TissueLight and one LightScene, in one thread at a time. memory(), trace() and cast() are called
+/// inside attempt(), because they throw DeviceLost or RunFailure if the card fails.
 class LightPasses {
  public:
   /// Creates passes with a Vulkan device of their own, of the graphics card with this name. Null: Vulkan fails
@@ -39,24 +40,38 @@ class LightPasses {
   LightPasses(const LightPasses&) = delete;
   LightPasses& operator=(const LightPasses&) = delete;
 
+  /// Calls work(*this). Returns false if this or an earlier call failed (logged); then the CPU must do the work.
+  template <class Work>
+  bool attempt(const Work& work) {
+    if (failed_) return false;
+    try {
+      work(*this);
+    } catch (const std::exception& e) {
+      log::warn("the GPU's passes for light failed; the CPU continues: {}", e.what());
+      failed_ = true;
+    }
+    return !failed_;
+  }
+  bool failed() const { return failed_; }
+
   // Bindings of the shaders, and types of their values.
   template <class T>
-  struct Input {
-    std::uint32_t binding;
+  struct Binding {
+    std::uint32_t number;
   };
-  static constexpr Input<float> kDistances{0};
-  static constexpr Input<std::uint32_t> kCells{1};  // 2 × (element + 1) + 1 in a hard body
-  static constexpr Input<std::uint32_t> kBlocks{2};
-  static constexpr Input<shared::LightElement> kElements{3};
-  static constexpr Input<glm::vec4> kSteps{4}, kFaces{5};
-  static constexpr Input<glm::vec3> kImages{6};
-  static constexpr Input<shared::RayNode> kNodes{8};
-  static constexpr Input<shared::RaySurface> kSurfaces{9};
+  static constexpr Binding<float> kDistances{0};
+  static constexpr Binding<std::uint32_t> kCells{1};  // 2 × (element + 1) + 1 in a hard body
+  static constexpr Binding<std::uint32_t> kBlocks{2};
+  static constexpr Binding<shared::LightElement> kElements{3};
+  static constexpr Binding<glm::vec4> kSteps{4}, kFaces{5};
+  static constexpr Binding<glm::vec3> kImages{6};
+  static constexpr Binding<shared::RayNode> kNodes{8};
+  static constexpr Binding<shared::RaySurface> kSurfaces{9};
   /// Returns memory for `count` values, which the caller fills before trace() or cast(). If it grows, its content is
   /// lost.
   template <class T>
-  std::span<T> memory(Input<T> input, std::size_t count) {
-    return {reinterpret_cast<T*>(memory(input.binding, count * sizeof(T))), count};
+  std::span<T> memory(Binding<T> binding, std::size_t count) {
+    return {reinterpret_cast<T*>(memory(binding.number, count * sizeof(T))), count};
   }
 
   /// Casts the rays of the elements `gathered`, follows the walks of the elements `walked`, and waits for the results.
@@ -70,13 +85,13 @@ class LightPasses {
             std::span<shared::RayHit> hits, const std::stop_token& stop);
 
  private:
-  static constexpr Input<std::int32_t> kListed{7};
-  static constexpr Input<glm::vec4> kStarts{10}, kDirections{11};
+  static constexpr Binding<std::int32_t> kListed{7};
+  static constexpr Binding<glm::vec4> kStarts{10}, kDirections{11};
   static constexpr std::uint32_t kFirstResult = 12;
-  static constexpr Input<shared::LightArrival> kArrivals{kFirstResult};
-  static constexpr Input<std::int32_t> kMet{13};
-  static constexpr Input<glm::ivec2> kExits{14};
-  static constexpr Input<shared::RayHit> kHits{15};
+  static constexpr Binding<shared::LightArrival> kArrivals{kFirstResult};
+  static constexpr Binding<std::int32_t> kMet{13};
+  static constexpr Binding<glm::ivec2> kExits{14};
+  static constexpr Binding<shared::RayHit> kHits{15};
   static constexpr std::size_t kBindings = 16;
 
   void destroy() noexcept;
@@ -88,20 +103,7 @@ class LightPasses {
   gpu::ShaderInputs inputs_;
   VkPipeline gather_ = VK_NULL_HANDLE, walk_ = VK_NULL_HANDLE, cast_ = VK_NULL_HANDLE;
   std::array<gpu::Buffer, kBindings> buffers_{};
+  bool failed_ = false;
 };
-
-/// Calls work(*passes). Returns false if there are no passes, or if they fail (logged); then `passes` is null.
-template <class Work>
-bool work_on_card(std::shared_ptr<LightPasses>& passes, const Work& work) {
-  if (!passes) return false;
-  try {
-    work(*passes);
-    return true;
-  } catch (const std::exception& e) {
-    log::warn("the GPU's passes for light failed; the CPU continues: {}", e.what());
-    passes.reset();
-    return false;
-  }
-}
 
 }  // namespace typodont::render

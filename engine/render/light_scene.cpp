@@ -66,7 +66,7 @@ class RayTree {
       middles.push_back((t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f);
     }
     nodes_.reserve(triangles.size());
-    if (!order_.empty()) build(triangles, middles, 0, order_.size());
+    if (!order_.empty()) build(triangles, middles, 0, order_.size(), 0);
     for (const std::uint32_t i : order_) {
       const auto& c = triangles[i].corners;
       surfaces_.push_back({c[0], static_cast<int>(i), glm::vec4(c[1] - c[0], 0), glm::vec4(c[2] - c[0], 0)});
@@ -93,8 +93,9 @@ class RayTree {
   /// triangles (surface area heuristic). Candidates are kParts equal steps along the longest axis of the triangles'
   /// centres.
   int build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles, std::size_t first,
-            std::size_t end) {
+            std::size_t end, int depth) {
     constexpr int kParts = 12;
+    constexpr int kUnequal = kRayDepth / 2;  // from this depth, halves are equal, so that kRayDepth is enough
     const auto index = static_cast<int>(nodes_.size());
     nodes_.emplace_back();
     Box middle, whole;
@@ -139,12 +140,12 @@ class RayTree {
       const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
       half = static_cast<std::size_t>(
           std::partition(at(first), at(end), [&](std::uint32_t i) { return part_of(i) < best; }) - order_.begin());
-      if (half == first || half == end) half = (first + end) / 2;
+      if (depth >= kUnequal || half == first || half == end) half = (first + end) / 2;
     }
     RayNode node{whole.lo, static_cast<int>(first), whole.hi, static_cast<int>(end - first)};
     if (half > first) {
-      build(triangles, middles, first, half);
-      node.next = build(triangles, middles, half, end);
+      build(triangles, middles, first, half, depth + 1);
+      node.next = build(triangles, middles, half, end, depth + 1);
       node.count = 0;
     }
     nodes_[static_cast<std::size_t>(index)] = node;
@@ -276,11 +277,11 @@ struct LightScene::Impl {
   std::array<glm::vec3, kRays> directions = sphere_directions<kRays>();
   std::array<glm::vec3, kImageRays> image_directions = sphere_directions<kImageRays>();
   struct Sample {
-    std::size_t at = 0;  // index of the sample in the grid
-    glm::vec3 p{0};      // m, frame W, position from which the sample's rays start
-    bool valid = false;  // false if the sample is inside a body
+    std::size_t at = 0;   // index of the sample in the grid
+    glm::vec3 p{0};       // m, frame W, position from which the sample's rays start
+    bool imaged = false;  // LightGrid::images has the sample
   };
-  std::vector<Sample> samples;
+  std::vector<Sample> samples;        // those outside bodies
   std::vector<std::uint32_t> imaged;  // indices of the samples for LightGrid::images
   std::vector<std::int32_t> met;      // per sample and ray: index in `used`, kNothing or kBack
   // For each sample in `imaged` and each of its kImageRays rays: index in `used`, kNothing or kBack.
@@ -298,19 +299,13 @@ struct LightScene::Impl {
     empty.origin = box.lo;
     empty.spacing = spacing;
     empty.size = glm::ivec3(glm::ceil((box.hi - box.lo) / spacing)) + 1;
-    find_samples();
-    const std::vector<Sample> unread = samples;
     cache::read_or_make(
-        kRayTables, key_of(box), [&](cache::Parts& file) { return parts_of(file); },
-        [&] {
-          samples = unread, used.clear();
-          cast_rays();
-        });
+        kRayTables, key_of(box), [&](cache::Parts& file) { return parts_of(file); }, [&] { cast_rays(); });
   }
 
   template <class Each>
   void share(std::size_t count, const Each& each) const {
-    in_parallel(count, each, stop);
+    in_parallel(count, each, stop, 32, background_threads());
   }
 
   /// Computes the key of the rays in the cache.
@@ -321,12 +316,14 @@ struct LightScene::Impl {
     for (int axis = 0; axis < 3; ++axis) key.add(box.lo[axis]), key.add(box.hi[axis]);
     key.add(empty.spacing);
     key.add(tissue_mirrors);
+    key.add(passes && !passes->failed());
     return key.key();
   }
   /// Writes or reads what cast_rays() computes.
   bool parts_of(cache::Parts& file) {
-    return std::ranges::all_of(samples, [&](Sample& s) { return file.value(s.p) && file.value(s.valid); }) &&
-           file.values(met) && file.values(met_by_images) && file.values(used);
+    const auto sample = [&](Sample& s) { return file.value(s.at) && file.value(s.p) && file.value(s.imaged); };
+    return file.list(samples, sample) && file.values(imaged) && file.values(met) && file.values(met_by_images) &&
+           file.values(used);
   }
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
@@ -366,13 +363,11 @@ struct LightScene::Impl {
       for (int y = 0; y < empty.size.y; ++y)
         for (int z = 0; z < empty.size.z; ++z) {
           const std::size_t at = empty.index(0, {x, y, z});
-          if (!wanted[at]) continue;
-          if (wanted[at] & kImage) imaged.push_back(static_cast<std::uint32_t>(samples.size()));
-          samples.push_back({at, place({x, y, z}), true});
+          if (wanted[at]) samples.push_back({at, place({x, y, z}), (wanted[at] & kImage) != 0});
         }
   }
 
-  /// Casts a ray from each start in each direction. `any`: any triangle is sufficient, not only the first.
+  /// Casts a ray from each start in each direction. `any`: as in body_rays.h.
   std::vector<RayHit> cast(std::span<const glm::vec3> starts, std::span<const glm::vec3> rays, bool any = false) {
     std::vector<RayHit> hits(starts.size() * rays.size(), {kNothing, kMissed});
     if (hits.empty() || triangles.empty()) return hits;
@@ -383,7 +378,7 @@ struct LightScene::Impl {
       }
       card.cast(starts, rays, any, hits, stop);
     };
-    if (work_on_card(passes, on_card)) return hits;
+    if (passes && passes->attempt(on_card)) return hits;
     share(starts.size(), [&](std::size_t s) {
       for (std::size_t r = 0; r < rays.size(); ++r)
         hits[s * rays.size() + r] = tree.rays().first_hit(starts[s], rays[r], any);
@@ -397,12 +392,13 @@ struct LightScene::Impl {
   }
 
   /// If a sample is inside a body, and the nearest surface is less than 1.75 grid spacings away, its rays start just
-  /// outside this surface. Every fourth ray tells whether a sample is inside a body.
+  /// outside this surface. Removes samples deeper inside. Every fourth ray tells whether a sample is inside a body.
   void leave_bodies() {
     constexpr std::size_t kFew = kRays / 4;
     std::array<glm::vec3, kFew> few;
     for (std::size_t r = 0; r < kFew; ++r) few[r] = directions[4 * r];
     const std::vector<RayHit> hits = cast(starts_of_samples(), few);
+    std::size_t kept = 0;
     for (std::size_t s = 0; s < samples.size(); ++s) {
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);
@@ -413,26 +409,32 @@ struct LightScene::Impl {
         ++backs;
         if (hit.distance < nearest) nearest = hit.distance, out = few[r] * (hit.distance + 3 * kMargin);
       }
-      if (backs <= kInside * kFew) continue;
-      samples[s].valid = out != glm::vec3(0);
-      samples[s].p += out;
+      if (backs > kInside * kFew && out == glm::vec3(0)) continue;
+      samples[kept] = samples[s];
+      if (backs > kInside * kFew) samples[kept].p += out;
+      ++kept;
     }
+    samples.resize(kept);
   }
   void cast_rays() {
+    samples.clear(), imaged.clear(), met.clear(), met_by_images.clear(), used.clear();
+    find_samples();
     leave_bodies();
     const std::vector<RayHit> hits = cast(starts_of_samples(), directions);
-    met.resize(hits.size());
-    std::ranges::transform(hits, met.begin(), &RayHit::met);
+    std::vector<glm::vec3> image_starts;
+    std::size_t kept = 0;
     for (std::size_t s = 0; s < samples.size(); ++s) {
-      const auto backs = static_cast<int>(std::ranges::count(std::span(met).subspan(s * kRays, kRays), kBack));
-      samples[s].valid = samples[s].valid && backs <= kInside * kRays;
+      const std::span rays = std::span(hits).subspan(s * kRays, kRays);
+      if (static_cast<double>(std::ranges::count(rays, kBack, &RayHit::met)) > kInside * kRays) continue;
+      std::ranges::transform(rays, std::back_inserter(met), &RayHit::met);
+      if (samples[s].imaged) {
+        imaged.push_back(static_cast<std::uint32_t>(kept));
+        image_starts.push_back(samples[s].p);
+      }
+      samples[kept++] = samples[s];
     }
-    std::vector<glm::vec3> starts;
-    for (const std::uint32_t s : imaged) starts.push_back(samples[s].p);
-    const std::vector<RayHit> image_hits = cast(starts, image_directions);
-    met_by_images.resize(image_hits.size());
-    for (std::size_t i = 0; i < image_hits.size(); ++i)
-      met_by_images[i] = samples[imaged[i / kImageRays]].valid ? image_hits[i].met : kBack;
+    samples.resize(kept);
+    std::ranges::transform(cast(image_starts, image_directions), std::back_inserter(met_by_images), &RayHit::met);
     // Gives the triangles that rays met the numbers 0, 1, 2 …, and stores these numbers instead of indices.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     const auto renumber = [&](std::int32_t& m) {
@@ -444,9 +446,8 @@ struct LightScene::Impl {
       }
       m = n;
     };
-    for (std::size_t i = 0; i < met.size(); ++i)
-      if (samples[i / kRays].valid) renumber(met[i]);
-    for (std::int32_t& m : met_by_images) renumber(m);
+    std::ranges::for_each(met, renumber);
+    std::ranges::for_each(met_by_images, renumber);
   }
 
   /// Returns the visible fraction of the lamp at each start.
@@ -505,18 +506,21 @@ struct LightScene::Impl {
     grid.faces.assign(LightGrid::kFaces * grid.samples(), glm::vec4(0));
 
     std::vector<glm::vec3> direct(used.size()), radiance(used.size()), middles(used.size()), normals(used.size());
-    std::vector<glm::vec3> starts(used.size());
+    std::vector<std::size_t> facing;  // indices in `used` of the triangles that face the lamp
+    std::vector<glm::vec3> starts;
     for (std::size_t i = 0; i < used.size(); ++i) {
       const LitTriangle& t = triangles[used[i]];
       const glm::vec3 n = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
       const float length = glm::length(n);
       normals[i] = length > 0 ? n / length : glm::vec3(0);
       middles[i] = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
-      starts[i] = middles[i] + kMargin * normals[i];
+      if (!(glm::dot(normals[i], sources.toward_lamp) > 0)) continue;
+      facing.push_back(i);
+      starts.push_back(middles[i] + kMargin * normals[i]);
     }
     const std::vector<float> lit = lamp_seen(starts, sources);
-    for (std::size_t i = 0; i < used.size(); ++i)
-      direct[i] = std::max(glm::dot(normals[i], sources.toward_lamp), 0.0f) * lit[i] * sources.lamp;
+    for (std::size_t k = 0; k < facing.size(); ++k)
+      direct[facing[k]] = glm::dot(normals[facing[k]], sources.toward_lamp) * lit[k] * sources.lamp;
 
     // Weight of each ray in the light of a surface that faces +x, -x, +y, -y, +z or -z.
     std::array<std::array<float, kRays>, LightGrid::kFaces> weights;
@@ -529,7 +533,7 @@ struct LightScene::Impl {
     for (std::size_t r = 0; r < kRays; ++r) outside[r] = sources.room(directions[r]);
 
     std::vector<std::uint8_t> known(grid.samples(), 0);
-    for (const Sample& s : samples) known[s.at] = s.valid;
+    for (const Sample& s : samples) known[s.at] = 1;
     const std::vector<float> lamp = lamp_seen(starts_of_samples(), sources);
     const std::size_t stride = grid.samples();
     for (int bounce = 0; bounce <= bounces; ++bounce) {
@@ -539,7 +543,6 @@ struct LightScene::Impl {
           radiance[i] = triangles[used[i]].reflected(direct[i], arrives);
         });
       share(samples.size(), [&](std::size_t s) {
-        if (!samples[s].valid) return;
         std::array<glm::vec3, LightGrid::kFaces> sums{};
         std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of rays that did not meet a back
         for (std::size_t r = 0; r < kRays; ++r) {
@@ -585,14 +588,13 @@ struct LightScene::Impl {
       }
     }
     std::vector<std::uint8_t> known(grid.samples(), 0);
-    for (const std::uint32_t s : imaged) known[samples[s].at] = samples[s].valid;
+    for (const std::uint32_t s : imaged) known[samples[s].at] = 1;
     const auto place_of = [&](std::size_t at) {
       const auto z = static_cast<std::size_t>(grid.size.z), y = static_cast<std::size_t>(grid.size.y);
       return glm::ivec3(at / (z * y), at / z % y, at % z);
     };
     share(imaged.size(), [&](std::size_t i) {
       const Sample& sample = samples[imaged[i]];
-      if (!sample.valid) return;
       for (int n = 0; n < kSide * kSide; ++n) {
         glm::vec3 sum(0);
         float seen = 0, all = 0;

@@ -40,28 +40,28 @@ const vec3 kColdestColor = vec3(0.00, 0.07, 0.38), kColdColor = vec3(0.19, 0.51,
 // Rays between bodies (body_rays.h).
 const int kRayDepth = 64;    // largest number of nodes that wait while a ray searches the tree
 const float kMissed = 1e9f;  // m, used instead of a distance if there is none
-// Used instead of the index of a triangle: the ray meets nothing; it meets the back of a triangle.
+// Values of RayHit::met that are no triangle: the ray meets nothing; the ray meets the back of a triangle.
 const int kNothing = -1, kBack = -2;
 
 // Node of the tree of triangles. Its first child is the next node.
 struct RayNode {
-  vec3 lo;    // m, frame W, box
+  vec3 lo;    // m, frame W, lower corner of the box
   int next;   // index of the second child; in a leaf, of the first triangle
-  vec3 hi;    // m, frame W
+  vec3 hi;    // m, frame W, upper corner
   int count;  // number of triangles in a leaf; 0 if the node has children
 };
 struct RaySurface {
   vec3 corner;   // m, frame W, first corner of the triangle
-  int triangle;  // index that a ray returns
+  int triangle;  // its index in the list that the tree was built from
   vec4 along;    // m, from the first to the second corner
   vec4 beside;   // m, from the first to the third corner
 };
-// What a ray meets first.
+// The end of a ray.
 struct RayHit {
   int met;         // index of the triangle, kNothing or kBack
   float distance;  // m, from the start of the ray; kMissed if it meets nothing
 };
-// Push constants of a pass over rays.
+// Push constants of shaders/body_rays.comp.
 struct RayPass {
   int starts, directions;  // number of each; each start has a ray in each direction
   int any;                 // 1: any triangle is sufficient, not only the first

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <deque>
-#include <exception>
 #include <memory>
 #include <numeric>
 #include <unordered_map>
@@ -12,7 +11,6 @@
 
 #include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
-#include "engine/base/log.h"
 #include "engine/base/voxels.h"
 #include "engine/render/light_passes.h"
 #include "engine/render/sphere_directions.h"
@@ -200,7 +198,7 @@ struct TissueLight::Impl {
 
   template <class Each>
   void share(std::size_t count, const Each& each, std::size_t block = 32) const {
-    in_parallel(count, each, stop, block);
+    in_parallel(count, each, stop, block, background_threads());
   }
 
   Impl(const BoxInWorld& box, double cell, int walks_of, const std::array<Look, kMatterCount>& looks_of,
@@ -283,6 +281,7 @@ struct TissueLight::Impl {
     std::vector<std::size_t> region;
     std::vector<glm::ivec3> waiting;
     each_cell(box, [&](const glm::ivec3& first) {
+      if (known[index(first)] != kUnknown) return;
       int inside = 0;
       region.clear();
       const auto add = [&](const glm::ivec3& i) {
@@ -290,7 +289,7 @@ struct TissueLight::Impl {
         region.push_back(index(i));
         waiting.push_back(i);
       };
-      if (known[index(first)] == kUnknown) add(first);
+      add(first);
       while (!waiting.empty()) {
         const glm::ivec3 i = waiting.back();
         waiting.pop_back();
@@ -316,9 +315,9 @@ struct TissueLight::Impl {
     const glm::vec3 normal = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
     const float length = glm::length(normal);
     if (cells.empty() || !(length > 0)) return;
-    // The whole triangle is inside a sphere around `middle`. A cell that is too far away from this sphere needs no
-    // exact distance.
-    constexpr float kRounding = 1e-8f;  // m, more than the error of the compared distances
+    // The triangle is inside a sphere around `middle`. If even the sphere is farther from a cell than the cell's
+    // nearest triangle so far, the exact distance is not needed.
+    constexpr float kRounding = 1e-7f;  // m, more than the rounding error of positions up to 0.1 m
     const glm::vec3 middle = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
     float radius = 0;
     for (const glm::vec3& c : t.corners) radius = std::max(radius, glm::distance(c, middle) + kRounding);
@@ -566,6 +565,7 @@ struct TissueLight::Impl {
     e.lamp = vec3(arrival.lamp), e.arrives = vec3(arrival.outer);
   }
 
+  bool on_card() const { return passes && !passes->failed(); }
   /// Casts the rays of the elements `gathered` and follows the walks of the elements `walked`, on the graphics card if
   /// there are passes. `threads`: without passes, uses several threads instead of only the caller's.
   void trace(std::span<const std::int32_t> gathered, std::span<const std::int32_t> walked, TracedLight& found,
@@ -582,7 +582,7 @@ struct TissueLight::Impl {
       upload(card);
       card.trace(pass, gathered, walked, found, stop);
     };
-    if (work_on_card(passes, on_card)) return;
+    if (passes && passes->attempt(on_card)) return;
     const auto of_each = static_cast<std::size_t>(walks);
     found.arrivals.resize(gathered.size());
     found.met.resize(gathered.size() * kSurfaceRays);
@@ -644,6 +644,7 @@ struct TissueLight::Impl {
     cache::add_build(key);
     key.add(spacing);
     key.add(walks);
+    key.add(on_card());
     key.bytes(distance.data(), distance.size() * sizeof distance[0]);
     for (const Element& e : elements) {
       key.add(e.cell);
@@ -781,7 +782,7 @@ void TissueLight::use(std::shared_ptr<LightPasses> passes) {
   impl_->passes = std::move(passes);
 }
 bool TissueLight::on_card() const {
-  return impl_->passes != nullptr;
+  return impl_->on_card();
 }
 void TissueLight::light(const LightSources& sources, const LightGrid& far) {
   impl_->light(sources, far);

@@ -38,7 +38,8 @@ void add_hands(const char* what, test::ToolKind kind, std::uint32_t hands, doubl
     state.counters["largest_step_N"] = largest;
     state.counters["hands_with_step_after_landing"] = later;
     state.counters["energy_uJ"] = 1e6 * energy;
-    require(excess <= max_excess, "no hand that starts outside tissue feels a larger step beyond its own motion");
+    require(excess <= max_excess,
+            fmt::format("hands that start outside tissue feel no step over {} N beyond their own motion", max_excess));
   });
 }
 

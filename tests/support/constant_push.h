@@ -1,4 +1,4 @@
-// Simulates hands that push a rotating tool into the molar with a constant force, and measures the force steps that
+// Simulates hands that push a tool into the molar with a constant force, and measures the force steps that
 // they feel.
 #pragma once
 

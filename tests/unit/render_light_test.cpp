@@ -176,7 +176,7 @@ TEST(LightScene, TheLampIsNotSeenUnderARoof) {
   EXPECT_EQ(render::light_at(grid, {10e-3, 0, 0}, kUp).w, 1);
 }
 
-/// Returns the light of a lamp and a room on a body under a roof. `passes`: null: the CPU casts the rays.
+/// Returns the light of a lamp and a room on a body under a roof. Without `passes`, the CPU casts the rays.
 render::LightGrid body_under_roof(std::shared_ptr<render::LightPasses> passes) {
   std::vector<LitTriangle> all;
   add_box(all, {-8e-3f, -8e-3f, -4e-3f}, {8e-3f, 8e-3f, 0}, {0.6f, 0.5f, 0.4f});

@@ -27,7 +27,7 @@ class MouthLight {
   /// last computed one.
   enum class When : std::uint8_t { kAtOnce, kInBackground };
   /// `around`: surroundings whose box `lit` is set; must not change while this object exists. `card`: name of the
-  /// graphics card that follows the light; empty: the CPU does.
+  /// graphics card that computes the rays of the light; empty: the CPU computes them.
   MouthLight(const Surroundings& around, const render::Quality& quality,
              const std::array<render::Look, render::kMatterCount>& looks, When when, std::string card);
   ~MouthLight();

@@ -321,7 +321,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
       for (int z = 0; z < dense.size.z; z += kBlock) block({static_cast<int>(x) * kBlock, y, z}, scratch);
     }
   };
-  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, {}, 1);
+  in_parallel(static_cast<std::size_t>((dense.size.x + kBlock - 1) / kBlock), slab, {}, 1, SIZE_MAX);
   return dense;
 }
 
