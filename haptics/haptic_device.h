@@ -25,6 +25,8 @@ struct DeviceInfo {
   double position_step = 0;  // m, motion per encoder count; 0: no encoder, or unknown
   // true: incremental encoders. They count from the pose at opening, which must be the home position.
   bool counts_from_rest = false;
+  // true: the samples name the tools, as those of a script or an expert. false: the user chooses the tool.
+  bool chooses_tools = false;
 };
 
 /// State of a device with motors (devices/safe_device.h).

@@ -21,7 +21,8 @@ struct HandPath {
     dvec3 push{0};           // N, additional force on a simulated hand
     std::uint32_t tool = 0;  // index of the tool that is wanted from this row on
   };
-  std::vector<Row> rows;  // at least one row; `t` strictly increases
+  std::vector<Row> rows;       // at least one row; `t` strictly increases
+  bool chooses_tools = false;  // true: the rows name tools
 
   double end() const { return rows.back().t; }
   Row at(double t) const noexcept;

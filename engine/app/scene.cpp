@@ -411,6 +411,10 @@ void describe_scene(Keys& keys, Scene& scene) {
   if (const auto task = keys("task", kAnyObject, "goal, steps and rules of the score ([Task](#task))")) {
     if (scene.score) json->fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
+    if (const auto steps = task->find("steps")) {
+      for (const Json& step : steps->items())
+        if (step.is_object() && step.has("tool")) (void)tool_named(step["tool"], haptics::tool_set(servo));
+    }
     for (const auto& list : {scene.task->protect, scene.task->region}) {
       for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }

@@ -123,6 +123,7 @@ struct Workbench::Impl {
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(), which the picture shows instead of `keys` during an experiment
   std::vector<int> pressed;       // keys that were pressed in the last step
+  std::size_t printed = 0;        // number of explanations that were printed
   std::string failure;
   bool hand_gone = false;
   // The session's threads wait at this gate until all of them exist and the recording has its name. The carver thread
@@ -150,6 +151,11 @@ struct Workbench::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
+  /// Prints the explanations since the last call if the user wants them.
+  void print_explanations() {
+    if (!options.explain) return;
+    for (; printed < summary.explanations.size(); ++printed) log::info("{}", summary.explanations[printed]);
+  }
   void set_up();
   void start_headset(const std::string& hand_address);
   void start(const std::function<glm::ivec2()>& show);
@@ -190,6 +196,9 @@ struct Workbench::Impl {
   void report_hand();
   double caught() const;
   std::string hint() const;
+  std::string quality_notice() const {
+    return headset ? headset->quality_notice() : picture ? picture->quality_notice() : "";
+  }
   ServoTick tool_at_start() const {
     ServoTick start;
     start.X_WT.p = start.X_WG.p = above;
@@ -330,9 +339,7 @@ void Workbench::Impl::set_up() {
                       sound ? [this] { return sound->latency(); } : std::function<double()>());
     if (sound) recording->writer().event(0, session::EventKind::kNote, sound->about());
   }
-  if (options.explain) {
-    for (const std::string& line : summary.explanations) log::info("{}", line);
-  }
+  print_explanations();
 }
 
 void Workbench::Impl::start_headset(const std::string& hand_address) {
@@ -555,10 +562,7 @@ std::string Workbench::Impl::hint() const {
     if (picture && picture->world().debris() && picture->world().debris()->has_spray() &&
         !picture->world().water().spray)
       parts.push_back(words("water_off"));
-    if (picture && picture->ladder().changes() > 0) {
-      const std::string step = fmt::format("op.quality.{}", picture->ladder().step().name);
-      parts.push_back(words("quality", session::text(step, language)));
-    }
+    if (std::string quality = quality_notice(); !quality.empty()) parts.push_back(std::move(quality));
     parts.push_back(words("stop"));
   }
   return fmt::format("{}", fmt::join(parts, kHudGap));
@@ -740,7 +744,10 @@ void Workbench::Impl::end() {
                     1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
                     ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
   }
+  const auto times = headset ? headset->report() : picture ? picture->report().lines() : std::vector<std::string>{};
+  for (const std::string& line : times) explain(line);
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
+  print_explanations();
   count_work(process);
 }
 
@@ -846,6 +853,7 @@ WorkbenchStatus Workbench::status() {
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
   s.tick = m.tick;
+  s.chosen_tool = wiring.chosen_tool;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
   s.caught = m.caught();
@@ -855,6 +863,7 @@ WorkbenchStatus Workbench::status() {
     s.frame_ms = picture.frame_seconds() * 1e3;
     s.frames_per_second = picture.frame_period() > 0 ? 1 / picture.frame_period() : 0;
     s.quality = picture.ladder().step().name;
+    s.quality_notice = m.quality_notice();
     s.frames = picture.frames();
     s.own_frames = picture.own_frames();
     s.warning = picture.world().warning();

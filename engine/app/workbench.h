@@ -92,6 +92,8 @@ struct WorkbenchStatus {
   /// Smoothed drawing time of a frame, ms; smoothed number of frames per second.
   double frame_ms = 0, frames_per_second = 0;
   std::string_view quality;
+  /// Text about the quality level and what would improve the picture; empty: nothing to say.
+  std::string quality_notice;
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
@@ -104,6 +106,7 @@ struct WorkbenchStatus {
   LoopGranted granted;  // real-time rights that the system granted to the servo loop
   /// Names of refused real-time rights; empty: all were granted.
   std::string_view real_time;
+  std::int32_t chosen_tool = -1;         // index of the tool that was chosen last; negative: none
   Warning warning = Warning::kNone;      // the warning over the picture
   std::optional<ImplantStatus> implant;  // progress of an implant exercise; empty in other exercises
 };

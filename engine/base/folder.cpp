@@ -24,4 +24,21 @@ std::vector<fs::path> files_in(const fs::path& folder, std::string_view extensio
   return files;
 }
 
+std::vector<fs::path> files_below(const fs::path& folder, std::string_view extension) {
+  std::vector<fs::path> files;
+  std::error_code code;
+  constexpr auto kOptions = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator it(folder, kOptions, code), end; !code && it != end; it.increment(code)) {
+    std::error_code unknown;
+    const fs::path& path = it->path();
+    if (it->is_directory(unknown)) {
+      if (path.filename().string().starts_with('.')) it.disable_recursion_pending();
+    } else if (path.extension() == extension) {
+      files.push_back(path);
+    }
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
 }  // namespace typodont

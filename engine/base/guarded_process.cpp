@@ -121,11 +121,12 @@ std::filesystem::path companion_program(const char* variable, const std::string&
                                         const std::string& what) {
   const std::filesystem::path own = own_file().parent_path();
   const char* const set = std::getenv(variable);
-  for (const std::filesystem::path& file :
-       {std::filesystem::path(set ? set : ""), own / name, own / "../libexec/typodont" / name,
-        own / "../../libexec/typodont" / name, std::filesystem::path(built)}) {
-    if (access(file.c_str(), X_OK) == 0) return file;
-  }
+  const std::filesystem::path files[] = {set ? set : "", own / name, own / "../libexec/typodont" / name,
+                                         own / "../../libexec/typodont" / name, built};
+  // If no file may be run, the first one is returned, so that starting it says why.
+  for (const int wanted : {X_OK, F_OK})
+    for (const std::filesystem::path& file : files)
+      if (access(file.c_str(), wanted) == 0) return file;
   throw Error((own / name).string(), "", "no such program", what);
 }
 

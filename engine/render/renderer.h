@@ -264,6 +264,7 @@ inline constexpr std::array<const char*, 9> kFrameParts{"shadow", "uploads",    
                                                         "tools",  "background", "particles", "picture"};
 /// ms, times of the GPU; 0: the device has no timestamps.
 struct GpuTimes {
+  std::uint64_t frames = 0;  // number of measured frames so far, including this one
   double frame = 0;
   std::array<double, kFrameParts.size()> parts{};
 };

@@ -39,7 +39,6 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
     const bool held = tick.faults & bits(Fault::kHeld);  // emergency key is on: no force, no cut
-    if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
@@ -103,7 +102,6 @@ HandMeasures HandMeter::result() const {
   m.strokes = strokes_ + (in_stroke_ && stroke_cut_ > kMinRemoved ? 1 : 0);
   const double tremor = std::max(0.0, octaves_[1] - std::sqrt(octaves_[0] * octaves_[2])) / kTremorGain;
   m.tremor_rms = contact_ticks_ ? std::sqrt(tremor / static_cast<double>(contact_ticks_)) : 0;
-  m.faults = faults_;
   return m;
 }
 

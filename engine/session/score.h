@@ -25,14 +25,13 @@ void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
 
 /// Measures of the hand's motion, computed from the ticks, in the order of the report.
 struct HandMeasures {
-  double time = 0;           // s, from the first to the last tick
-  double contact_time = 0;   // s, time in which the head touched tissue
-  double force_mean = 0;     // N, mean force over the ticks with contact
-  double force_max = 0;      // N, largest force in the session
-  double path_length = 0;    // m, path of the hand, not the proxy; without tremor
-  int strokes = 0;           // number of contacts that removed tissue
-  double tremor_rms = 0;     // m, root mean square tremor of 8 to 12 Hz, in contact
-  std::uint64_t faults = 0;  // number of ticks with any fault bit
+  double time = 0;          // s, from the first to the last tick
+  double contact_time = 0;  // s, time in which the head touched tissue
+  double force_mean = 0;    // N, mean force over the ticks with contact
+  double force_max = 0;     // N, largest force in the session
+  double path_length = 0;   // m, path of the hand, not the proxy; without tremor
+  int strokes = 0;          // number of contacts that removed tissue
+  double tremor_rms = 0;    // m, root mean square tremor of 8 to 12 Hz, in contact
 };
 
 /// Computes HandMeasures. Call add() with all ticks in order, in any number of calls. Memory does not grow with the
@@ -49,7 +48,7 @@ class HandMeter {
   double rate_;
   bool first_ = true;
   Nanos t_first_ = 0, t_last_ = 0;
-  std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0;
+  std::uint64_t ticks_ = 0, contact_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0;
   // Tremor: the last positions, and sums of the squared motion in the octaves around 5, 10 and 20 Hz.
   std::size_t lag_;  // ticks, half a period of 20 Hz

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <ctime>
 
 namespace typodont::session {
@@ -22,6 +23,18 @@ std::string iso_date_now() {
   gmtime_r(&t, &utc);
   return fmt::format("{:04d}-{:02d}-{:02d}T{:02d}:{:02d}:{:02d}Z", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday,
                      utc.tm_hour, utc.tm_min, utc.tm_sec);
+}
+
+std::optional<LocalTime> local_time(const std::string& iso) {
+  std::tm utc{}, local{};
+  const char* end = strptime(iso.c_str(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  if (!end || *end != '\0') return std::nullopt;
+  const std::time_t t = timegm(&utc);
+  if (!localtime_r(&t, &local)) return std::nullopt;
+  const long minutes = std::abs(local.tm_gmtoff) / 60;
+  return LocalTime{fmt::format("{:04d}-{:02d}-{:02d} {:02d}:{:02d}", local.tm_year + 1900, local.tm_mon + 1,
+                               local.tm_mday, local.tm_hour, local.tm_min),
+                   fmt::format("UTC{}{:02d}:{:02d}", local.tm_gmtoff < 0 ? '-' : '+', minutes / 60, minutes % 60)};
 }
 
 std::string in_words(const Lost& l) {

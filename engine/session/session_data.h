@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -67,6 +68,14 @@ struct SessionHeader {
 
 /// The current date and time, for example "2025-03-14T09:26:53Z".
 std::string iso_date_now();
+
+/// A date of a file (ISO 8601, UTC) in the time zone of this machine.
+struct LocalTime {
+  std::string text;  // "2025-03-14 10:26"
+  std::string zone;  // difference from UTC at that time: "UTC+01:00"
+};
+/// Empty if the text has not the form of iso_date_now().
+std::optional<LocalTime> local_time(const std::string& iso);
 
 enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore, kPiece };
 inline constexpr int kEventKindCount = 9;

@@ -16,33 +16,29 @@ const std::string& TaskText::in(Language language) const {
 
 namespace {
 
-/// Reads a step: a text, or {"en": …, "done": "drill"} with the action that completes it.
-void read_step(const Json& json, Task& task) {
-  std::string deed;
-  if (json.is_object() && json.has("done")) {
-    deed = json["done"].string();
-    if (std::find(kStepActions.begin(), kStepActions.end(), deed) == kStepActions.end())
-      json["done"].fail(fmt::format("one of {}", fmt::join(kStepActions, ", ")));
-    json.allow_only({"en", "de", "zh", "done"});
-    task.steps.push_back({{json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")}});
-  } else {
-    task.steps.push_back(read_task_text(json));
-  }
-  task.step_actions.push_back(deed);
+TaskText translations(const Json& json) {
+  return {{json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")}};
+}
+
+/// Reads a step: a text, or {"en": …, "done": "drill", "tool": …} with the action that completes it and its tool.
+TaskStep read_step(const Json& json) {
+  if (!json.is_object()) return {read_task_text(json), "", ""};
+  json.allow_only({"en", "de", "zh", "done", "tool"});
+  TaskStep step{translations(json), json.string_or("done", ""), json.string_or("tool", "")};
+  if (json.has("done") && std::find(kStepActions.begin(), kStepActions.end(), step.done) == kStepActions.end())
+    json["done"].fail(fmt::format("one of {}", fmt::join(kStepActions, ", ")));
+  if (json.has("tool") && (step.done == "tool" || step.done == "phase"))
+    json["tool"].fail(fmt::format("no tool, because the user changes it in a step with \"done\": \"{}\"", step.done));
+  return step;
 }
 
 }  // namespace
 
 TaskText read_task_text(const Json& json) {
-  TaskText result;
-  if (json.is_string()) {
-    result.text[0] = json.string();
-    return result;
-  }
+  if (json.is_string()) return {{json.string()}};
   if (!json.is_object()) json.fail("a text, or {\"en\": …, \"de\": …, \"zh\": …}");
   json.allow_only({"en", "de", "zh"});
-  result.text = {json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")};
-  return result;
+  return translations(json);
 }
 
 Task read_task(const Json& json) {
@@ -51,7 +47,7 @@ Task read_task(const Json& json) {
   if (const auto title = json.find("title")) task.title = read_task_text(*title);
   task.goal = read_task_text(json["goal"]);
   if (const auto steps = json.find("steps")) {
-    for (const Json& step : steps->items()) read_step(step, task);
+    for (const Json& step : steps->items()) task.steps.push_back(read_step(step));
   }
   if (const auto axis = json.find("axis")) {
     task.axis_W = axis->vec3();

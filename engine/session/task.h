@@ -15,8 +15,8 @@ namespace typodont::session {
 
 /// Actions that complete a step: first those of the hand, then those of the user. "phase", for implants: step n is
 /// complete at the end of phase n.
-inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
-                                                                  "undo", "redo",  "view",  "hold", "phase"};
+inline constexpr std::array<std::string_view, 11> kStepActions = {"move", "touch", "drill",     "tool", "speed", "undo",
+                                                                  "redo", "view",  "viewpoint", "hold", "phase"};
 
 /// A text in several languages: "text", or {"en": …, "de": …, "zh": …}; English is required.
 struct TaskText {
@@ -27,11 +27,15 @@ struct TaskText {
 };
 TaskText read_task_text(const Json& json);
 
+/// A step of the task: its text, and what the session does with it.
+struct TaskStep : TaskText {
+  std::string done;  // element of kStepActions that completes the step; empty: the user marks the step as done
+  std::string tool;  // name of the scene's tool that the session takes when the step begins; empty: keeps the tool
+};
+
 struct Task {
   TaskText title, goal;
-  std::vector<TaskText> steps;
-  // For each step: an element of kStepActions; empty: the user marks the step as done.
-  std::vector<std::string> step_actions;
+  std::vector<TaskStep> steps;
   dvec3 axis_W{0, 0, 1};         // unit vector that points out of the cavity's opening
   std::optional<Json> ideal;     // ideal shape as JSON; other code reads its geometry
   std::vector<Json> protect;     // solids in JSON that must not be cut

@@ -53,6 +53,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
             qx = index("qx"), qy = index("qy"), qz = index("qz"), pedal = index("pedal"), tool = index("tool");
   const int push[3] = {index("push_x_N"), index("push_y_N"), index("push_z_N")};
   HandPath path;
+  path.chooses_tools = tool >= 0;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& row = table.rows[i];
     const auto value = [&](int column) { return row[static_cast<std::size_t>(column)]; };
@@ -95,6 +96,7 @@ class ScriptedHand : public HapticDevice {
   ScriptedHand(HandPath path, double rate, bool paced, std::string address)
       : path_(std::move(path)), ticker_(rate, paced) {
     info_ = {std::move(address), "scripted hand", "", rate, 1e9, 0, 1e9};
+    info_.chooses_tools = path_.chooses_tools;
   }
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override {
@@ -123,6 +125,7 @@ class SimulatedHand : public HapticDevice {
   SimulatedHand(HandPath path, const HandModel& model, double rate, bool paced, std::string address)
       : path_(std::move(path)), model_(model), rate_(rate), ticker_(rate, paced) {
     info_ = {std::move(address), "simulated hand", "", rate, 1e9, 0, 1e9};
+    info_.chooses_tools = path_.chooses_tools;
     x_ = path_.rows.front().X_WT.p;
     last_path_ = x_;
   }

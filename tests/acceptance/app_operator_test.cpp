@@ -366,14 +366,15 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
   const std::string steps = R"("steps": [)";
   scene.replace(scene.find(steps), std::string::npos,
                 steps + R"({"en": "1", "done": "drill"}, {"en": "2", "done": "undo"},
-    {"en": "3", "done": "redo"}, {"en": "4", "done": "view"}, {"en": "5", "done": "speed"}, {"en": "6", "done": "hold"}]}})");
+    {"en": "3", "done": "redo"}, {"en": "4", "done": "view"}, {"en": "5", "done": "viewpoint"},
+    {"en": "6", "done": "speed"}, {"en": "7", "done": "hold"}]}})");
   folder.write("home/scenes/zz_block.json", scene);
   let_the_hand_rest();
   Opened program(*this);
   start_the_block(program);
   program.wait_for("step 1 done");
   std::this_thread::sleep_for(4s);  // the hand has come to rest
-  for (const auto& [key, step] : {std::pair{"ctrl+z", 2}, {"ctrl+y", 3}, {"c", 4}, {"minus", 5}, {"h", 6}}) {
+  for (const auto& [key, step] : {std::pair{"ctrl+z", 2}, {"ctrl+y", 3}, {"c", 4}, {"v", 5}, {"minus", 6}, {"h", 7}}) {
     press(key);
     program.wait_for(fmt::format("step {} done", step));
   }
@@ -382,6 +383,49 @@ TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayed
   const std::string report = program.wait_for("report written: ");
   press("F10");
   quit(program);
+  expect_exact_replay(report);
+}
+
+/// The block with two steps that name their tools.
+std::string scene_with_step_tools() {
+  std::string scene = kScene;
+  const std::string tool = R"("tool": "round_012")", steps = R"("steps": [)";
+  scene.replace(scene.find(tool), tool.size(), R"("tools": ["round_012", "explorer", "cylinder_010"])");
+  return scene.replace(scene.find(steps), std::string::npos,
+                       steps + R"({"en": "1", "tool": "explorer"}, {"en": "2", "tool": "cylinder_010"}]}})");
+}
+
+TEST_F(OperatorWindow, AStepTakesItsToolAsSoonAsItBeginsAndTheReplayIsExact) {
+  folder.write("home/scenes/zz_block.json", scene_with_step_tools());
+  write_resting_hand();
+  Opened program(*this);
+  start_the_block(program);
+  std::this_thread::sleep_for(1s);
+  press("n");
+  std::this_thread::sleep_for(1s);
+  press("F10");
+  const std::string report = program.wait_for("report written: ");
+  const auto ticks = session::SessionReader(std::filesystem::path(report).replace_extension(".h5")).ticks();
+  EXPECT_EQ(ticks.front().tool, 1u);
+  EXPECT_EQ(ticks.back().tool, 2u);
+  press("F10");
+  quit(program);
+  expect_exact_replay(report);
+}
+
+TEST_F(OperatorWindow, AStepLeavesTheToolToAScriptThatNamesTools) {
+  folder.write("home/scenes/zz_block.json", scene_with_step_tools());
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n"
+               "0,6.8,5.8,19,1,0,0,0,0,round_012\n"
+               "2,6.8,5.8,19,1,0,0,0,0,cylinder_010\n"
+               "6,6.8,5.8,19,1,0,0,0,0,cylinder_010\n");
+  Opened program(*this);
+  start_the_block(program);
+  const std::string report = program.wait_for("report written: ");
+  const auto ticks = session::SessionReader(std::filesystem::path(report).replace_extension(".h5")).ticks();
+  EXPECT_EQ(ticks.front().tool, 0u);
+  EXPECT_TRUE(std::ranges::any_of(ticks, [](const ServoTick& tick) { return tick.tool == 2; }));
   expect_exact_replay(report);
 }
 
@@ -922,7 +966,7 @@ TEST_F(OperatorWindow, TheListOfSessionsComputesMissingScores) {
   Opened program(*this);
   press("F7");
   const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ", 15);
-  EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number(), 0.051);
+  EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number() - 0.05, 0.051) << "rounded down";
   press("F10");
   quit(program);
 }

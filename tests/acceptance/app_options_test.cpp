@@ -197,6 +197,8 @@ TEST_F(Options, WhatASceneNamesAndIsNotThereIsNamedWithItsPlaceInTheScene) {
   const std::vector<std::pair<std::string, std::string>> scenes = {
       {R"("tool")", ball + R"(, "tool": "gone")"},
       {R"("tools[1]")", ball + R"(, "tools": ["round_012", "gone"])"},
+      {R"("task.steps[1].tool")",
+       ball + "," + bur + R"(, "task": {"goal": "g", "steps": ["a", {"en": "b", "tool": "gone"}]})"},
       {R"("tool.handpiece")", ball + R"(, "tool": {"shape": "sphere", "diameter_mm": 1, "handpiece": "gone"})"},
       {R"("tool_set")", ball + R"(, "tool_set": "gone", "tool": "round_012")"},
       {R"("spindle")", ball + "," + bur + R"(, "spindle": "gone")"},

@@ -109,6 +109,16 @@ TEST(ShippedScenes, AreAllReadableAndEveryTaskStatesItsGoalInThreeLanguages) {
   EXPECT_GE(tasks, 8);
 }
 
+TEST(ShippedScenes, EveryStepNamesItsToolIfTheUserNeitherChoosesItNorHasOnlyOne) {
+  for (const auto& entry : fs::directory_iterator(assets_folder() / "scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    const Scene scene = read_scene(entry.path());
+    if (!scene.task || tool_names(scene).size() == 1) continue;
+    for (const session::TaskStep& step : scene.task->steps)
+      EXPECT_EQ(step.tool.empty(), step.done == "tool" || step.done == "phase") << entry.path() << step.text[0];
+  }
+}
+
 /// A task: name of the scene, the tool that can solve it, and the distance of its passes in mm.
 struct Solvable {
   const char* name;

@@ -27,6 +27,23 @@ TEST_P(BenchProgram, EndsWellWithFiniteResultsForATinyWorkload) {
 INSTANTIATE_TEST_SUITE_P(Programs, BenchProgram, testing::ValuesIn(benches()),
                          [](const auto& param) { return param.param; });
 
+TEST(Card, TheBundleMeasuresFramesAndPassesWithItsOwnProgramAndAssets) {
+  const ProgramFolder python("/usr/bin/python3");
+  const std::string scene = python.write("scene.json", R"({"name": "block", "tissue": {"voxel_mm": 0.25, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [6.8, 5.5, 15], "size_mm": [10, 10, 8]}}}]},
+    "tool": "round_012", "parts": ["haptics", "render"]})");
+  expect_ok(python.run(fmt::format("tests/bench/card.py bundle {} {}", TYPODONT_PROGRAM, python / "card.tar")));
+  expect_ok(ProgramFolder("tar").run(fmt::format("xf {} -C {}", python / "card.tar", python.path().string())));
+  const Ran ran = expect_ok(python.run(
+      fmt::format("{} measure --scenes {} --levels bare --sizes 64x64,96x64", python / "card/card.py", scene)));
+  const std::string row = fmt::format("| {} | bare |", scene);
+  std::size_t rows = 0;
+  for (std::size_t at = 0; (at = ran.out.find(row, at)) != std::string::npos; ++at) ++rows;
+  EXPECT_EQ(rows, 3u) << "frames, and the passes of both sizes\n" << ran.out;
+  for (const char* head : {"| 64x64 | 96x64 | cold command, s | core-seconds |", "| shadow | ", "| tissue | "})
+    EXPECT_NE(ran.out.find(head), std::string::npos) << head << "\n" << ran.out;
+}
+
 /// Returns the functions and variables that a program or library defines. `kinds`: letters of nm; the linker makes the
 /// symbols of a program local.
 std::set<std::string> defined_in(const std::string& file, const std::string& kinds = "TDBR") {

@@ -206,6 +206,17 @@ TEST_F(CaseCommand, EachFamilyHasTextsInThreeLanguagesAndASourceForEachParameter
   }
 }
 
+TEST_F(CaseCommand, EachStepThatAFamilyStatesNamesItsToolIfTheFamilyHasSeveral) {
+  const Json table = Json::load(assets_folder() / "cases" / "families.json")["families"];
+  for (const std::string& name : table.keys()) {
+    const Json own = table[name];
+    const bool one_tool = own.has("scene") && own["scene"].has("tool");
+    if (const auto steps = own.find("steps")) {
+      for (const Json& step : steps->items()) EXPECT_NE(step.has("tool"), one_tool) << name << step["en"].string();
+    }
+  }
+}
+
 TEST_F(CaseCommand, AWrongFamilyToothSeedOrDifficultyIsNamedAndLeavesNoFile) {
   const std::string out = " --out " + (folder / "bad.json");
   const auto fails = [&](const std::string& arguments, const std::string& word) {

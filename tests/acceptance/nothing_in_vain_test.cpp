@@ -212,6 +212,16 @@ TEST_F(Work, AWindowWithoutMotionIsNotRedrawnAndSendsNoRequests) {
   EXPECT_LT(more("allocations"), 40 * more("turns")) << "a line of writing is put together, nothing more";
 }
 
+TEST_F(Work, ExplainStatesTheGpuTimeOfEachPassAndTheLateFramesOfAWindow) {
+  hand(200.8, 2, 1);
+  const test::Desktop desktop;
+  run(fmt::format("{} --rig {}", scene("\"haptics\", \"render\""), folder.write("rig.json", rig_at(25))), 3,
+      "--explain");
+  for (const char* words : {"late frames: ", " of 1,000", "GPU time, whole frame: median ", "GPU time, shadow: median ",
+                            "GPU time, tissue: median ", "GPU time, picture: median "})
+    EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
+}
+
 TEST_F(Work, ParticlesAreSimulatedOnlyAfterACutInASceneWithDebrisAndHaveTheMassOfTheCut) {
   const test::Desktop desktop;
   const auto session = [&](const char* parts, double height_mm) {

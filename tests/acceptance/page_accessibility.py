@@ -114,6 +114,18 @@ WIDE = r"""
 """
 
 
+POINTS_OUT_OF_SIGHT = r"""
+(() => {
+  const points = [...document.querySelectorAll('#items .points')];
+  if (document.querySelector('#items table') && !points.length) return ['a table of items without points'];
+  return points.filter(e => {
+    const cell = e.getBoundingClientRect(), seen = e.closest('.scroll').getBoundingClientRect();
+    return cell.width === 0 || cell.left < seen.left - 1 || cell.right > Math.min(seen.right, document.documentElement.clientWidth) + 1;
+  }).map(e => `"${e.textContent.trim()}" ends at ${Math.round(e.getBoundingClientRect().right)}`);
+})()
+"""
+
+
 AFTER_TWO_FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
@@ -220,8 +232,10 @@ def check(browser, page, language, pictures):
             shot = browser.ask("Page.captureScreenshot", captureBeyondViewport=True, clip={
                 "x": 0, "y": 0, "width": 1000, "height": browser.run("document.documentElement.scrollHeight"), "scale": 1})
             (pathlib.Path(pictures) / f"{scheme}.png").write_bytes(base64.b64decode(shot["data"]))
-    browser.ask("Emulation.setDeviceMetricsOverride", width=320, **width)
-    problems += [f"wider than 320 pixels: {e}" for e in browser.run(WIDE)]
+    for pixels in (640, 320):
+        browser.ask("Emulation.setDeviceMetricsOverride", width=pixels, **width)
+        problems += [f"wider than {pixels} pixels: {e}" for e in browser.run(WIDE)]
+        problems += [f"points out of sight at {pixels} pixels: {e}" for e in browser.run(POINTS_OUT_OF_SIGHT)]
     browser.ask("Emulation.setDeviceMetricsOverride", width=700, **width)
     browser.ask("Emulation.setEmulatedMedia", media="print", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     problems += [f"wider than the paper: {e}" for e in browser.run(WIDE)]

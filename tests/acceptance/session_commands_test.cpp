@@ -9,6 +9,7 @@
 
 #include "engine/base/json.h"
 #include "engine/session/film.h"
+#include "engine/session/printed_score.h"
 #include "engine/session/recorder.h"
 #include "tests/support/program.h"
 #include "tests/support/session_fixture.h"
@@ -91,6 +92,40 @@ TEST(ReportCommand, AFolderGivesTheLearningCurveOfItsSessions) {
               "found a folder without sessions, expected sessions (.h5)");
 }
 
+TEST(ReportCommand, AFoldersSubfoldersCountAndEqualFileNamesInThemDiffer) {
+  TemporaryFolder folder;
+  const std::string f = folder.path().string();
+  for (const char* trainee : {"class/bo", "class/ada", "class/.unkept"}) {
+    std::filesystem::create_directories(folder / trainee);
+    record(folder / trainee / "s.h5");
+  }
+  std::filesystem::create_directory_symlink(folder / "class", folder / "class/ada/loop");
+  const Ran ran = expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/class/ --out {0}/r.html --json", f)));
+  std::vector<std::string> files;
+  const Json result = Json::parse(ran.out, "out");
+  for (const Json& session : result["sessions"].items()) files.push_back(session["file"].string());
+  EXPECT_THAT(files, testing::ElementsAre("ada/s.h5", "bo/s.h5"));
+  EXPECT_THAT(read_text(folder / "r.html"), testing::AllOf(HasSubstr(">ada/s.h5<"), HasSubstr(">bo/s.h5<")));
+  EXPECT_THAT(read_text(folder / "r.html"), testing::Not(HasSubstr(f)));
+}
+
+TEST(ReportCommand, TheTerminalThePageAndTheCommandRescoreRoundPointsDownAlike) {
+  TemporaryFolder folder;
+  record(folder / "s.h5");
+  const std::string f = folder.path().string();
+  const auto report = [&](const char* more) {
+    return expect_ok(run(folder,
+                         fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language en {1}", f, more)))
+        .out;
+  };
+  const double points = Json::parse(report("--json"), "out")["points"].number();
+  const std::string shown = fmt::format("{:.1f}", printed_points(points));
+  EXPECT_THAT(report(""), HasSubstr(fmt::format(": {} of 100 points", shown)));
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr(fmt::format("{}<small> / 100</small>", shown)));
+  EXPECT_THAT(expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " rescore {}/s.h5", f))).out,
+              HasSubstr(fmt::format(": {} of 100 points", shown)));
+}
+
 TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
   TemporaryFolder folder;
   const Ran ran = run(folder, TYPODONT_PROGRAM " doctor --json");
@@ -156,6 +191,27 @@ TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIs
   EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
   EXPECT_THAT(ran.out, HasSubstr("sudo apt install libvulkan1 mesa-vulkan-drivers"));
   EXPECT_THAT(ran.err, HasSubstr("error: Typodont cannot run on this machine"));
+}
+
+TEST(DoctorCommand, InATerminalOnlyAMissingPartThatTheProgramRequiresIsRed) {
+  TemporaryFolder folder;
+  // Without a runtime for OpenXR, an optional part is missing; without a driver, a required one.
+  const std::string without = "env -u NO_COLOR XR_RUNTIME_JSON=/nowhere.json " + kNoDriver;
+  const Ran json = run(folder, without + " " TYPODONT_PROGRAM " doctor --json");
+  int required = 0, optional = 0;
+  for (const Json& check : Json::parse(json.out, "out")["checks"].items())
+    if (check["state"].string() == "missing") ++(check["required"].boolean() ? required : optional);
+  EXPECT_GE(required, 1);
+  EXPECT_GE(optional, 1);
+  const Ran ran = run(folder, without + " script -qec '" TYPODONT_PROGRAM " doctor' /dev/null");
+  const auto count = [&](const std::string& text) {
+    int n = 0;
+    for (std::size_t at = 0; (at = ran.out.find(text, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("\033[31mmissing"), required) << ran.out;
+  EXPECT_EQ(count("\033[33mmissing"), optional) << ran.out;
+  EXPECT_EQ(count("\033[31m"), required) << ran.out;
 }
 
 TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {

@@ -94,6 +94,17 @@ TEST_F(HeadsetRun, AControllerDrillsWithHapticFeedbackAndIsRecordedUntilTheUserL
   EXPECT_THAT(read_text(program / "report.html"), HasSubstr("Frames in the headset"));
 }
 
+TEST_F(HeadsetRun, ExplainStatesTheGpuTimeOfEachPassAndLateFramesInThePeriodOfTheRuntime) {
+  xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25,
+    "hands": {"right": [{"frame": 0, "p": [0, 1.36, -0.35]}, {"frame": 240, "p": [0, 1.40, -0.35]}]},
+    "events": [{"frame": 240, "event": "exit"}])");
+  const Ran ran = expect_ok(run("--explain"));
+  EXPECT_THAT(ran.err,
+              HasSubstr(" of 1,000, more than 1.5 × 25.0 ms after the previous one (predicted by the headset's"));
+  for (const char* pass : {"whole frame", "shadow", "tissue", "picture"})
+    EXPECT_THAT(ran.err, HasSubstr(fmt::format("GPU time, {}: median ", pass)));
+}
+
 TEST_F(HeadsetRun, ALostControllerStopsDrillingAndReturnsWithoutAJump) {
   // The trigger is pressed twice before the hand is lost, for a session that begins late (see kHeadset). On a busy
   // machine a frame can take longer than 150 ms; the hand then counts as lost too, and the second press starts the

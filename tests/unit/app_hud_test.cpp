@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -147,6 +148,24 @@ TEST(HudTexts, AHintWiderThanThePictureBreaksBetweenWordsOrChineseCharactersAndL
     EXPECT_GT(broken.box.size.y, 2 * one_line.box.size.y);
     EXPECT_NEAR(letters(broken), letters(one_line), 0.04 * letters(one_line));
   }
+}
+
+TEST(HudTexts, NameTheQualityLevelAndOneImprovementInEveryLanguage) {
+  EXPECT_EQ(quality_text("fast", Remedy::kNone, Language::kEnglish), "picture: fast");
+  EXPECT_EQ(quality_text("fast", Remedy::kGraphicsCard, Language::kEnglish),
+            "picture: fast. A graphics card would improve it.");
+  for (const Language language : kLanguages)
+    for (const render::Quality& level : render::kQualityLadder) {
+      const std::string plain = quality_text(level.name, Remedy::kNone, language);
+      EXPECT_NE(plain.find(session::text(fmt::format("op.quality.{}", level.name), language)), std::string::npos);
+      std::set<std::string> texts;
+      for (const Remedy remedy : {Remedy::kGraphicsCard, Remedy::kSmallerWindow, Remedy::kFasterCard}) {
+        const std::string text = quality_text(level.name, remedy, language);
+        EXPECT_TRUE(text.starts_with(plain)) << text;
+        texts.insert(text);
+      }
+      EXPECT_EQ(texts.size(), 3u) << plain;
+    }
 }
 
 TEST(HudTexts, LookAsApprovedInEveryLanguage) {

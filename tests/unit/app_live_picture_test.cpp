@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <thread>
 #include <utility>
@@ -20,6 +21,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
+#include "engine/app/picture/frame_report.h"
 #include "engine/app/picture/label_blocks.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -84,6 +86,55 @@ TEST(QualityLadder, RetriesAStepThatWasTooSlowAfterLongerAndLongerWaits) {
     waited = up;
     ASSERT_GT(frames_until_change(ladder, 0.08, 40), 0);  // and down again
   }
+}
+
+TEST(QualityLadder, NamesAGraphicsCardIfTheProcessorDrawsALowerLevelThanACardWould) {
+  QualityLadder processor = QualityLadder::for_processor();
+  EXPECT_EQ(processor.remedy(true, true, 640 * 480), Remedy::kGraphicsCard);
+  EXPECT_EQ(processor.remedy(true, false, 4e6), Remedy::kGraphicsCard);
+  while (processor.step().name != QualityLadder().step().name)
+    ASSERT_GT(frames_until_change(processor, 0.001, 20'000), 0);
+  EXPECT_EQ(processor.remedy(true, true, 640 * 480), Remedy::kNone) << "the level of a card";
+  EXPECT_EQ(QualityLadder::fixed_at("bare").remedy(true, true, 4e6), Remedy::kNone) << "the user's choice";
+}
+
+TEST(QualityLadder, NamesASmallerWindowForALargeOneAndOtherwiseAFasterCardIfACardIsTooSlow) {
+  QualityLadder card;
+  EXPECT_EQ(card.remedy(false, true, 3840 * 2160), Remedy::kNone);
+  ASSERT_GT(frames_until_change(card, 0.08, 40), 0);
+  EXPECT_EQ(card.remedy(false, true, 3840 * 2160), Remedy::kSmallerWindow);
+  EXPECT_EQ(card.remedy(false, true, 640 * 480), Remedy::kFasterCard);
+  EXPECT_EQ(card.remedy(false, false, 3840 * 2160), Remedy::kFasterCard) << "a headset, or a full screen";
+}
+
+TEST(FrameReport, AFrameIsLateIfTheDisplayShowedThePreviousOneTwice) {
+  FrameReport report;
+  const RefreshPeriod refresh{1.0 / 60, "a monitor"};
+  for (int i = 0; i < 998; ++i) report.add_interval(1.4 / 60, refresh);
+  EXPECT_EQ(report.late_in_1000(), 0);
+  for (const double periods : {1.6, 40.0}) report.add_interval(periods / 60, refresh);
+  EXPECT_DOUBLE_EQ(report.late_in_1000(), 2);
+  EXPECT_EQ(report.lines(), std::vector<std::string>{"late frames: 2.0 of 1,000, more than 1.5 × 16.7 ms after the "
+                                                     "previous one (a monitor)"});
+}
+
+TEST(FrameReport, StatesMedianAnd99PercentOfEachPassAndCountsEachFrameOnce) {
+  FrameReport report;
+  report.add(render::GpuTimes());
+  EXPECT_TRUE(report.lines().empty()) << "the device has no timestamps";
+  render::GpuTimes times;
+  for (int i = 1; i <= 100; ++i) {
+    times.frames = static_cast<std::uint64_t>(i);
+    times.frame = i;
+    times.parts[static_cast<std::size_t>(render::FramePart::kTissue)] = 0.5 * i;
+    report.add(times);
+  }
+  for (int i = 0; i < 300; ++i) report.add(times);  // the same frame
+  const std::vector<std::string> lines = report.lines();
+  ASSERT_EQ(lines.size(), 1 + render::kFrameParts.size());
+  EXPECT_EQ(lines[0], "GPU time, whole frame: median 51.00 ms, 99 % 100.00 ms");
+  EXPECT_EQ(std::ranges::count(lines, "GPU time, tissue: median 25.50 ms, 99 % 50.00 ms"), 1);
+  EXPECT_EQ(std::ranges::count(lines, "GPU time, mirror: median 0.00 ms, 99 % 0.00 ms"), 1);
 }
 
 Scene empty_scene() {
@@ -232,20 +283,63 @@ TEST(LivePicture, TheOperatorsWindowNeverGetsABlankPictureWhenTheQualityChanges)
   EXPECT_GT(picture.ladder().changes(), 0);
 }
 
-TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
+/// A ball of enamel in the operator's window, and a tool that moves over it at 1 mm/s.
+struct BallSession {
   const session::test::TemporaryFolder folder;
-  std::ofstream(folder / "scene.json") << R"({"tissue": {"voxel_mm": 0.2, "solids": [
-    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012",
-    "parts": ["haptics", "render"]})";
-  std::ofstream(folder / "hand.csv")
-      << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,20,1,0,0,0,0\n60,0,0,20,1,0,0,0,0\n";
-  const Scene scene = read_scene(folder / "scene.json");
-  WorkbenchOptions options;
-  options.rig = (assets_folder() / "rigs/window.json").string();
-  options.embedded = true;
-  options.hand = "script:" + (folder / "hand.csv").string();
-  options.pedal = "none", options.audio = "none:", options.no_real_time = true;
-  Workbench bench(scene, options);
+  std::optional<Scene> scene;
+  std::optional<Workbench> bench;
+
+  BallSession() {
+    std::ofstream(folder / "scene.json") << R"({"tissue": {"voxel_mm": 0.2, "solids": [
+      {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012",
+      "parts": ["haptics", "render"]})";
+    std::ofstream(folder / "hand.csv")
+        << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,-5,0,8,1,0,0,0,0\n60,55,0,8,1,0,0,0,0\n";
+    scene = read_scene(folder / "scene.json");
+    WorkbenchOptions options;
+    options.rig = (assets_folder() / "rigs/window.json").string();
+    options.embedded = true;
+    options.hand = "script:" + (folder / "hand.csv").string();
+    options.pedal = "none", options.audio = "none:", options.no_real_time = true;
+    bench.emplace(*scene, options);
+  }
+  /// Runs the session until 20 frames are drawn, or for ten seconds.
+  void draw() {
+    bench->start([] { return glm::ivec2(640, 480); });
+    const std::uint64_t first = bench->status().frames;
+    const Nanos until = now() + 10 * kNanosPerSecond;
+    while (bench->step({}, {640, 480}) && bench->status().frames < first + 20 && now() < until)
+      std::this_thread::sleep_for(5ms);
+  }
+};
+
+TEST(Workbench, ThePictureSaysItsLevelAndThatAGraphicsCardWouldImproveItIfTheProcessorDraws) {
+  BallSession session;
+  session.draw();
+  const std::string hint = session.bench->stage()->hud().hint;
+  const bool processor = session.bench->stage()->processor();
+  EXPECT_EQ(hint.find("A graphics card would improve it.") != std::string::npos, processor) << hint;
+  const WorkbenchStatus status = session.bench->status();
+  const auto level = session::text(fmt::format("op.quality.{}", status.quality), session::Language::kEnglish);
+  EXPECT_EQ(status.quality_notice.starts_with(fmt::format("picture: {}. ", level)), processor) << hint;
+  session.bench->stop();
+}
+
+TEST(Workbench, ASessionStatesTheGpuTimeOfEachPassAndItsLateFrames) {
+  BallSession session;
+  session.draw();
+  const std::vector<std::string> lines = session.bench->stop().explanations;
+  const auto count = [&](const std::string& begin) {
+    return std::ranges::count_if(lines, [&](const std::string& line) { return line.starts_with(begin); });
+  };
+  EXPECT_EQ(count("late frames: "), 1);
+  EXPECT_EQ(count("GPU time, whole frame: median "), 1);
+  for (const char* pass : render::kFrameParts) EXPECT_EQ(count(fmt::format("GPU time, {}: median ", pass)), 1) << pass;
+}
+
+TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
+  BallSession session;
+  Workbench& bench = *session.bench;
   int shown = 0;
   bench.start([&] {
     ++shown;

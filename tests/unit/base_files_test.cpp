@@ -22,6 +22,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/guarded_process.h"
 #include "engine/base/input_file.h"
 #include "engine/base/interrupt.h"
@@ -33,6 +34,19 @@
 
 namespace typodont {
 namespace {
+
+TEST(FilesBelow, AreThoseOfAllSubfoldersInOrderWithoutHiddenFoldersAndLoops) {
+  const test::Folder folder;
+  const std::filesystem::path& top = folder.path();
+  for (const char* name : {"b/deep", "a", ".hidden"}) std::filesystem::create_directories(top / name);
+  for (const char* file : {"z.h5", "b/s.h5", "b/deep/s.h5", "a/s.h5", "a/s.txt", ".hidden/s.h5"})
+    std::ofstream(top / file) << "x";
+  std::filesystem::create_directory_symlink(top, top / "a/loop");
+  std::filesystem::create_directories(top / "folder.h5");
+  EXPECT_THAT(files_below(top, ".h5"),
+              testing::ElementsAre(top / "a/s.h5", top / "b/deep/s.h5", top / "b/s.h5", top / "z.h5"));
+  EXPECT_THAT(files_below(top / "none", ".h5"), testing::IsEmpty());
+}
 
 TEST(TemporaryPlace, IsAnotherFolderWhereTmpdirIsMissing) {
   const char* const before = std::getenv("TMPDIR");
@@ -59,6 +73,20 @@ TEST(GuardedProcess, AProgramThatCannotLoadItsLibrariesIsSaidNotToStart) {
   std::ofstream(reader) << "#!/bin/sh\nexit 127\n";
   std::filesystem::permissions(reader, std::filesystem::perms::owner_all);
   EXPECT_THAT(test::refusal([&] { run_guarded({reader.string()}); }), testing::HasSubstr("does not start"));
+}
+
+TEST(GuardedProcess, AProgramThatMayNotBeRunIsSaidToBeForbidden) {
+  const TemporaryFolder folder;
+  const std::filesystem::path reader = folder.path() / "reader";
+  std::ofstream(reader) << "#!/bin/sh\nexit 0\n";
+  setenv("TYPODONT_TEST_READER", reader.c_str(), 1);
+  const auto run = [&] {
+    run_guarded({companion_program("TYPODONT_TEST_READER", "no-such-reader", "/nowhere", "a reader").string()});
+  };
+  EXPECT_THAT(test::refusal(run), testing::HasSubstr("Permission denied"));
+  std::filesystem::permissions(reader, std::filesystem::perms::owner_all);
+  EXPECT_NO_THROW(run());
+  unsetenv("TYPODONT_TEST_READER");
 }
 
 namespace fs = std::filesystem;

@@ -1,7 +1,15 @@
 // Tests that a step of a task is finished when its action was done, and not before.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/app/assets.h"
 #include "engine/app/operator/steps.h"
+#include "engine/app/scene.h"
 #include "engine/base/units.h"
 #include "tests/support/folder.h"
 
@@ -54,10 +62,11 @@ TEST(Steps, TouchingCountsOnlyWhileTheHeadIsOnTissue) {
   EXPECT_EQ(ticks, 5);
 }
 
-TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
+TEST(Steps, ToolSpeedUndoViewViewpointAndHoldAreSeenAsChanges) {
   WatchedHand h{
       StepWatcher(task_of(R"({"en": "t", "done": "tool"}, {"en": "s", "done": "speed"}, {"en": "u", "done": "undo"},
-                               {"en": "v", "done": "view"}, {"en": "h", "done": "hold"})")),
+                               {"en": "v", "done": "view"}, {"en": "p", "done": "viewpoint"},
+                               {"en": "h", "done": "hold"})")),
       {}};
   h.after(0);
   h.deeds.tick.tool = 2;
@@ -72,9 +81,74 @@ TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
   h.after(0.1);
   h.deeds.views = 1;
   EXPECT_TRUE(h.after(0.1));
+  h.deeds.views = 2;
+  EXPECT_FALSE(h.after(0.1)) << "another view is not another viewpoint";
+  h.deeds.viewpoints = 1;
+  EXPECT_TRUE(h.after(0.1));
   EXPECT_FALSE(h.after(0.1));
   h.deeds.held = true;
   EXPECT_TRUE(h.after(0.1));
+}
+
+TEST(Steps, AToolThatWasChosenBeforeTheStepDoesNotCompleteIt) {
+  WatchedHand h{StepWatcher(task_of(R"({"en": "Take another tool.", "done": "tool"})")), {}};
+  h.deeds.chosen_tool = 2;  // the head is still on tissue, so the servo has not taken the tool yet
+  h.after(0);
+  h.deeds.tick.tool = 2;
+  EXPECT_FALSE(h.after(0.1));
+  h.deeds.chosen_tool = 1;
+  EXPECT_FALSE(h.after(0.1));
+  h.deeds.tick.tool = 1;
+  EXPECT_TRUE(h.after(0.1));
+}
+
+/// Does what an action means, and more than is necessary: three times, with a tick after each.
+void act_amply(WatchedHand& h, std::string_view action, std::uint32_t tools) {
+  StepActions& deeds = h.deeds;
+  for (int i = 0; i < 3; ++i) {
+    if (action == "tool") deeds.tick.tool = (deeds.tick.tool + 1) % tools;
+    if (action == "move") deeds.tick.X_WT.p.x += 11 * kMillimetre;
+    if (action == "drill") deeds.tick.removed[1] += kCubicMillimetre;
+    if (action == "speed") deeds.settings.speed_fraction -= 0.05;
+    if (action == "touch") deeds.tick.contact_area = 1e-8;
+    deeds.chosen_tool = static_cast<std::int32_t>(deeds.tick.tool);
+    deeds.undone += action == "undo";
+    deeds.redone += action == "redo";
+    deeds.views += action == "view";
+    deeds.viewpoints += action == "viewpoint";
+    deeds.held = action == "hold" && i < 2;
+    h.after(0.6);
+    deeds.tick.contact_area = 0;
+  }
+}
+
+TEST(Steps, EachActionOfTheShippedTutorialCompletesItsStepAndNoLaterOne) {
+  const Scene scene = read_scene(assets_folder() / "scenes" / "tutorial.json");
+  const std::vector<std::string> tools = tool_names(scene);
+  const auto& steps = scene.task->steps;
+  WatchedHand h{StepWatcher(*scene.task), {}};
+  for (int i = 0; i < h.watcher.count(); ++i) {
+    const std::string& needed = steps[static_cast<std::size_t>(i)].tool;
+    EXPECT_EQ(h.watcher.tool(), needed);
+    if (!needed.empty()) {  // the session takes the tool
+      h.deeds.tick.tool = static_cast<std::uint32_t>(std::ranges::find(tools, needed) - tools.begin());
+      h.deeds.chosen_tool = static_cast<std::int32_t>(h.deeds.tick.tool);
+    }
+    h.after(0.1);
+    ASSERT_EQ(h.watcher.current(), i) << "nothing was done yet";
+    const std::string& action = steps[static_cast<std::size_t>(i)].done;
+    if (action.empty()) h.watcher.next();
+    act_amply(h, action, static_cast<std::uint32_t>(tools.size()));
+    ASSERT_EQ(h.watcher.current(), i + 1) << steps[static_cast<std::size_t>(i)].text[0];
+  }
+  EXPECT_EQ(h.watcher.tool(), "") << "all is done";
+}
+
+TEST(Steps, AToolIsRefusedInAStepInWhichTheUserChangesIt) {
+  EXPECT_EQ(StepWatcher(task_of(R"({"en": "t", "tool": "explorer"})")).tool(), "explorer");
+  for (const std::string action : {"tool", "phase"})
+    EXPECT_THAT(test::refusal([&] { task_of(R"({"en": "t", "tool": "explorer", "done": ")" + action + R"("})"); }),
+                testing::AllOf(testing::HasSubstr(R"("steps[0].tool": found "explorer")"), testing::HasSubstr(action)));
 }
 
 TEST(Steps, AnUnknownActionIsRefusedByName) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <string>
 
@@ -113,6 +114,23 @@ TEST(ScoreColor, IsRedBelowThePassMarkAndNotAtIt) {
   EXPECT_TRUE(same(widgets::score_color(0.599, pass), widgets::kBad));
   EXPECT_FALSE(same(widgets::score_color(0.6, pass), widgets::kBad));
   EXPECT_TRUE(same(widgets::score_color(1, pass), widgets::kGood));
+}
+
+TEST(CheckOfTheComputer, OnlyAMissingPartThatTheProgramRequiresIsRed) {
+  const auto color = [](PartState state, bool required) {
+    DoctorFinding finding("id", "name");
+    finding.state = state, finding.required = required;
+    const ImVec4 c = widgets::severity_color(finding.severity());
+    return std::array{c.x, c.y, c.z};
+  };
+  const auto rgb = [](const ImVec4& c) { return std::array{c.x, c.y, c.z}; };
+  for (const bool required : {false, true}) {
+    EXPECT_EQ(color(PartState::kOk, required), rgb(widgets::kGood));
+    EXPECT_EQ(color(PartState::kDegraded, required), rgb(widgets::kWarn));
+  }
+  EXPECT_EQ(color(PartState::kMissing, false), rgb(widgets::kWarn));
+  EXPECT_EQ(color(PartState::kMissing, true), rgb(widgets::kBad));
+  for (const char* name : {"ok", "degraded", "missing"}) EXPECT_EQ(name_of(part_state_named(name)), name);
 }
 
 }  // namespace

@@ -257,6 +257,92 @@ TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   EXPECT_THAT(german, HasSubstr("Störung: Gewebe über 20 ms zu spät aktualisiert"));
 }
 
+TEST(Report, CountsFaultsAsEventsWithTheirTotalTimeAndKindAndIsSilentWithoutFaults) {
+  TemporaryFolder folder;
+  const auto page = [&](const std::function<std::uint32_t(std::size_t tick)>& faults, Language language) {
+    SessionWriter writer(folder / "s.h5", some_header());
+    std::vector<ServoTick> ticks = random_ticks(4000, 1);
+    for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].faults = faults(i);
+    writer.append(ticks);
+    EXPECT_TRUE(writer.finish({}));
+    return report_html(SessionReader(folder / "s.h5"), in_language(language));
+  };
+  // The limit is left for 50 ms, then for two seconds; between, the emergency key stops the session.
+  const auto twice = [](std::size_t i) {
+    const bool limited = (i >= 1000 && i < 1100) || (i >= 1150 && i < 1200) || (i >= 3200 && i < 3250);
+    return bits(limited ? Fault::kForceLimit : i >= 2000 && i < 2500 ? Fault::kHeld : Fault::kNone);
+  };
+  const std::string english = page(twice, Language::kEnglish);
+  EXPECT_THAT(english, HasSubstr("<dt>Faults</dt><dd>2 times, 0.200\u00a0s in all</dd>"));
+  EXPECT_THAT(english, HasSubstr(">Force reduced to the device's limit: 2 times, 0.200\u00a0s in all</dd>"));
+  EXPECT_THAT(english, Not(HasSubstr("class=\"kind\">Stopped")));
+  EXPECT_THAT(english, HasSubstr("<td>once, 0.500\u00a0s</td>")) << "the table of timing names the stop";
+  EXPECT_THAT(page(twice, Language::kGerman), HasSubstr("<dd>2-mal, insgesamt 0,200\u00a0s</dd>"));
+  const auto once = [](std::size_t i) { return i == 7 ? bits(Fault::kOverrun) : 0; };
+  EXPECT_THAT(page(once, Language::kEnglish), HasSubstr("<dt>Faults</dt><dd>once, 0.001\u00a0s</dd>"));
+  EXPECT_THAT(page([](std::size_t) { return 0u; }, Language::kEnglish), Not(HasSubstr("<dt>Faults</dt>")));
+}
+
+/// Sets the time zone of this process.
+struct TimeZone {
+  explicit TimeZone(const char* zone) {
+    setenv("TZ", zone, 1);
+    tzset();
+  }
+  ~TimeZone() {
+    known ? setenv("TZ", before.c_str(), 1) : unsetenv("TZ");
+    tzset();
+  }
+  const bool known = std::getenv("TZ") != nullptr;
+  const std::string before = known ? std::getenv("TZ") : "";
+};
+
+TEST(Report, StatesTimesOfThisMachinesTimeZoneWhichItNamesOnce) {
+  const TimeZone berlin("CET-1CEST,M3.5.0,M10.5.0/3");
+  TemporaryFolder folder;
+  const SessionReader session = recorded(folder / "s.h5", some_header(), 10);
+  ReportOptions options;
+  options.remarks = {{"Teacher", "2025-07-01T22:30:00Z", "Good", std::nullopt}};
+  const std::string html = report_html(session, options);
+  EXPECT_THAT(html, HasSubstr("<time datetime=\"2025-01-02T03:04:05Z\">2025-01-02 04:04 (UTC+01:00)</time>"));
+  EXPECT_THAT(html, HasSubstr("Teacher, 2025-07-02 00:30</p>"));
+  EXPECT_EQ(html.find("UTC"), html.rfind("UTC"));
+  std::vector<SessionSummary> sessions(2);
+  sessions[0].file = "winter.h5", sessions[0].date = "2025-01-01T10:00:00Z";
+  sessions[1].file = "summer.h5", sessions[1].date = "2025-07-01T10:00:00Z";
+  const std::string curve = learning_curve_html(sessions, Language::kEnglish);
+  EXPECT_THAT(curve, HasSubstr("Times: UTC+01:00, UTC+02:00</p>"));
+  EXPECT_THAT(curve, HasSubstr("<td>2025-01-01 11:00</td>"));
+  EXPECT_THAT(curve, HasSubstr("<td>2025-07-01 12:00</td>"));
+}
+
+TEST(LocalTime, OfATextThatIsNoDateOfAFileIsEmpty) {
+  for (const char* text : {"", "2025-01-02", "2025-01-02T03:04:05+02:00", "2025-13-02T03:04:05Z", "yesterday"})
+    EXPECT_FALSE(local_time(text)) << text;
+  const TimeZone newfoundland("NST3:30");
+  ASSERT_TRUE(local_time("2025-01-02T03:04:05Z"));
+  EXPECT_EQ(local_time("2025-01-02T03:04:05Z")->text, "2025-01-01 23:34");
+  EXPECT_EQ(local_time("2025-01-02T03:04:05Z")->zone, "UTC-03:30");
+}
+
+TEST(Report, PrintsItemsWhoseSumTimesTheDoneShareOfTheTaskIsThePrintedScore) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 500);
+  ReportOptions options = with_result();
+  Score& s = *options.score;
+  s.items.resize(2);
+  for (ScoreItem& item : s.items) item.full = 50, item.points = 48.17, item.critical = false;
+  s.completion = 0.9985;
+  s.points = s.completion * 96.34;
+  const std::string html = report_html(SessionReader(folder / "s.h5"), options);
+  EXPECT_THAT(html, HasSubstr("<p class=\"big\">96.1<small> / 100</small></p>"));
+  for (const char* cell : {"48.1 / 50.0<", "48.2 / 50.0<", "96.3 / 100</td>", "× 99.8 %</td>", "96.1 / 100</td>"})
+    EXPECT_THAT(html, HasSubstr(std::string("<td class=\"points\">") + cell));
+  EXPECT_THAT(html, HasSubstr("<th scope=\"col\">Item</th><th scope=\"col\">Points</th>"));
+  s.points = 96.34, s.completion = 1;
+  EXPECT_THAT(report_html(SessionReader(folder / "s.h5"), options), HasSubstr("× 100 %</td>"));
+}
+
 TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
   TemporaryFolder folder;
   record(folder / "s.h5", 100, "<img src=x onerror=\"alert('1')\"> & more");

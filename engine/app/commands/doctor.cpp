@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -23,6 +24,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/operator/finding.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
@@ -43,19 +45,6 @@ namespace typodont {
 namespace {
 
 namespace fs = std::filesystem;
-
-enum class State { kOk, kDegraded, kMissing };
-
-struct Check {
-  Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;    // name for other programs, for example "vulkan"
-  std::string name;  // name of the item in the report
-  State state = State::kOk;
-  std::string found;      // what the check has found on this machine
-  std::string without;    // what does not work without the item; empty: the item is not missing
-  std::string mend;       // command or manual step that adds the item
-  bool required = false;  // true: without the item, the program cannot run, not even offscreen
-};
 
 std::string first_line(const fs::path& file) {
   std::ifstream in(file);
@@ -92,8 +81,8 @@ class QuietStandardError {
   int kept_;
 };
 
-Check vulkan() {
-  Check c("vulkan", "Vulkan device");
+DoctorFinding vulkan() {
+  DoctorFinding c("vulkan", "Vulkan device");
   c.required = true;
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
@@ -108,10 +97,10 @@ Check vulkan() {
     real = real || (recent && !device.processor);
   }
   if (!usable) {
-    c.state = State::kMissing;
+    c.state = PartState::kMissing;
     c.found = c.found.empty() ? "no Vulkan driver" : c.found + " (Vulkan 1.3 is needed)";
   } else if (!real) {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.found += " (drawn by the processor)";
     c.without = "live stereo does not reach its full rate; pictures and films are made, only slower";
     c.mend =
@@ -161,8 +150,8 @@ std::string best_level(const Scene& scene, haptics::TissueVolume& tissue, displa
 }
 
 /// Checks the drawing speed. `card`: true if a graphics card draws.
-Check drawing(bool card) {
-  Check c("drawing", "Picture while drilling");
+DoctorFinding drawing(bool card) {
+  DoctorFinding c("drawing", "Picture while drilling");
   const QuietStandardError quiet;
   try {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
@@ -172,7 +161,7 @@ Check drawing(bool card) {
       display::DisplayRig rig = display::load_rig(assets_folder() / "rigs" / rig_name);
       draw_eyes_at(rig, eye);
       const std::string best = best_level(scene, tissue, rig, rate, now() + kMeasured);
-      if (best.empty()) c.state = State::kDegraded;
+      if (best.empty()) c.state = PartState::kDegraded;
       c.found +=
           fmt::format("{}{}: {}", c.found.empty() ? "" : "; ", size,
                       best.empty() ? fmt::format("no level above coarse holds {:g} pictures a second", rate) : best);
@@ -180,7 +169,7 @@ Check drawing(bool card) {
     measure("window.json", {1280, 720}, "window, 1280x720", 30);
     if (card) measure("closeup.json", {2064, 2208}, "headset, 2064x2208 an eye", 90);
   } catch (const std::exception& e) {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.found = fmt::format("not measured: {}", e.what());
   }
   c.without = "the picture jerks; the force does not";
@@ -188,8 +177,8 @@ Check drawing(bool card) {
   return c;
 }
 
-Check processor() {
-  Check c("cpu", "Processor");
+DoctorFinding processor() {
+  DoctorFinding c("cpu", "Processor");
   cpu_set_t set;
   CPU_ZERO(&set);
   const int cores = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
@@ -208,20 +197,20 @@ Check processor() {
 #endif
   c.found = fmt::format("{} cores, {}, {}", cores, simd, model);
   if (cores < 2) {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.without = "the servo shares its core with everything else: late ticks";
     c.mend = "use a machine with two cores or more";
   }
   return c;
 }
 
-Check realtime() {
-  Check c("realtime", "Real-time rights");
+DoctorFinding realtime() {
+  DoctorFinding c("realtime", "Real-time rights");
   if (realtime_refusal().empty()) {
     c.found = "SCHED_FIFO is allowed";
     return c;
   }
-  c.state = State::kDegraded;
+  c.state = PartState::kDegraded;
   c.found = "SCHED_FIFO is refused";
   c.without =
       "when the computer is busy, ticks are several milliseconds late and a hard surface vibrates; hands with motors "
@@ -233,8 +222,8 @@ Check realtime() {
   return c;
 }
 
-Check locked_memory() {
-  Check c("locked_memory", "Locked memory");
+DoctorFinding locked_memory() {
+  DoctorFinding c("locked_memory", "Locked memory");
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   constexpr rlim_t kEnough = rlim_t{512} << 20;
@@ -243,7 +232,7 @@ Check locked_memory() {
         geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY ? "unlimited" : fmt::format("{} MB", limit.rlim_cur >> 20);
     return c;
   }
-  c.state = State::kDegraded;
+  c.state = PartState::kDegraded;
   c.found = fmt::format("{} KB", limit.rlim_cur >> 10);
   c.without = "a page that was swapped out stops the servo for milliseconds";
   c.mend =
@@ -253,14 +242,14 @@ Check locked_memory() {
   return c;
 }
 
-Check clock_speed() {
-  Check c("cpu_frequency", "Processor clock");
+DoctorFinding clock_speed() {
+  DoctorFinding c("cpu_frequency", "Processor clock");
   const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   const std::string source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
   c.found = fmt::format("governor {}, clock source {}", governor.empty() ? "not adjustable" : governor,
                         source.empty() ? "unknown" : source);
   if (governor == "powersave" || governor == "conservative") {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.without = "the servo's core enters deep sleep states and wakes late";
     c.mend = "sudo cpupower frequency-set -g performance";
   }
@@ -285,8 +274,8 @@ constexpr KnownDevice kKnown[] = {
     {0x1a86, 0xe026, "foot pedal"},
 };
 
-Check hid() {
-  Check c("hid", "Arms, SpaceMouse, pedals");
+DoctorFinding hid() {
+  DoctorFinding c("hid", "Arms, SpaceMouse, pedals");
   c.without = "no force, no 6-axis mouse, no pedal: the mouse, a script or a simulated hand is used";
   std::error_code code;
   std::vector<std::string> known, refused;
@@ -320,13 +309,13 @@ Check hid() {
       "3553 413d "
       "1a86 | sudo tee /etc/udev/rules.d/70-typodont.rules && sudo udevadm control --reload && sudo udevadm trigger");
   if (!refused.empty()) {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.found = fmt::format("without permission: {}", fmt::join(refused, ", "));
     c.mend = refused.front().starts_with("Teensy") ? "sudo usermod -aG dialout $USER, then log in again" : write_rules;
   } else if (!known.empty()) {
     c.found = fmt::format("{}", fmt::join(known, ", "));
   } else {
-    c.state = State::kMissing;
+    c.state = PartState::kMissing;
     c.found = fmt::format("no device that Typodont knows ({} HID devices in all{})", nodes,
                           rules ? ", udev rules are there" : "");
     c.mend = rules || geteuid() == 0 ? "connect one" : "connect one; so that it may be used: " + write_rules;
@@ -334,8 +323,8 @@ Check hid() {
   return c;
 }
 
-Check audio() {
-  Check c("audio", "Sound output");
+DoctorFinding audio() {
+  DoctorFinding c("audio", "Sound output");
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   setenv("JACK_NO_START_SERVER", "1", 1);  // the check must not start a sound server
@@ -353,9 +342,9 @@ Check audio() {
     c.found = "PortAudio does not start";
     c.mend = "sudo apt install libportaudio2 alsa-utils";
   }
-  c.state = State::kMissing;
+  c.state = PartState::kMissing;
 #else
-  c.state = State::kMissing;
+  c.state = PartState::kMissing;
   c.found = "built without PortAudio";
   c.mend =
       "sudo apt install portaudio19-dev && cmake --preset release -DTYPODONT_PORTAUDIO=ON && cmake --build --preset "
@@ -364,8 +353,8 @@ Check audio() {
   return c;
 }
 
-Check openxr() {
-  Check c("openxr", "OpenXR runtime");
+DoctorFinding openxr() {
+  DoctorFinding c("openxr", "OpenXR runtime");
   c.without = "no head-mounted display: window, mirror bench and offscreen work";
   c.mend = "install SteamVR, or Monado (monado.freedesktop.org), and start it; or set XR_RUNTIME_JSON to its JSON file";
   std::vector<fs::path> places;
@@ -387,7 +376,7 @@ Check openxr() {
     const auto runtime = json.is_object() ? json.find("runtime") : json.end();
     if (json.is_discarded() || !json.is_object() || runtime == json.end() || !runtime->is_object() ||
         !runtime->contains("library_path") || !(*runtime)["library_path"].is_string()) {
-      c.state = State::kDegraded;
+      c.state = PartState::kDegraded;
       c.found = fmt::format("{}: not a runtime's description", place.string());
       return c;
     }
@@ -396,20 +385,20 @@ Check openxr() {
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {
-      c.state = State::kDegraded;
+      c.state = PartState::kDegraded;
       c.found = fmt::format("{} names {}, which is not there", place.string(), library.string());
       return c;
     }
     c.found = fmt::format("{} ({})", library.string(), place.string());
     return c;
   }
-  c.state = State::kMissing;
+  c.state = PartState::kMissing;
   c.found = chosen.empty() ? "none is active" : fmt::format("XR_RUNTIME_JSON={} is not readable", chosen);
   return c;
 }
 
-Check display() {
-  Check c("display", "Display");
+DoctorFinding display() {
+  DoctorFinding c("display", "Display");
   const std::string wayland = environment("WAYLAND_DISPLAY"), x11 = environment("DISPLAY");
   if (!wayland.empty()) {
     c.found = "Wayland (" + wayland + ")";
@@ -421,10 +410,10 @@ Check display() {
     const std::string number =
         x11.substr(1, x11.find('.') == std::string::npos ? std::string::npos : x11.find('.') - 1);
     if (x11[0] != ':' || fs::exists("/tmp/.X11-unix/X" + number, code)) return c;
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.found += ", but no server answers there";
   } else {
-    c.state = State::kMissing;
+    c.state = PartState::kMissing;
     c.found = "neither WAYLAND_DISPLAY nor DISPLAY is set";
   }
   c.without = "no window: pictures and films are drawn offscreen";
@@ -432,13 +421,13 @@ Check display() {
   return c;
 }
 
-Check encoder() {
-  Check c("ffmpeg", "Film encoder");
+DoctorFinding encoder() {
+  DoctorFinding c("ffmpeg", "Film encoder");
   if (const auto path = session::find_ffmpeg()) {
     c.found = path->string();
     return c;
   }
-  c.state = State::kMissing;
+  c.state = PartState::kMissing;
   c.found = "no ffmpeg in PATH";
   c.without = "no session.mp4; pictures, sound and report are made";
   c.mend = "sudo apt install ffmpeg";
@@ -446,8 +435,8 @@ Check encoder() {
 }
 
 /// Loads the libraries that the program otherwise loads at their first use.
-Check libraries() {
-  Check c("libraries", "Libraries loaded on use");
+DoctorFinding libraries() {
+  DoctorFinding c("libraries", "Libraries loaded on use");
   c.without = "the parts of the program that use these libraries";
   std::set<std::string> files, packages;
   for (LateLibrary* library : LateLibrary::all()) {
@@ -462,20 +451,20 @@ Check libraries() {
   if (packages.empty()) {
     c.found = fmt::format("{}", fmt::join(files, ", "));
   } else {
-    c.state = State::kMissing;
+    c.state = PartState::kMissing;
     c.mend = fmt::format("sudo apt install {}", fmt::join(packages, " "));
   }
   return c;
 }
 
-Check disk() {
-  Check c("disk", "Disk space");
+DoctorFinding disk() {
+  DoctorFinding c("disk", "Disk space");
   c.required = true;
   struct statvfs space {};
   std::error_code code;
   const fs::path here = fs::current_path(code);
   if (code || statvfs(here.c_str(), &space) != 0) {
-    c.state = State::kDegraded;
+    c.state = PartState::kDegraded;
     c.found = "unknown";
     c.without = "a recording may end when the disk is full";
     c.mend = "df -h .";
@@ -484,33 +473,29 @@ Check disk() {
   const double gb = static_cast<double>(space.f_bavail) * static_cast<double>(space.f_frsize) * 1e-9;
   c.found = fmt::format("{:.1f} GB free in {}", gb, here.string());
   if (gb < 2) {
-    c.state = gb < 0.1 ? State::kMissing : State::kDegraded;
+    c.state = gb < 0.1 ? PartState::kMissing : PartState::kDegraded;
     c.without = "recordings (about 1 GB an hour) and films end when the disk is full";
     c.mend = "df -h . && sudo apt clean";
   }
   return c;
 }
 
-std::string_view name_of(State state) {
-  return state == State::kOk ? "ok" : state == State::kDegraded ? "degraded" : "missing";
-}
-
 void run(bool json) {
-  std::vector<Check> checks{vulkan()};
-  if (checks.front().state != State::kMissing) checks.push_back(drawing(checks.front().state == State::kOk));
+  std::vector<DoctorFinding> checks{vulkan()};
+  if (checks.front().state != PartState::kMissing) checks.push_back(drawing(checks.front().state == PartState::kOk));
   for (const auto check :
        {processor, realtime, locked_memory, clock_speed, hid, audio, openxr, display, encoder, libraries, disk})
     checks.push_back(check());
-  for (Check& c : checks)
-    if (c.state == State::kOk) c.without = c.mend = "";
+  for (DoctorFinding& c : checks)
+    if (c.state == PartState::kOk) c.without = c.mend = "";
   std::string refusal;
-  for (const Check& c : checks) {
-    if (c.required && c.state == State::kMissing)
+  for (const DoctorFinding& c : checks) {
+    if (c.severity() == DoctorFinding::Severity::kFailure)
       refusal += fmt::format("{}{}: {}", refusal.empty() ? "" : "; ", c.name, c.found);
   }
   if (json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Check& c : checks) {
+    for (const DoctorFinding& c : checks) {
       list.push_back({{"id", c.id},
                       {"name", c.name},
                       {"state", name_of(c.state)},
@@ -524,14 +509,12 @@ void run(bool json) {
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
     const bool color = isatty(STDOUT_FILENO) && environment("NO_COLOR").empty();
-    for (const Check& c : checks) {
-      const char* on = !color                                       ? ""
-                       : c.state == State::kOk                      ? "\033[32m"
-                       : !c.required || c.state == State::kDegraded ? "\033[33m"
-                                                                    : "\033[31m";
+    for (const DoctorFinding& c : checks) {
+      constexpr std::array kColors{"\033[32m", "\033[33m", "\033[31m"};  // as Severity
+      const char* on = color ? kColors[static_cast<std::size_t>(c.severity())] : "";
       fmt::print("{}{:<9}{} {:<25} {}\n", on, name_of(c.state), color ? "\033[0m" : "", c.name, c.found);
       if (!c.without.empty())
-        fmt::print("{:36}{}: {}\n", "", c.state == State::kMissing ? "without it" : "as it is", c.without);
+        fmt::print("{:36}{}: {}\n", "", c.state == PartState::kMissing ? "without it" : "as it is", c.without);
       if (!c.mend.empty()) fmt::print("{:36}remedy: {}\n", "", c.mend);
     }
     if (refusal.empty()) fmt::print("\nTypodont runs on this machine.\n");

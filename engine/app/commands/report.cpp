@@ -20,6 +20,7 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/place.h"
+#include "engine/session/printed_score.h"
 #include "engine/session/signature.h"
 
 namespace typodont {
@@ -221,7 +222,7 @@ void run(const ReportArguments& options) {
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
     const Score& score = *report.score;
-    fmt::print("{}: {:.1f} of {:.0f} points{}, {} ticks{}\n", options.out, score.points, score.full,
+    fmt::print("{}: {:.1f} of {:.0f} points{}, {} ticks{}\n", options.out, printed_points(score.points), score.full,
                !score.counts()  ? ""
                : score.passed() ? ", passed"
                                 : ", not passed",
@@ -238,7 +239,7 @@ void add_report_command(cli::Command& app) {
   const auto options = std::make_shared<ReportArguments>();
   command
       ->add_option("SESSION", options->session,
-                   "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")
+                   "A session recorded by run, demo or servo (.h5), or a folder with them: the learning curve")
       ->required();
   command->add_option("--out", options->out, "The page to write (.html)", cli::writes({FileKind::kPage}))->required();
   command->add_option("--language", options->language, "en, de or zh; otherwise the window's language");

@@ -19,10 +19,12 @@
 #include "engine/app/recording/replay.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
+#include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
+#include "engine/session/printed_score.h"
 #include "engine/session/session_file.h"
 
 namespace typodont {
@@ -99,10 +101,7 @@ Row score_safely(const std::string& file, const std::string& rules) {
 
 std::vector<std::string> sessions_below(const std::string& folder) {
   std::vector<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.path().extension() == ".h5") files.push_back(entry.path().string());
-  }
-  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files_below(folder, ".h5")) files.push_back(file.string());
   if (files.empty()) throw Error(folder, "", "a folder without sessions", "sessions (.h5)");
   return files;
 }
@@ -151,7 +150,8 @@ void run(const RescoreOptions& options) {
     if (!options.out.empty()) write_file_atomically(options.out, table_of({row}), FileKind::kTable);
     fmt::print("{}\n", options.json ? text_of(row)
                                     : fmt::format("{}: {:.1f} of {:.0f} points", options.sessions,
-                                                  row["points"].get<double>(), row["full"].get<double>()));
+                                                  session::printed_points(row["points"].get<double>()),
+                                                  row["full"].get<double>()));
     return;
   }
   const std::vector<std::string> files = sessions_below(options.sessions);

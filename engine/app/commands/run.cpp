@@ -164,7 +164,8 @@ void add_run_command(cli::Command& app) {
   command->add_flag("--no-real-time", w.no_real_time,
                     "use a hand with motors although the system grants this program no real-time priority");
   command->add_flag("--explain", w.explain,
-                    "list the active parts and why the others are inactive; at the end, list the work that was done");
+                    "list the active parts and why the others are inactive; at the end, list the work that was done, "
+                    "GPU time by pass, and late frames");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options, command] {
     command->refuse_without({"--stream-rate"}, !options->workbench.stream.empty(), "--stream");

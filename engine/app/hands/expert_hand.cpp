@@ -101,6 +101,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.model = "a hand that knows the task";
   info.rate = rate;
   info.force_limit = info.torque_limit = 1e9;  // this hand can withstand any force
+  info.chooses_tools = true;
   return info;
 }
 

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/base/log.h"
 
@@ -24,6 +25,9 @@ constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures fro
 // Shortest time between two of the trainee's pictures if the CPU draws them for the operator's window, ns. The pictures
 // then share the processors with the servo thread and the window.
 constexpr Nanos kProcessorInterval = 30'000'000;
+// Period that counts as that of the display, s: with software rendering, and if the operator's window shows the
+// picture.
+constexpr double kProcessorPeriod = 1.0 / 30, kEmbeddedPeriod = 1.0 / 60;
 constexpr int kImplantSections = 2;  // sections through an implant: along and across the arch
 // The section follows the drill only after a rotation or motion larger than these limits.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation of the drill that the section follows
@@ -300,12 +304,16 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
-  if (zero != 0)
+  const bool continuous = std::exchange(drew_last_, true);
+  if (zero != 0) {
     wiring.event_logs.view.write(
         PictureTiming{last_turn_ - zero, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
+    report_.add(stage_->gpu_times());
+    if (continuous) report_.add_interval(dt, refresh_period());
+  }
   // With software rendering, the CPU also composes and presents the picture. To include this work, the cost of a frame
   // is the time between two consecutive frames.
-  const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
+  const bool on_end = continuous && stage_->device().processor && !options_.embedded;
   // While nothing moves, a frame redraws only a few mesh bricks in a short time. This must not raise the quality,
   // because the quality would fall again as soon as something moves.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
@@ -314,6 +322,21 @@ void LivePicture::follow(const render::FrameStats& stats, double dt) {
     new_quality_ = true;
     log::info("picture quality: {}, because a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
   }
+}
+
+RefreshPeriod LivePicture::refresh_period() {
+  if (stage_->device().processor) return {kProcessorPeriod, "the CPU draws"};
+  if (options_.embedded) return {kEmbeddedPeriod, "assumed for the operator's window"};
+  return {stage_->output().refresh_period(), "refresh period of the monitor"};
+}
+
+std::string LivePicture::quality_notice() const {
+  if (!stage_) return "";
+  const VkExtent2D drawn = stage_->pictures().options.size;
+  const double scale = stage_->quality().scale, pixels = drawn.width * drawn.height / (scale * scale);
+  const Remedy remedy = ladder_.remedy(stage_->processor(), /*window=*/options_.monitor < 0, pixels);
+  if (remedy == Remedy::kNone && ladder_.changes() == 0) return "";
+  return quality_text(ladder_.step().name, remedy, options_.language);
 }
 
 /// Updates the mean frame interval after a frame was shown.

@@ -10,6 +10,7 @@
 
 #include "engine/app/live/session.h"
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/frame_report.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -92,6 +93,10 @@ class LivePicture {
   const World& world() const { return world_; }
 
   const QualityLadder& ladder() const { return ladder_; }
+  /// Text about the quality level and what would improve the picture; empty: the level is good and did not change.
+  std::string quality_notice() const;
+  /// GPU times and late frames of the trainee's picture since the first tick.
+  const FrameReport& report() const { return report_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
   /// Time at which the first picture appeared on the screen, or slightly later, ns. 0: no picture was shown.
@@ -107,6 +112,7 @@ class LivePicture {
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   void record_water();
   void follow(const render::FrameStats& stats, double dt);
+  RefreshPeriod refresh_period();
   void frame_shown();
   void record_view();
   glm::dvec4 section_through_implant() const;
@@ -121,6 +127,7 @@ class LivePicture {
   haptics::ServoSettings shown_;             // copy of the scene's servo settings, for the pictures
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
+  FrameReport report_;
   std::optional<Detail> detail_;      // level of detail of the tooth in the trainee's picture
   std::optional<WaterSwitch> water_;  // state of water and suction that was recorded last
   std::optional<PictureStage> stage_, own_stage_;

@@ -17,6 +17,8 @@
 #include "calibration/still_touch.h"
 #include "engine/app/live/xr_stage.h"
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/frame_report.h"
+#include "engine/app/picture/hud.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -98,9 +100,11 @@ struct XrSession::Thread {
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
-  std::string notice;
+  std::string notice, quality_notice;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counters of the work; only this thread uses the counters until it ends
+  // Counters of the work, and times of the frames; only this thread uses them until it ends.
+  WorkCounts work;
+  FrameReport report;
 
   std::thread thread;
 
@@ -161,6 +165,7 @@ struct XrSession::Thread {
     QualityLadder ladder = options.quality.empty() ? QualityLadder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1)
                                                    : QualityLadder::fixed_at(options.quality);
     stage.set_quality(ladder.step());
+    say_quality(ladder, stage.processor());
     stage.surround(world.surroundings());
     Detail detail(wiring.tolerance, voxel);
     // Releases the particles whenever this function ends, because that must happen before their GPU device is
@@ -220,20 +225,32 @@ struct XrSession::Thread {
         wiring.event_logs.view.write(SeenFrom{woke - zero, 0.5 * (left_W + right_W), (right_W - left_W) / ipd, ipd});
       const render::FrameStats drawn = stage.draw(frame, world, opacity);
       if (drawn.drawn) count_frame(drawn, work);
+      if (drawn.drawn && zero != 0) report.add(stage.gpu_times());
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(world.tick()) : display::Vibration{});
       for (display::HmdTiming timing : hmd.timings()) {
         timing.t -= zero;
-        if (zero != 0) wiring.event_logs.view.write(timing);
+        if (zero == 0) continue;
+        wiring.event_logs.view.write(timing);
+        if (timing.drawn && frame.period > 0)
+          report.add_interval((timing.missed + 1) * frame.period, {frame.period, "predicted by the headset's runtime"});
       }
       if (!frame.draw) continue;
       frames.fetch_add(1, std::memory_order_relaxed);
       if (ladder.frame_took(to_seconds(now() - woke))) {
         stage.set_quality(ladder.step());
+        say_quality(ladder, stage.processor());
         log::info("picture quality: {}", ladder.step().name);
       }
     }
+  }
+
+  void say_quality(const QualityLadder& ladder, bool processor) {
+    const Remedy remedy = ladder.remedy(processor, /*window=*/false, /*pixels=*/0);
+    const std::lock_guard lock(mutex);
+    if (remedy == Remedy::kNone && ladder.changes() == 0) return;
+    quality_notice = quality_text(ladder.step().name, remedy, options.language);
   }
 
   void take_touch(Nanos t, const display::HmdHand& controller, calibration::StillTouch& tip,
@@ -365,6 +382,17 @@ std::uint64_t XrSession::frames() const {
 std::vector<std::string> XrSession::explanations() const {
   const std::lock_guard lock(thread_->mutex);
   return thread_->explanations;
+}
+
+std::string XrSession::quality_notice() const {
+  const std::lock_guard lock(thread_->mutex);
+  return thread_->quality_notice;
+}
+
+std::vector<std::string> XrSession::report() const {
+  const std::lock_guard lock(thread_->mutex);
+  if (thread_->phase != Thread::Phase::kOver) return {};
+  return thread_->report.lines();
 }
 
 std::optional<DebrisBalance> XrSession::debris() const {

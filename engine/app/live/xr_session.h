@@ -50,6 +50,10 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
+  /// Text about the quality level and what would improve the picture; empty: the level is good and did not change.
+  std::string quality_notice() const;
+  /// GPU times and late frames since the first tick, as lines of text. Call after stop(). Empty if the thread hangs.
+  std::vector<std::string> report() const;
   /// The mass balance of the chips. Call after stop(). Empty if there were no chips or if the thread hangs.
   std::optional<DebrisBalance> debris() const;
   /// Adds the counters of the headset's thread to `work`. Call after stop(). Does nothing if the thread hangs.

@@ -53,6 +53,8 @@ class XrStage {
   std::string device_name() const { return device_.name(); }
   gpu::Device& device() { return device_; }
   bool processor() const { return device_.processor; }
+  /// GPU times of the latest finished frame, by part.
+  render::GpuTimes gpu_times() { return renderer_->gpu_times(); }
   int validation_messages() const { return device_.validation_messages(); }
 
  private:

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/app/operator/widgets.h"
 #include "engine/display/keys.h"
+#include "engine/session/printed_score.h"
 #include "haptics/import/import.h"
 
 namespace typodont {
@@ -20,7 +20,7 @@ void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");
   const float room = ImGui::GetContentRegionAvail().x;
-  const std::string points = s.number(std::floor(one.score->points * 10) / 10, 1);
+  const std::string points = s.number(session::printed_points(one.score->points), 1);
   ImGui::PushStyleColor(ImGuiCol_Text, one.score->passed ? kGood : kBad);
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(room - ImGui::CalcTextSize(points.c_str()).x, 0.0f));
   ImGui::TextUnformatted(points.c_str());

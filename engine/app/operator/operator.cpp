@@ -485,9 +485,14 @@ class Operator {
           progress.stage("op.looking", 0, 1);
           std::vector<DoctorFinding> findings;
           const Json json = Json::parse(run_self({"doctor", "--json"}, progress), "doctor");
-          for (const Json& c : json["checks"].items())
-            findings.push_back({c["name"].string(), c["state"].string(), c["found"].string(), c["without"].string(),
-                                c["mend"].string()});
+          for (const Json& c : json["checks"].items()) {
+            DoctorFinding& finding = findings.emplace_back(c["id"].string(), c["name"].string());
+            finding.state = part_state_named(c["state"].string());
+            finding.found = c["found"].string();
+            finding.without = c["without"].string();
+            finding.mend = c["mend"].string();
+            finding.required = c["required"].boolean();
+          }
           return findings;
         },
         [this](std::vector<DoctorFinding> findings) {

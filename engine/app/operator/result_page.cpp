@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
+#include "engine/session/printed_score.h"
 #include "haptics/import/import.h"
 
 namespace typodont {
@@ -39,7 +39,9 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::TableSetupColumn(s.text("target"), 0, 1.3f);
     ImGui::TableSetupColumn(s.text("points"), 0, 1);
     ImGui::TableHeadersRow();
-    for (const session::ScoreItem& item : s.outcome.score.items) {
+    const session::PrintedScore printed = session::printed_score(s.outcome.score);
+    for (std::size_t i = 0; i < printed.items.size(); ++i) {
+      const session::ScoreItem& item = s.outcome.score.items[i];
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
@@ -54,7 +56,8 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
         // Marks a missed item of the score with ✗, because colour-blind users may not see the colour.
         const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
         ImGui::TextUnformatted(
-            fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
+            fmt::format("{}{} / {}", cross, s.number(printed.items[i].points, 1), s.number(printed.items[i].full, 1))
+                .c_str());
         ImGui::PopStyleColor();
       } else {
         dim("–");
@@ -171,9 +174,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const session::Score& score = s.outcome.score;
   if (scored) {
     ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    // Rounds the points down: 69.6 rounded to 70 would seem to reach a pass mark of 70.
     ImGui::TextUnformatted(
-        s.words("points_of", s.number(std::floor(score.points * 10) / 10, 1), s.number(score.full, 0)).c_str());
+        s.words("points_of", s.number(session::printed_points(score.points), 1), s.number(score.full, 0)).c_str());
     ImGui::PopStyleColor();
   }
   ImGui::PopFont();
@@ -182,7 +184,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     for (const session::ScoreItem& item : score.items)
       if (item.critical) colored_wrapped(s.words("critical_error", s.text("score." + item.name)), kBad);
     note(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)), w);
-    row(s.text("completion"), fmt::format("{:.0f} %", 100 * score.completion));
+    const session::PrintedScore printed = session::printed_score(score);
+    row(s.text("completion"), fmt::format("{} %", s.number(printed.percent, printed.percent_decimals)));
   }
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
@@ -261,8 +264,7 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
     for (const DoctorFinding& f : s.findings) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
-      const ImVec4 color = f.state == "ok" ? kGood : f.state == "degraded" ? kWarn : kBad;
-      colored(s.text(fmt::format("op.state_{}", f.state)), color);
+      colored(s.text(fmt::format("op.state_{}", name_of(f.state))), severity_color(f.severity()));
       ImGui::TableNextColumn();
       wrapped(f.name);
       ImGui::TableNextColumn();

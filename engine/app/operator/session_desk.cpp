@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
@@ -76,6 +79,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
     s_.tools.clear();
     for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
     s_.device = bench_->hand();
+    take_step_tool();
     if (s_.device.address == "mouse:") s_.device.model = s_.text("op.mouse");
     s_.recording = bench_->recording();
     s_.score = {};
@@ -118,6 +122,8 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
 SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
+  if (s_.viewpoint != seen_from_) ++s_.viewpoint_changes;
+  seen_from_ = s_.viewpoint;
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
   // This step has used the motion of the mouse wheel. The value is set to zero, because the next step may come before
   // the next page is drawn.
@@ -132,10 +138,18 @@ SessionDesk::Turn SessionDesk::step() {
   if (s_.status.saved > before.saved) s_.say(fmt::format("{} {}", s_.text("op.saved_as"), save));
   if (s_.status.not_saved > before.not_saved) s_.fail(fmt::format("{} {}", s_.text("op.not_saved"), save));
   const int step = s_.steps.current();
-  if (s_.steps.follow({s_.status.tick, s_.settings, static_cast<int>(s_.status.tissue.undone),
-                       static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held,
-                       s_.status.implant ? s_.status.implant->phase : 0}))
+  if (s_.steps.follow({.tick = s_.status.tick,
+                       .settings = s_.settings,
+                       .chosen_tool = s_.status.chosen_tool,
+                       .undone = static_cast<int>(s_.status.tissue.undone),
+                       .redone = static_cast<int>(s_.status.tissue.redone),
+                       .views = s_.look_changes,
+                       .viewpoints = s_.viewpoint_changes,
+                       .held = s_.held,
+                       .phase = s_.status.implant ? s_.status.implant->phase : 0})) {
     log::info("step {} done", step + 1);
+    take_step_tool();
+  }
   PictureStage* stage = bench_->stage();
   s_.live = s_.own_view ? bench_->own_picture() : stage && bench_->status().frames > 0 ? &stage->pictures() : nullptr;
   s_.look_in_work = bench_->views()->making(s_.own_view ? Eyes::kOwn : Eyes::kTrainee);
@@ -171,7 +185,7 @@ bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
 void SessionDesk::begin_views(const Scene& scene) {
   const LiveViews& views = *bench_->views();
   s_.look = {};
-  s_.look_changes = 0;
+  s_.look_changes = s_.viewpoint_changes = 0;
   s_.trainee_seen = bench_->stage() != nullptr;
   s_.own_possible = scene.needs("render");
   s_.own_view = !s_.trainee_seen && s_.own_possible;
@@ -181,6 +195,7 @@ void SessionDesk::begin_views(const Scene& scene) {
     s_.viewpoint = viewpoint_of(bench_->stage()->rig(), views.middle());
     s_.viewpoint.distance = distance;
   }
+  seen_from_ = s_.viewpoint = clamped(s_.viewpoint);
   s_.has_ideal = views.can_show(render::View::kDifference);
   s_.has_heat = views.can_show(render::View::kTemperature);
   s_.has_surroundings = views.has_surroundings();
@@ -224,9 +239,11 @@ bool SessionDesk::carry_out(const Request& r) {
       return true;
     case Ask::kStepDone:
       s_.steps.next();
+      take_step_tool();
       return true;
     case Ask::kStepBack:
       s_.steps.back();
+      take_step_tool();
       return true;
     default:
       return false;
@@ -244,7 +261,14 @@ void SessionDesk::show_own_view(bool own) {
   s_.own_view = own;
   s_.live = nullptr;
   s_.look = bench_->views()->look(own ? Eyes::kOwn : Eyes::kTrainee);
-  ++s_.look_changes;
+  ++s_.viewpoint_changes;
+}
+
+void SessionDesk::take_step_tool() {
+  const std::string_view tool = s_.steps.tool();
+  if (!bench_ || tool.empty() || s_.device.chooses_tools) return;
+  const std::vector<std::string> names = tool_names(*scene_);
+  bench_->choose_tool(static_cast<int>(std::find(names.begin(), names.end(), tool) - names.begin()));
 }
 
 /// Paints with the tool's head. A stroke begins with a ball, and then paints the volume through which the head moves.

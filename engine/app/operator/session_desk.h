@@ -65,6 +65,8 @@ class SessionDesk {
   void begin_views(const Scene& scene);
   void change_look();
   void show_own_view(bool own);
+  /// Chooses the tool of the step that begins. Does nothing if the hand chooses its tools itself.
+  void take_step_tool();
   void paint();
   void keep_recording();
   bool nothing_moves(const WorkbenchStatus& before) const;
@@ -82,7 +84,8 @@ class SessionDesk {
   Nanos score_time_ = 0, curve_time_ = 0;
   Nanos picture_time_ = 0;  // ns, time of the last new picture
   bool at_rest_ = false;
-  Pose rests_at_;  // pose of the tool when it last moved visibly
+  Viewpoint seen_from_;  // viewpoint of the last step()
+  Pose rests_at_;        // pose of the tool when it last moved visibly
 };
 
 }  // namespace typodont

@@ -355,6 +355,8 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
   if (const std::string step = fmt::format("op.quality.{}", s.status.quality); session::has_text(step))
     row(s.text("op.quality"), s.text(step));
+  if (!s.status.quality_notice.empty() && ImGui::IsItemHovered())
+    ImGui::SetTooltip("%s", s.status.quality_notice.c_str());
   for (const GrantedLine& line : granted_lines(s)) {
     row(line.name.c_str(), line.value, line.granted ? nullptr : &kWarn);
     if (!s.status.real_time.empty() && ImGui::IsItemHovered())

@@ -16,6 +16,7 @@
 #include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/session/printed_score.h"
 
 namespace typodont {
 
@@ -159,7 +160,7 @@ bool SessionScores::look() {
   const auto score = cached_score(scored_);
   for (SessionEntry& entry : s_.sessions)
     if (entry.file == scored_) entry.score = score;
-  if (score) log::info("score of {}: {:.1f}", scored_.filename().string(), score->points);
+  if (score) log::info("score of {}: {:.1f}", scored_.filename().string(), session::printed_points(score->points));
   return score.has_value();
 }
 

@@ -13,6 +13,7 @@
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/file_field.h"
+#include "engine/app/operator/finding.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
@@ -259,9 +260,6 @@ struct SchoolForm {
   std::string message;  // state of the last request
   bool message_is_error = false;
 };
-struct DoctorFinding {
-  std::string name, state, found, without, mend;
-};
 
 /// Results of a finished session.
 struct Outcome {
@@ -333,7 +331,8 @@ struct OperatorState {
   bool look_in_work = false;  // true: parts of the picture are still being computed
   bool has_ideal = false, has_heat = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;  // tissues of the scene, one bit each
-  int look_changes = 0;       // number of changes of `look` since the start
+  /// Numbers of the user's changes of `look` and of the viewpoint since the start.
+  int look_changes = 0, viewpoint_changes = 0;
   /// Authoring mode: factor on the stiffness of each tissue.
   std::array<float, kTissueCount> stiffness{};
   // Authoring mode: sRGB colour of the brush for each tissue. The tissue's own colour (default) is not stored.

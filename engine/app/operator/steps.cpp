@@ -20,7 +20,7 @@ constexpr double kMost = 20 * kMillimetre;
 }  // namespace
 
 bool StepWatcher::waits() const {
-  return current_ < count() && !task_.step_actions[static_cast<std::size_t>(current_)].empty();
+  return current_ < count() && !current_step().done.empty();
 }
 
 void StepWatcher::begin(const StepActions& now) {
@@ -45,21 +45,27 @@ bool StepWatcher::follow(const StepActions& now) {
   last_t_ = now.tick.t;
   last_p_ = now.tick.X_WT.p;
 
-  const std::string& deed = task_.step_actions[static_cast<std::size_t>(current_)];
+  const std::string& deed = current_step().done;
   const bool done = deed == "move"    ? path_ > kPathOfMove
                     : deed == "touch" ? touched_ > kTouch
                     : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled
-                    : deed == "tool"  ? now.tick.tool != start_.tick.tool
+                    : deed == "tool"  ? takes_another_tool(now)
                     : deed == "speed" ? std::abs(now.settings.speed_fraction - start_.settings.speed_fraction) > 0.01
                     : deed == "undo"  ? now.undone > start_.undone
                     : deed == "redo"  ? now.redone > start_.redone
                     : deed == "view"  ? now.views > start_.views
-                    : deed == "hold"  ? now.held && !start_.held
-                    : deed == "phase" ? now.phase > static_cast<std::size_t>(current_)
-                                      : false;
+                    : deed == "viewpoint" ? now.viewpoints > start_.viewpoints
+                    : deed == "hold"      ? now.held && !start_.held
+                    : deed == "phase"     ? now.phase > static_cast<std::size_t>(current_)
+                                          : false;
   // Begins the next step now, because the user's next action may come before the next call.
   if (done) next(), begin(now);
   return done;
+}
+
+bool StepWatcher::takes_another_tool(const StepActions& now) const {
+  // The servo may take a tool long after it was chosen. A tool that was chosen before the step does not count.
+  return now.tick.tool != start_.tick.tool && static_cast<std::int32_t>(now.tick.tool) != start_.chosen_tool;
 }
 
 void StepWatcher::next() {

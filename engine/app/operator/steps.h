@@ -2,6 +2,9 @@
 // example "touch". Main thread only.
 #pragma once
 
+#include <cstdint>
+#include <string_view>
+
 #include "engine/app/wiring.h"
 #include "engine/contract/contact.h"
 #include "engine/session/task.h"
@@ -12,8 +15,11 @@ namespace typodont {
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
-  /// Numbers of undos, redos and changes of the view since the session's start.
-  int undone = 0, redone = 0, views = 0;
+  std::int32_t chosen_tool = -1;  // index of the tool that was chosen last; negative: none
+  /// Numbers of undos and redos since the session's start.
+  int undone = 0, redone = 0;
+  /// Numbers of changes since the session's start: of what the picture shows, and of where it is seen from.
+  int views = 0, viewpoints = 0;
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise
 };
@@ -27,6 +33,8 @@ class StepWatcher {
   /// Index of the first step that is not done; count() if all are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
+  /// Name of the tool that the current step needs; empty: any tool.
+  std::string_view tool() const { return current_ < count() ? current_step().tool : std::string_view(); }
   /// True if an action of the user, not a click, completes the current step.
   bool waits() const;
 
@@ -37,7 +45,9 @@ class StepWatcher {
   void back();
 
  private:
+  const session::TaskStep& current_step() const { return task_.steps[static_cast<std::size_t>(current_)]; }
   void begin(const StepActions& now);
+  bool takes_another_tool(const StepActions& now) const;
 
   session::Task task_;
   int current_ = 0;

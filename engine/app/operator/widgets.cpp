@@ -209,6 +209,11 @@ ImVec4 score_color(double fraction, const session::PassMark& pass) {
   return fraction < mark ? kBad : fraction < (1 + mark) / 2 ? kWarn : kGood;
 }
 
+ImVec4 severity_color(DoctorFinding::Severity severity) {
+  using Severity = DoctorFinding::Severity;
+  return severity == Severity::kGood ? kGood : severity == Severity::kWarning ? kWarn : kBad;
+}
+
 bool pressed(const Shortcut& shortcut) {
   return key(shortcut.code, shortcut.control);
 }

@@ -28,6 +28,12 @@ std::string warning_text(Warning warning, session::Language language) {
   return warning == Warning::kNone ? "" : hud_text(language, kKeys[static_cast<std::size_t>(warning)]);
 }
 
+std::string quality_text(std::string_view level, Remedy remedy, session::Language language) {
+  constexpr std::array kKeys{"quality", "quality.graphics_card", "quality.smaller_window", "quality.faster_card"};
+  return hud_text(language, kKeys[static_cast<std::size_t>(remedy)],
+                  session::text(fmt::format("op.quality.{}", level), language));
+}
+
 display::HudWords hud_words(session::Language language) {
   return {.rpm = std::string(session::text("hud.rpm", language)),
           .krpm = std::string(session::text("hud.krpm", language)),

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/world.h"
 #include "engine/display/writing.h"
 #include "engine/session/strings.h"
@@ -28,6 +29,9 @@ std::string hud_text(session::Language language, std::string_view key, const Arg
 
 /// The warning as a sentence; empty: none.
 std::string warning_text(Warning warning, session::Language language);
+
+/// The picture's quality level, by its name in render::kQualityLadder, and what would improve the picture.
+std::string quality_text(std::string_view level, Remedy remedy, session::Language language);
 
 /// The units and the decimal sign of the language.
 display::HudWords hud_words(session::Language language);

@@ -30,6 +30,8 @@ struct Viewpoint {
   double elevation = 1.0;                // rad, angle of the viewer's direction above the horizontal plane
   double distance = 0.15;                // m, distance from the tooth's middle to the viewer
   glm::dvec2 shift{0, 0};                // m, displacement of the viewed point, right and up
+
+  bool operator==(const Viewpoint&) const = default;
 };
 
 /// Limits a viewpoint to valid values: the viewer stays outside the tooth, and the view does not pass the zenith.

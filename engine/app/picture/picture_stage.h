@@ -189,6 +189,7 @@ class PictureStage {
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
   std::string device_name() const { return device_.name(); }
+  bool processor() const { return device_.processor; }
   int validation_messages() const { return device_.validation_messages(); }
 
  private:

@@ -9,11 +9,16 @@
 
 namespace typodont {
 
+/// What would give a better picture on this machine.
+enum class Remedy { kNone, kGraphicsCard, kSmallerWindow, kFasterCard };
+
 class QualityLadder {
  public:
+  /// Index of the level at which a session with a graphics card begins.
+  static constexpr std::size_t kCardStep = 1;
   /// `slow`, `quick`: limits of the mean frame time, s. Above `slow` the quality falls; below `quick` it rises. If a
   /// higher level was too slow, the next attempt waits longer. `first`: level at the start.
-  explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
+  explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = kCardStep)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   /// Limits for software rendering. A better level can take twice as long: quality rises only at a mean below 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
@@ -31,6 +36,13 @@ class QualityLadder {
   int changes() const { return changes_; }
   bool fixed() const { return fixed_; }
   double slow() const { return slow_; }  // s, mean frame time above which the quality falls
+  /// What would improve the picture if its level is worse than kCardStep and not fixed; otherwise kNone. `processor`:
+  /// true if the CPU draws. `window`: true if the user can make the picture smaller. `pixels`: shown pixels of an eye.
+  Remedy remedy(bool processor, bool window, double pixels) const {
+    if (fixed_ || step_ <= kCardStep) return Remedy::kNone;
+    if (processor) return Remedy::kGraphicsCard;
+    return window && pixels > kSmallWindow ? Remedy::kSmallerWindow : Remedy::kFasterCard;
+  }
   /// Takes a frame's drawing time, s. True: the level changed.
   bool frame_took(double seconds) {
     if (fixed_) return false;
@@ -49,6 +61,8 @@ class QualityLadder {
   }
 
  private:
+  // Shown pixels of an eye. A card that is too slow for this size is too slow for most windows.
+  static constexpr double kSmallWindow = 1280 * 1024;
   // Default of `slow`, s.
   static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,

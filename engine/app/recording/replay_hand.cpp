@@ -9,6 +9,7 @@ namespace typodont {
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const session::SessionReader& session, double rate,
                                                         bool paced) {
   haptics::HandPath path;
+  path.chooses_tools = true;
   for (const ServoTick& tick : session.ticks()) {
     const double t = to_seconds(tick.t);
     if (!path.rows.empty() && t <= path.rows.back().t) continue;

@@ -132,18 +132,25 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// Reads the sessions in the folder for which `wanted` is true, except the current session. Skips files that are not
+/// Names a session relative to the folder, so that equal file names in its subfolders differ.
+session::SessionSummary named_in(const std::filesystem::path& folder, const std::filesystem::path& file,
+                                 session::SessionSummary summary) {
+  summary.file = file.lexically_relative(folder).string();
+  return summary;
+}
+
+/// Reads the sessions below the folder for which `wanted` is true, except the current session. Skips files that are not
 /// sessions.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {
   std::vector<session::SessionSummary> others;
   std::error_code code;
-  for (const std::filesystem::path& file : files_in(folder, ".h5")) {
+  for (const std::filesystem::path& file : files_below(folder, ".h5")) {
     if (std::filesystem::equivalent(file, session.file(), code)) continue;
     try {
       const session::SessionReader other(file);
-      session::SessionSummary summary = session::summarize(other);
+      session::SessionSummary summary = named_in(folder, file, session::summarize(other));
       if (wanted(summary)) others.push_back(std::move(summary));
     } catch (const Error& e) {
       log::warn("left out: {}", e.what());
@@ -157,12 +164,12 @@ std::vector<session::SessionSummary> others_in(const std::filesystem::path& fold
 }  // namespace
 
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress) {
-  const std::vector<std::filesystem::path> files = files_in(folder, ".h5");
+  const std::vector<std::filesystem::path> files = files_below(folder, ".h5");
   std::vector<session::SessionSummary> sessions;
   for (std::size_t i = 0; i < files.size(); ++i) {
     progress.at(static_cast<double>(i) / static_cast<double>(files.size()));
     try {
-      sessions.push_back(summary_of(session::SessionReader(files[i])));
+      sessions.push_back(named_in(folder, files[i], summary_of(session::SessionReader(files[i]))));
     } catch (const Error& e) {
       log::warn("left out: {}", e.what());
     }

@@ -30,16 +30,16 @@ session::SessionSummary summary_of(const session::SessionReader& session);
 /// evaluate_session). Throws Error if the scene's tissue or its target shape cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
-/// The summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message. Throws
-/// Error if the folder contains no session, or Cancelled.
+/// The summaries of all sessions below `folder`, sorted by file name relative to it. Unreadable files are skipped with
+/// a message. Throws Error if there is no session, or Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
-/// The summaries of older sessions in `folder` with the same scene and trainee, oldest first. Skips files that are not
-/// sessions.
+/// The summaries of older sessions below `folder` with the same scene and trainee, oldest first. Skips files that are
+/// not sessions.
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 
-/// The summary of the newest other session in `folder` with the same scene, by any trainee.
+/// The summary of the newest other session below `folder` with the same scene, by any trainee.
 std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 

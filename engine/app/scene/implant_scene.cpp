@@ -87,9 +87,6 @@ haptics::Tool load_set_tool(const fs::path& folder, const Json& name) {
   return tool;
 }
 
-namespace {
-
-/// Index of the scene's tool with this name.
 std::uint32_t tool_named(const Json& name, std::span<const haptics::Tool> tools) {
   const auto found = std::ranges::find(tools, name.string(), &haptics::Tool::name);
   if (found == tools.end()) {
@@ -100,6 +97,8 @@ std::uint32_t tool_named(const Json& name, std::span<const haptics::Tool> tools)
   }
   return static_cast<std::uint32_t>(found - tools.begin());
 }
+
+namespace {
 
 void describe_plan(Keys& keys, session::ImplantPlan& plan) {
   keys(must("entry_mm"), plan.entry_W, kMillimetre, "middle of the implant's platform");

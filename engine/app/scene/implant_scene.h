@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 
@@ -19,6 +20,9 @@ class Keys;
 
 /// Loads FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
+
+/// Index of the scene's tool with this name. Throws Error that lists the scene's tools.
+std::uint32_t tool_named(const Json& name, std::span<const haptics::Tool> tools);
 
 /// Path of assets/implants/exercise.json, the part that all implant exercises share.
 std::filesystem::path implant_exercise_file();

@@ -46,7 +46,7 @@ void FrameTimer::read(gpu::Device& device, int of_slot) {
   if (!s.timed) return;
   s.timed = false;
   const double tick = 1e-6 * static_cast<double>(device.properties.limits.timestampPeriod);  // ms
-  GpuTimes now;
+  GpuTimes now{.frames = times.frames + 1};
   std::uint64_t last = 0;
   for (std::size_t i = 0; i < s.count; ++i) {
     std::uint64_t t = 0;

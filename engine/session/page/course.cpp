@@ -16,6 +16,14 @@ namespace {
 constexpr std::size_t kBins = 480;  // number of bins in plots over time
 // ns, time over which speed is averaged, to reduce encoder noise
 constexpr Nanos kSpeedOver = 20'000'000;
+// s, a shorter pause does not end a fault, because a force near its limit leaves the limit often
+constexpr double kFaultPause = 0.5;
+
+void count_fault(Course::FaultCount& fault, double t) {
+  if (fault.ticks++ == 0) fault.first = t;
+  if (fault.times == 0 || t - fault.last > kFaultPause) ++fault.times;
+  fault.last = t;
+}
 
 struct Accumulator {
   std::vector<double> least, sum, greatest;
@@ -76,9 +84,9 @@ Course course_of(const SessionReader& session) {
       removed.add(bin, total(tick.removed) * 1e9);
       if (tick.depth > 0 || tick.contact_area > 0) ++c.touched[bin][static_cast<std::size_t>(tick.tissue)];
       for (std::size_t i = 0; i < c.faults.size(); ++i) {
-        if (!(tick.faults & bits(fault_names()[i].fault))) continue;
-        if (c.faults[i].ticks++ == 0) c.faults[i].first = t;
+        if (tick.faults & bits(fault_names()[i].fault)) count_fault(c.faults[i], t);
       }
+      if (tick.faults & ~bits(Fault::kHeld)) count_fault(c.all_faults, t);
       if (tick.cpu_time > 0) c.cpu_us.push_back(static_cast<float>(static_cast<double>(tick.cpu_time) / 1e3));
       c.removed_total = tick.removed;
     }

@@ -23,9 +23,11 @@ struct Course {
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
     std::uint64_t ticks = 0;
-    double first = 0;
+    int times = 0;               // number of separate events; short pauses do not separate them
+    double first = 0, last = 0;  // s, times of the first and last tick
   };
   std::vector<FaultCount> faults;  // one entry for each fault in fault_names()
+  FaultCount all_faults;           // ticks with any fault except Fault::kHeld, a stop by the emergency key
   std::vector<float> cpu_us;
   PerTissue removed_total{};  // m³, total removed volume of each tissue
   HandMeasures hand;

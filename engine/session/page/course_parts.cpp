@@ -153,16 +153,16 @@ void Page::touched() {
 void Page::faults() {
   if (course_.count == 0) return;
   begin_section("faults", "faults");
-  if (course_.hand.faults == 0) {
+  if (course_.all_faults.ticks == 0) {
     put("<p>{}</p>\n", say("no_faults"));
     return end_section();
   }
-  begin_table("faults", {say("fault"), say("ticks"), say("first_at")});
+  begin_table("faults", {say("fault"), say("how_often"), say("first_at")});
   for (std::size_t i = 0; i < course_.faults.size(); ++i) {
     const auto& f = course_.faults[i];
     if (f.ticks == 0) continue;
-    put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name), f.ticks,
-        number(f.first, 3));
+    put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name),
+        fault_times(f), number(f.first, 3));
   }
   end_table();
   end_section();

@@ -46,7 +46,7 @@ void Page::remarks() {
     put("<p>{}{}</p>\n<p class=\"soft\">{}{}{}</p>\n",
         remark.at ? fmt::format("<strong>{} s</strong> ", number(*remark.at, 1)) : "", escaped(remark.text),
         escaped(remark.author), remark.author.empty() || remark.written.empty() ? "" : ", ",
-        remark.written.empty() ? "" : date(remark.written));
+        remark.written.empty() ? "" : date_once_with_zone(remark.written));
   }
   end_section();
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "engine/session/page/page.h"
@@ -34,8 +35,13 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
   for (const SessionSummary& s : all) {
     if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
   }
+  // The time zone of all dates below; in summer and winter it differs.
+  std::set<std::string> zones;
+  for (const SessionSummary& s : all)
+    if (const auto local = local_time(s.date)) zones.insert(local->zone);
   put("<header><h1>{}</h1><p class=\"where\">{}</p></header>\n<main>\n", words.say("title.curve"),
-      words.say("sessions_count", all.size()));
+      words.say("sessions_count", all.size()) +
+          (zones.empty() ? "" : " · " + words.say("times_in", fmt::format("{}", fmt::join(zones, ", ")))));
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     std::vector<const SessionSummary*> mine;
     for (const SessionSummary& s : all) {
@@ -61,7 +67,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
     curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
           [](const SessionSummary& s) -> std::optional<double> {
             if (!s.score.counts()) return std::nullopt;
-            return s.score.points;
+            return printed_points(s.score.points);
           });
     for (const ScoreItem& item : mine.back()->score.items) {
       if (item.weight <= 0) continue;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 
 #include "engine/base/json.h"
 #include "engine/contract/safety_event.h"
@@ -118,12 +118,26 @@ void Page::technical_page() {
   put("</div>\n");
 }
 
+std::string Page::date_once_with_zone(const std::string& iso) {
+  const auto local = local_time(iso);
+  if (!local || std::exchange(zone_stated_, true)) return date(iso);
+  return fmt::format("{} ({})", date(iso), local->zone);
+}
+
+std::string Page::fault_times(const Course::FaultCount& fault) const {
+  constexpr double kShortest = 1e-3;  // s, because a shorter time would be shown as 0 s
+  const double s = static_cast<double>(fault.ticks) / session_.header().servo_rate;
+  const std::string time = quantity(std::max(s, kShortest), "s");
+  return fault.times == 1 ? say("fault_once", time) : say("fault_times", fault.times, time);
+}
+
 void Page::head() {
   const SessionHeader& h = session_.header();
   put("<header>\n<h1>{}</h1>\n<p class=\"where\">", escaped(title()));
   std::vector<std::string> parts;
   if (!h.trainee.empty()) parts.push_back(escaped(h.trainee));
-  if (!h.date.empty()) parts.push_back(fmt::format("<time datetime=\"{0}\">{1}</time>", escaped(h.date), date(h.date)));
+  if (!h.date.empty())
+    parts.push_back(fmt::format("<time datetime=\"{}\">{}</time>", escaped(h.date), date_once_with_zone(h.date)));
   parts.push_back(duration_text());
   put("{}</p>\n</header>\n<nav aria-label=\"{}\"><ul>", fmt::join(parts, " · "), say("contents"));
   const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
@@ -168,10 +182,9 @@ void Page::summary() {
   begin_section("result", "result");
   put("<div class=\"top\">\n<div>");
   if (score_.counts()) {
-    // Rounds the points down, because rounding up could show a missed pass mark as reached.
     const bool missed = !score_.passed();
     put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
-        number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));
+        number(printed_points(score_.points), 1), number(score_.full, 0));
     gauge(score_.points / score_.full, missed, score_.pass.points / score_.full);
     put("<p class=\"verdict\">{}</p><p class=\"soft\">{}</p>", marked(say(missed ? "not_passed" : "passed"), missed),
         say("pass_mark", number(score_.pass.points, 0), escaped(text(score_.pass.source, language))));
@@ -192,7 +205,13 @@ void Page::summary() {
   if (course_.count > 0) {
     fact(say("score.force_max_N"), quantity(course_.hand.force_max, "N"));
     fact(say("score.force_mean_N"), quantity(course_.hand.force_mean, "N"));
-    fact(say("faults"), fmt::format("{}", course_.hand.faults));
+  }
+  if (course_.all_faults.ticks > 0) {
+    put("<div><dt>{}</dt><dd>{}</dd>", say("faults"), fault_times(course_.all_faults));
+    for (std::size_t i = 0; i < course_.faults.size(); ++i)
+      if (fault_names()[i].fault != Fault::kHeld && course_.faults[i].ticks > 0)
+        put("<dd class=\"kind\">{}: {}</dd>", say("fault." + fault_names()[i].name), fault_times(course_.faults[i]));
+    put("</div>");
   }
   put("</dl>\n</div>\n");
   end_section();

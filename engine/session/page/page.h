@@ -58,6 +58,10 @@ class Page : private Words {
   void warnings();
   void summary();
   void task();
+  /// A date of the session as local time, escaped. The first one states the time zone.
+  std::string date_once_with_zone(const std::string& iso);
+  /// How often a fault occurred and how long it lasted in all, for example "3 times, 1.20 s in all".
+  std::string fault_times(const Course::FaultCount& fault) const;
 
   /// Views of the pictures, and the rotatable model's first view.
   struct Views {
@@ -130,6 +134,7 @@ class Page : private Words {
   std::string scene_name_;
   std::optional<Task> task_;
   std::optional<ToothSides> tooth_;
+  bool zone_stated_ = false;
   std::string out_;
 };
 

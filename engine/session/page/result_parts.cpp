@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 
 #include "engine/base/base64.h"
 #include "engine/base/units.h"
@@ -256,7 +258,7 @@ void Page::pictures() {
 void Page::items() {
   begin_section("items", "items", Length::kLong);
   begin_table("items",
-              {say("item"), say("value"), say("target"), say("tolerance"), say("points"),
+              {say("item"), say("points"), say("value"), say("target"), say("tolerance"),
                fmt::format("{}<br>{}", say("source"), say("guarantee"))},
               say("items_note"), 5);
   const auto guarantee = [&](const ScoreItem& item) {
@@ -266,36 +268,43 @@ void Page::items() {
                                                                                                : "guarantee.replay"));
   };
   // Sorts the score's items by weight.
-  std::vector<const ScoreItem*> order;
-  for (const ScoreItem& item : score_.items) order.push_back(&item);
-  std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
-  double sum = 0;
-  for (const ScoreItem* item : order) {
-    sum += item->points;
-    put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name),
-        std::isnan(item->value) ? say("not_there") : quantity(item->value, item->unit));
-    if (item->full > 0 || item->critical) {
-      const bool missed = score_.missed(*item);
-      put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
-          marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
-      if (item->full > 0) gauge(item->points / item->full, missed);
-      // The source of a default rule is English text, which is also its key in the text catalogue.
-      put("</td><td class=\"text source\">{}<br>", escaped(text(item->source, language)));
+  std::vector<std::size_t> order(score_.items.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return score_.items[i].weight; });
+  const PrintedScore printed = printed_score(score_);
+  for (const std::size_t i : order) {
+    const ScoreItem& item = score_.items[i];
+    put("<tr><th scope=\"row\">{}</th><td class=\"points\">", name_of_item(item.name));
+    const bool counted = item.full > 0 || item.critical;
+    if (counted) {
+      const bool missed = score_.missed(item);
+      put("{}",
+          marked(fmt::format("{} / {}", number(printed.items[i].points, 1), number(printed.items[i].full, 1)), missed));
+      if (item.full > 0) gauge(item.points / item.full, missed);
     } else {
-      put("<td></td><td></td><td>{}</td><td class=\"text source\">", say("not_counted"));
+      put("{}", say("not_counted"));
     }
-    guarantee(*item);
+    put("</td><td>{}</td>", std::isnan(item.value) ? say("not_there") : quantity(item.value, item.unit));
+    if (counted) {
+      // The source of a default rule is English text, which is also its key in the text catalogue.
+      put("<td>{}</td><td>{}</td><td class=\"text source\">{}<br>", target(item), quantity(item.tolerance, item.unit),
+          escaped(text(item.source, language)));
+    } else {
+      put("<td></td><td></td><td class=\"text source\">");
+    }
+    guarantee(item);
   }
   put("</tbody>\n");
   if (score_.counts()) {
     const auto foot_row = [&](const char* key, const std::string& value) {
-      put("<tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{}</td><td></td></tr>", say(key), value);
+      put("<tr><th scope=\"row\">{}</th><td class=\"points\">{}</td><td></td><td></td><td></td><td></td></tr>",
+          say(key), value);
     };
     put("<tfoot>");
-    foot_row("points_sum", fmt::format("{} / {}", number(sum, 1), number(score_.full, 0)));
-    foot_row("completion", fmt::format("× {} %", number(100 * score_.completion, 0)));
-    foot_row("score",
-             marked(fmt::format("{} / {}", number(score_.points, 1), number(score_.full, 0)), !score_.passed()));
+    const std::string full = number(score_.full, 0);
+    foot_row("points_sum", fmt::format("{} / {}", number(printed.sum, 1), full));
+    foot_row("completion", fmt::format("× {} %", number(printed.percent, printed.percent_decimals)));
+    foot_row("score", marked(fmt::format("{} / {}", number(printed.total, 1), full), !score_.passed()));
     put("</tfoot>\n");
   }
   put("</table></div>\n");
@@ -335,8 +344,8 @@ void Page::comparison() {
   put("</tr></tfoot>\n</table></div>\n");
   if (!options_.earlier.empty()) {
     std::vector<double> values;
-    for (const SessionSummary& s : options_.earlier) values.push_back(s.score.points);
-    values.push_back(score_.points);
+    for (const SessionSummary& s : options_.earlier) values.push_back(printed_points(s.score.points));
+    values.push_back(printed_points(score_.points));
     put("<figure>{}<figcaption>{}</figcaption></figure>\n",
         session_plot(values, score_.pass.points,
                      say("curve_alt", say("score"), number(values.front(), 1), number(values.back(), 1)),

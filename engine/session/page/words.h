@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <string>
 #include <string_view>
 
 #include "engine/session/page/plot.h"
-#include "engine/session/score.h"
+#include "engine/session/printed_score.h"
+#include "engine/session/session_data.h"
 #include "engine/session/strings.h"
 
 namespace typodont::session {
@@ -38,11 +37,10 @@ struct Words {
     }
     return value;
   }
-  /// The total points, rounded down, because rounding up could show a missed pass mark as reached. A missed pass is
-  /// red, with a cross for colour-blind readers.
+  /// The total points. A missed pass is red, with a cross for colour-blind readers.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
-    return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
+    return marked(number(printed_points(score.points), 1), !score.passed());
   }
   std::string marked(const std::string& points, bool missed) const {
     if (!missed) return points;
@@ -53,10 +51,10 @@ struct Words {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);
   }
-  /// Converts an ISO date to "2025-01-02 03:04 UTC".
+  /// A date of a file as local time, "2025-01-02 04:04"; escaped.
   std::string date(const std::string& iso) const {
-    if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
-    return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");
+    const auto local = local_time(iso);
+    return escaped(local ? local->text : iso);
   }
   NumberText number_text() const {
     return [words = *this](double v, int decimals) { return words.number(v, decimals); };
