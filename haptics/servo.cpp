@@ -93,11 +93,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
-  if (settings.spindle.run_up_time > 0) {
-    cutting.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
-  } else {
-    cutting.speed = 0;
-  }
+  cutting.speed *= settings.spindle.lag(settings.tick);
   out.spindle = cutting.speed;
   out.energy = sums.energy;
   out.spindle_energy = sums.spindle_energy;
@@ -153,9 +149,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
 inline void Servo::State::run_spindle(const TickData& now) noexcept {
   const double wanted = now.out.pedal * free_speed();
   double& speed = cutting.speed;
-  speed = settings.spindle.run_up_time > 0 && speed != wanted
-              ? wanted + (speed - wanted) * std::exp(-now.dt / settings.spindle.run_up_time)
-              : wanted;
+  if (speed != wanted) speed = wanted + (speed - wanted) * settings.spindle.lag(now.dt);
 }
 
 void Servo::State::change_tool(TickData& now) noexcept {
@@ -304,7 +298,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   if (now.contact.orientation.held) out.tau_T_W += now.spindle_torque;
   out.removed = sums.removed;
   out.cuts = sums.cuts;
-  out.spindle = now.spindle.speed;
+  out.spindle = cutting.speed;
   out.energy = sums.energy;
   out.spindle_energy = sums.spindle_energy;
   out.faults = now.faults;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -17,24 +18,20 @@ struct Spindle {
   double free_speed = 0;    // rad/s, ω₀: speed without load, at full pedal
   double stall_torque = 0;  // N·m, stall torque T_s at full pedal; 0: ideal motor, whose speed does not fall under load
   double held_torque = 0;   // N·m, T_h at full pedal: torque up to which the motor keeps its speed
-  // Time constant with which the speed follows the pedal, s; 0: the speed changes at once.
+  // Time constant with which the rotor's speed follows pedal and load, s; 0: at once.
   double run_up_time = 0;
   // Handpiece that is drawn with this motor (as Tool::handpiece); empty: a turbine.
   std::string handpiece;
   std::optional<Nozzles> nozzles;  // water and air nozzles; not used by the servo
-};
 
-/// Speed and power under a load. At more than the stall torque, both are 0.
-struct SpindleLoad {
-  double speed = 0;  // rad/s, speed under load
-  double power = 0;  // W, power available for cutting
+  /// Fraction of a change of the speed that is still to come after a time (s).
+  double lag(double time) const noexcept { return run_up_time > 0 ? std::exp(-time / run_up_time) : 0; }
+  /// Part of the free speed at full pedal that a lasting load (N·m) takes away; above 1, the rotor stops. `pedal`:
+  /// 0..1.
+  double lost_fraction(double load, double pedal) const noexcept {
+    return stall_torque > 0 ? std::max(0.0, load - held_torque * pedal) / (stall_torque - held_torque) : 0;
+  }
 };
-inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, double pedal, double torque) noexcept {
-  if (spindle.stall_torque <= 0) return {free_speed_now, torque * free_speed_now};
-  const double stall = spindle.stall_torque * pedal, held = spindle.held_torque * pedal;
-  const double fraction = stall > 0 ? std::clamp(1 - (torque - held) / (stall - held), 0.0, 1.0) : 0.0;
-  return {free_speed_now * fraction, torque * free_speed_now * fraction};
-}
 
 /// Reads a file of assets/motors/. Throws Error.
 Spindle read_spindle(const Json& json);

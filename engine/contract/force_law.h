@@ -6,6 +6,6 @@
 namespace typodont {
 
 /// Version of the force law. A commit that changes any bit of a force or cut must raise it and delete the old law.
-inline constexpr std::uint64_t kForceLaw = 8;
+inline constexpr std::uint64_t kForceLaw = 9;
 
 }  // namespace typodont

@@ -128,7 +128,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     c.pressed = dvec3(0);  // the head is not pressed against tissue
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
-  if (const double speed = std::abs(now.spindle.speed); tool().edges_known() && speed > 0 && c.pressed != dvec3(0)) {
+  if (const double speed = std::abs(cutting.speed); tool().edges_known() && speed > 0 && c.pressed != dvec3(0)) {
     const double advance = -glm::dot(contact.p_WG - motion.X_WG.p, c.pressed) / now.dt;
     cutting.feed += (2 * kPi * advance / speed - cutting.feed) * (1 - std::exp(-now.dt / ChipParameters::time));
   }
@@ -313,7 +313,7 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
     return;
   }
   const bool turns = now.in.removal.cuts && !now.in.removal.scrapes;
-  const double cutting_speed = turns ? tool().cutting_coefficient * std::abs(now.spindle.speed) * tool().radius() : 0.0;
+  const double cutting_speed = turns ? tool().cutting_coefficient * std::abs(cutting.speed) * tool().radius() : 0.0;
   now.soft = soft->tick({now.hand.t, now.dt, X_WG, in_hand, cutting_speed});
   now.force += now.soft.force;
   now.stored += now.soft.stored;
@@ -333,10 +333,10 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
 /// A period of the vibration lasts at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
-  if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;
-  cutting.phase = advance_phase(cutting.phase, now.spindle.speed, now.dt);
+  if (!(settings.vibration.band > 0 && cutting.speed > 0)) return;
+  cutting.phase = advance_phase(cutting.phase, cutting.speed, now.dt);
   const double band = std::min(settings.vibration.band, 0.2 / settings.tick);
-  now.spindle_force += vibration_force(settings.vibration, band, cutting.phase, now.spindle.speed,
+  now.spindle_force += vibration_force(settings.vibration, band, cutting.phase, cutting.speed,
                                        now.X_WT.R * dvec3(0, 0, 1), now.normal, now.tangential * coupling.pressing);
 }
 

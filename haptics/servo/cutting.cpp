@@ -13,7 +13,6 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.removal.scrapes = bur.cuts && bur.scrapes > 0;
   in.removal.cuts = settings.cutting && bur.cuts && !motion.inside && (in.removal.scrapes || cutting.speed > 0);
   // Values that are used again are kept in local variables, which stay in registers.
-  SpindleLoad spindle{cutting.speed, 0};
   const EdgeMeans edges = in.removal.cuts ? edge_means() : EdgeMeans{};
   in.removal.specific_energy = edges.specific_energy;
   now.energy_ratio = edges.energy_ratio;
@@ -34,8 +33,9 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     now.tangential = edges.force_ratio * efficiency;
     const double load = now.tangential * coupling.pressing * bur.radius();
-    spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
-    power = in.removal.power = spindle.power / now.energy_ratio;
+    const double lost = free_speed() * settings.spindle.lost_fraction(load, now.out.pedal);
+    if (lost > 0) cutting.speed = std::max(0.0, cutting.speed - (1 - settings.spindle.lag(now.dt)) * lost);
+    power = in.removal.power = load * cutting.speed / now.energy_ratio;
   }
   double& budget = cutting.budget;
   const double wall = cutting.wall;
@@ -59,8 +59,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.removal.must_earn = in.removal.scrapes && budget <= 0;
   in.removal.budget = budget;
   in.removal.wall_budget = cutting.wall_budget;
-  in.removal.spindle = spindle.speed;
-  now.spindle = spindle;
+  in.removal.spindle = cutting.speed;
 }
 
 void Servo::State::spend(ContactTick& now, double energy) noexcept {

@@ -41,7 +41,6 @@ struct ContactTick : TickData {
   Contact contact;
   Felt felt;
   std::uint32_t faults = 0;
-  SpindleLoad spindle{};
   double tangential = 0;    // tangential force of the edges divided by their normal force
   double energy_ratio = 1;  // work of motor or hand divided by (specific energy of the material × removed volume)
   dvec3 force{0}, torque{0}, normal{0};
@@ -88,7 +87,7 @@ struct Servo::State {
   };
   /// State of the spindle, and of the energy that may be spent on the removal of tissue.
   struct Cutting {
-    double speed = 0;  // rad/s, speed of the spindle without load
+    double speed = 0;  // rad/s, speed of the spindle
     double phase = 0;  // rad, angle of the spindle
     // J, energy for removal; negative: the removal has used more energy than the spindle supplied
     double budget = 0;
@@ -233,7 +232,7 @@ struct Servo::State {
   /// Adds the energy that the device gave to the hand since the last tick to the ledger. Always inlined, because a
   /// called function would have to wait until the hand's pose, which was just written, can be read.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
-  /// Updates the free speed of the spindle, which follows the pedal with the time constant run_up_time.
+  /// Lets the spindle's speed follow the pedal. earn() subtracts what a load takes.
   [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;
   /// Changes to the wanted tool if the spindle stands still, and neither the wanted nor the old tool touches tissue.
   void change_tool(TickData& now) noexcept;

@@ -302,6 +302,31 @@ ServoSettings ball(double diameter, double free_speed, double stall_torque, doub
   return s;
 }
 
+TEST(Cutting, TheSpindlesSpeedFollowsTheLoadWithTheRotorsInertia) {
+  ServoSettings s = ball(1.2_mm, 350.0_krpm, 1.6e-3, 1000);
+  s.spindle.run_up_time = 0.25;
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [12,3,8]}}}]})",
+                    s);
+  for (int k = 0; k < 3000; ++k) bench.tick({{-4.0_mm, 0, 8.0_mm}}, 1);
+  EXPECT_NEAR(bench.last.spindle, s.spindle.free_speed, 1e-5 * s.spindle.free_speed);
+  dvec3 x(-4.0_mm, 0, 4.61_mm), v(0);
+  double slowest = s.spindle.free_speed, before = bench.last.spindle;
+  const double kept = std::exp(-s.tick / s.spindle.run_up_time);
+  // The hand moves along the surface and presses for 0.2 s, then lifts for 0.05 s, again and again.
+  for (int k = 0; k < 4000; ++k) {
+    const double push = k % 250 < 200 ? 1.5 : -0.5;
+    v += s.tick * (dvec3(0, 0, -push) - 5.0 * v + bench.last.f_T_W) / 0.15;
+    v.x = 2e-3;
+    v.z = std::clamp(v.z, -0.05, 0.05);
+    x += s.tick * v;
+    x.z = std::min(x.z, 5.0_mm);
+    const ServoTick& tick = bench.tick({x}, 1);
+    ASSERT_LE(tick.spindle, s.spindle.free_speed - kept * (s.spindle.free_speed - before) * (1 - 1e-9)) << k;
+    slowest = std::min(slowest, tick.spindle), before = tick.spindle;
+  }
+  EXPECT_LT(slowest, 0.9 * s.spindle.free_speed);
+}
+
 // A ball that the hand pulls forward comes out over the rim of its hole again and again, up to a millimetre behind the
 // hand.
 TEST(Cutting, ABurMovedOverTheRimOfItsHoleLandsAndCutsBeforeTheProxyReachesTheHand) {

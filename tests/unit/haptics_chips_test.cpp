@@ -121,10 +121,10 @@ TEST(Chips, AControlledMotorHoldsItsSpeedUpToTheStatedTorque) {
                     "motor"));
   };
   const Spindle s = motor(3);
-  EXPECT_EQ(load_spindle(s, s.free_speed, 1, 3e-3).speed, s.free_speed);
-  EXPECT_EQ(load_spindle(s, s.free_speed, 0.5, 1.5e-3).speed, s.free_speed) << "pedal half way";
-  EXPECT_NEAR(load_spindle(s, s.free_speed, 1, 4.5e-3).speed / s.free_speed, 0.5, 1e-12);
-  EXPECT_EQ(load_spindle(s, s.free_speed, 1, 6e-3).power, 0);
+  EXPECT_EQ(s.lost_fraction(3e-3, 1), 0);
+  EXPECT_EQ(s.lost_fraction(1.5e-3, 0.5), 0) << "pedal half way";
+  EXPECT_NEAR(s.lost_fraction(4.5e-3, 1), 0.5, 1e-12);
+  EXPECT_NEAR(s.lost_fraction(6e-3, 1), 1, 1e-12);
   EXPECT_THROW(motor(6), Error);
 }
 

@@ -243,9 +243,10 @@ MotorCurve brake(const Conditions& c) {
   constexpr int kSteps = 2000;
   for (int i = 0; i <= kSteps; ++i) {
     const double torque = 1.2 * motor.stall_torque * i / kSteps;
-    const haptics::SpindleLoad load = haptics::load_spindle(motor, motor.free_speed, 1, torque);
-    if (load.speed > 0) curve.stall_torque = torque;
-    if (load.power > curve.max_power) curve.max_power = load.power, curve.power_at = load.speed / motor.free_speed;
+    const double fraction = std::max(0.0, 1 - motor.lost_fraction(torque, 1)),
+                 power = torque * motor.free_speed * fraction;
+    if (fraction > 0) curve.stall_torque = torque;
+    if (power > curve.max_power) curve.max_power = power, curve.power_at = fraction;
   }
   return curve;
 }
