@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <span>
@@ -22,6 +23,13 @@ namespace typodont::session {
 /// Before scoring, sets the time of each tick to its index divided by the servo rate.
 /// A replay can check these times, but not the recorded times, which are its input.
 void set_scored_times(std::span<ServoTick> ticks, double servo_rate);
+
+/// Points or per cent as they are printed: tenths, rounded down, because rounding up could show a missed pass mark as
+/// reached.
+inline double printed_points(double points) {
+  constexpr double kRoundingError = 1e-7;  // more than sums of points are off
+  return std::floor(10 * points + kRoundingError) / 10;
+}
 
 /// Measures of the hand's motion, computed from the ticks, in the order of the report.
 struct HandMeasures {

@@ -108,11 +108,6 @@ std::size_t TriangleTable::keep_possible(const Corners& t, std::uint32_t* at, st
   return keep_straddling(entries_.data(), t.p, at, kept);
 }
 
-bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
-  const double s = volume6(a, b, c, from), e = volume6(a, b, c, to);
-  return s * e < 0 && passes_between(from, to, s, e, a, b, c);
-}
-
 bool cross_each_other(const Corners& a, const Corners& b) noexcept {
   int shared = 0, of_a = 0, of_b = 0;
   for (int i = 0; i < 3; ++i) {

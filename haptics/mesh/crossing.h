@@ -21,9 +21,6 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
 }
 
-/// Returns true if the segment (without its ends) passes through the interior of the triangle a, b, c.
-bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
-
 /// Crossing at a common vertex does not count; triangles with a common edge never cross.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 

@@ -9,8 +9,8 @@
 
 #include "engine/base/json.h"
 #include "engine/session/film.h"
-#include "engine/session/printed_score.h"
 #include "engine/session/recorder.h"
+#include "engine/session/score.h"
 #include "tests/support/program.h"
 #include "tests/support/session_fixture.h"
 

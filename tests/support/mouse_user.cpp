@@ -113,7 +113,8 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
 
   haptics::HandSample wanted = pointer.follow({}, 0);
   PointerSmoothing smoothing(wanted.X_WT, kRate);
-  MouseSession session{{}, 0, stepped.carver().volume().clone()};
+  MouseSession session{{}, 0, stepped.carver().volume().clone(), {}};
+  session::HandMeter meter(kRate);
   ServoTick tick;
   tick.X_WT = tick.X_WG = wanted.X_WT;
   Nanos ticks = 0;
@@ -156,10 +157,16 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     wanted = pointer.follow(mouse.input(step), static_cast<Nanos>(1e9 * session.seconds) + 1,
                             tick.depth > 0 ? std::optional(tick.X_WG.p) : std::nullopt);
     session.steps.push_back(step);
-    for (int i = 0; i < kTicksATurn; ++i, ++ticks) tick = stepped.tick(smoothing.next(wanted, ticks * 1'000'000));
+    for (int i = 0; i < kTicksATurn; ++i, ++ticks) {
+      tick = stepped.tick(smoothing.next(wanted, ticks * 1'000'000));
+      meter.add({&tick, 1});
+    }
     session.seconds += kTurn;
   }
   session.tissue = stepped.carver().volume().clone();
+  FinishedHand finished;
+  finished.input.hand = meter.result();
+  session.score = final_score(scene, session.tissue, std::move(finished));
   return session;
 }
 

@@ -22,6 +22,7 @@ struct MouseSession {
   std::vector<MouseStep> steps;  // thirty per second
   double seconds = 0;
   haptics::TissueVolume tissue;  // the final tissue
+  session::Score score;
 };
 
 /// Drills the ideal cavity of the scene's task with the first tool of its set, in a window of the rig's size. Uses the

@@ -20,7 +20,7 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/place.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 #include "engine/session/signature.h"
 
 namespace typodont {

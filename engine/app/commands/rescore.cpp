@@ -24,7 +24,7 @@
 #include "engine/base/log.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/progress.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 #include "engine/session/session_file.h"
 
 namespace typodont {

@@ -5,7 +5,7 @@
 
 #include "engine/app/operator/widgets.h"
 #include "engine/display/keys.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 #include "haptics/import/import.h"
 
 namespace typodont {

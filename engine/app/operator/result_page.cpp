@@ -8,7 +8,7 @@
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 #include "haptics/import/import.h"
 
 namespace typodont {
@@ -39,9 +39,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::TableSetupColumn(s.text("target"), 0, 1.3f);
     ImGui::TableSetupColumn(s.text("points"), 0, 1);
     ImGui::TableHeadersRow();
-    const session::PrintedScore printed = session::printed_score(s.outcome.score);
-    for (std::size_t i = 0; i < printed.items.size(); ++i) {
-      const session::ScoreItem& item = s.outcome.score.items[i];
+    for (const session::ScoreItem& item : s.outcome.score.items) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
@@ -55,9 +53,9 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
         ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
         // Marks a missed item of the score with ✗, because colour-blind users may not see the colour.
         const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
-        ImGui::TextUnformatted(
-            fmt::format("{}{} / {}", cross, s.number(printed.items[i].points, 1), s.number(printed.items[i].full, 1))
-                .c_str());
+        ImGui::TextUnformatted(fmt::format("{}{} / {}", cross, s.number(session::printed_points(item.points), 1),
+                                           s.number(session::printed_points(item.full), 1))
+                                   .c_str());
         ImGui::PopStyleColor();
       } else {
         dim("–");
@@ -184,8 +182,8 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     for (const session::ScoreItem& item : score.items)
       if (item.critical) colored_wrapped(s.words("critical_error", s.text("score." + item.name)), kBad);
     note(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)), w);
-    const session::PrintedScore printed = session::printed_score(score);
-    row(s.text("completion"), fmt::format("{} %", s.number(printed.percent, printed.percent_decimals)));
+    const double percent = 100 * score.completion;
+    row(s.text("completion"), fmt::format("{} %", s.number(session::printed_points(percent), percent < 100 ? 1 : 0)));
   }
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));

@@ -16,7 +16,7 @@
 #include "engine/base/folder.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 
 namespace typodont {
 

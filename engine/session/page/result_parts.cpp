@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <numeric>
 
 #include "engine/base/base64.h"
 #include "engine/base/units.h"
@@ -267,19 +266,18 @@ void Page::items() {
                               : item.basis == Basis::kTicks                                    ? "guarantee.ticks"
                                                                                                : "guarantee.replay"));
   };
+  const auto points = [&](double value) { return number(printed_points(value), 1); };
   // Sorts the score's items by weight.
-  std::vector<std::size_t> order(score_.items.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return score_.items[i].weight; });
-  const PrintedScore printed = printed_score(score_);
-  for (const std::size_t i : order) {
-    const ScoreItem& item = score_.items[i];
+  std::vector<ScoreItem> order(score_.items);
+  std::ranges::stable_sort(order, std::greater(), &ScoreItem::weight);
+  double sum = 0;
+  for (const ScoreItem& item : order) {
+    sum += item.points;
     put("<tr><th scope=\"row\">{}</th><td class=\"points\">", name_of_item(item.name));
     const bool counted = item.full > 0 || item.critical;
     if (counted) {
       const bool missed = score_.missed(item);
-      put("{}",
-          marked(fmt::format("{} / {}", number(printed.items[i].points, 1), number(printed.items[i].full, 1)), missed));
+      put("{}", marked(fmt::format("{} / {}", points(item.points), points(item.full)), missed));
       if (item.full > 0) gauge(item.points / item.full, missed);
     } else {
       put("{}", say("not_counted"));
@@ -302,9 +300,10 @@ void Page::items() {
     };
     put("<tfoot>");
     const std::string full = number(score_.full, 0);
-    foot_row("points_sum", fmt::format("{} / {}", number(printed.sum, 1), full));
-    foot_row("completion", fmt::format("× {} %", number(printed.percent, printed.percent_decimals)));
-    foot_row("score", marked(fmt::format("{} / {}", number(printed.total, 1), full), !score_.passed()));
+    const double percent = 100 * score_.completion;
+    foot_row("points_sum", fmt::format("{} / {}", points(sum), full));
+    foot_row("completion", fmt::format("× {} %", number(printed_points(percent), percent < 100 ? 1 : 0)));
+    foot_row("score", marked(fmt::format("{} / {}", points(score_.points), full), !score_.passed()));
     put("</tfoot>\n");
   }
   put("</table></div>\n");

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "engine/session/page/plot.h"
-#include "engine/session/printed_score.h"
+#include "engine/session/score.h"
 #include "engine/session/session_data.h"
 #include "engine/session/strings.h"
 
