@@ -193,25 +193,12 @@ TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIs
   EXPECT_THAT(ran.err, HasSubstr("error: Typodont cannot run on this machine"));
 }
 
-TEST(DoctorCommand, InATerminalOnlyAMissingPartThatTheProgramRequiresIsRed) {
+TEST(DoctorCommand, PrintsNoControlCharactersIntoATerminal) {
   TemporaryFolder folder;
-  // Without a runtime for OpenXR, an optional part is missing; without a driver, a required one.
-  const std::string without = "env -u NO_COLOR XR_RUNTIME_JSON=/nowhere.json " + kNoDriver;
-  const Ran json = run(folder, without + " " TYPODONT_PROGRAM " doctor --json");
-  int required = 0, optional = 0;
-  for (const Json& check : Json::parse(json.out, "out")["checks"].items())
-    if (check["state"].string() == "missing") ++(check["required"].boolean() ? required : optional);
-  EXPECT_GE(required, 1);
-  EXPECT_GE(optional, 1);
-  const Ran ran = run(folder, without + " script -qec '" TYPODONT_PROGRAM " doctor' /dev/null");
-  const auto count = [&](const std::string& text) {
-    int n = 0;
-    for (std::size_t at = 0; (at = ran.out.find(text, at)) != std::string::npos; ++at) ++n;
-    return n;
-  };
-  EXPECT_EQ(count("\033[31mmissing"), required) << ran.out;
-  EXPECT_EQ(count("\033[33mmissing"), optional) << ran.out;
-  EXPECT_EQ(count("\033[31m"), required) << ran.out;
+  // In a terminal, each control character would become a question mark.
+  const Ran ran = run(folder, kNoDriver + " script -qec '" TYPODONT_PROGRAM " doctor' /dev/null");
+  EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("?")));
 }
 
 TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -508,11 +507,8 @@ void run(bool json) {
         {"version", TYPODONT_VERSION}, {"runs_offscreen", refusal.empty()}, {"checks", list}};
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    const bool color = isatty(STDOUT_FILENO) && environment("NO_COLOR").empty();
     for (const DoctorFinding& c : checks) {
-      constexpr std::array kColors{"\033[32m", "\033[33m", "\033[31m"};  // as Severity
-      const char* on = color ? kColors[static_cast<std::size_t>(c.severity())] : "";
-      fmt::print("{}{:<9}{} {:<25} {}\n", on, name_of(c.state), color ? "\033[0m" : "", c.name, c.found);
+      fmt::print("{:<9} {:<25} {}\n", name_of(c.state), c.name, c.found);
       if (!c.without.empty())
         fmt::print("{:36}{}: {}\n", "", c.state == PartState::kMissing ? "without it" : "as it is", c.without);
       if (!c.mend.empty()) fmt::print("{:36}remedy: {}\n", "", c.mend);
