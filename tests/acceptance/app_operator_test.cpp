@@ -397,7 +397,7 @@ std::string scene_with_step_tools() {
 
 TEST_F(OperatorWindow, AStepTakesItsToolAsSoonAsItBeginsAndTheReplayIsExact) {
   folder.write("home/scenes/zz_block.json", scene_with_step_tools());
-  write_resting_hand();
+  write_hand({{0, 24, 0}, {600, 24, 0}});  // far above the block: the cylinder is long
   Opened program(*this);
   start_the_block(program);
   std::this_thread::sleep_for(1s);
@@ -406,7 +406,7 @@ TEST_F(OperatorWindow, AStepTakesItsToolAsSoonAsItBeginsAndTheReplayIsExact) {
   press("F10");
   const std::string report = program.wait_for("report written: ");
   const auto ticks = session::SessionReader(std::filesystem::path(report).replace_extension(".h5")).ticks();
-  EXPECT_EQ(ticks.front().tool, 1u);
+  EXPECT_EQ(ticks.at(100).tool, 1u) << "after 0.1 s";
   EXPECT_EQ(ticks.back().tool, 2u);
   press("F10");
   quit(program);
@@ -417,9 +417,9 @@ TEST_F(OperatorWindow, AStepLeavesTheToolToAScriptThatNamesTools) {
   folder.write("home/scenes/zz_block.json", scene_with_step_tools());
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n"
-               "0,6.8,5.8,19,1,0,0,0,0,round_012\n"
-               "2,6.8,5.8,19,1,0,0,0,0,cylinder_010\n"
-               "6,6.8,5.8,19,1,0,0,0,0,cylinder_010\n");
+               "0,6.8,5.8,24,1,0,0,0,0,round_012\n"
+               "2,6.8,5.8,24,1,0,0,0,0,cylinder_010\n"
+               "6,6.8,5.8,24,1,0,0,0,0,cylinder_010\n");
   Opened program(*this);
   start_the_block(program);
   const std::string report = program.wait_for("report written: ");
