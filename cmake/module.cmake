@@ -55,12 +55,12 @@ set(typodont_test_options $<$<CONFIG:Release>:-O1>
 # second try. One LIVE test runs at a time, and one test of each WINDOW program, because each of them starts its own
 # display. [MEASURED regex]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
 # suite share an expensive set-up, so they always run in one process. [ONE_PROCESS]: all tests of the program do, and
-# become one ctest KIND.NAME. [LAUNCHER program …]: starts the test program.
+# become one ctest KIND.NAME. [LAUNCHER program …]: starts the test program. [ALONE]: no other test runs meanwhile.
 function(typodont_test name)
-  cmake_parse_arguments(ARG "LIVE;WINDOW;ONE_PROCESS" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER;LAUNCHER" ${ARGN})
+  cmake_parse_arguments(ARG "LIVE;WINDOW;ONE_PROCESS;ALONE" "KIND;MEASURED" "SOURCES;LIBS;TOGETHER;LAUNCHER" ${ARGN})
   set(live)
   set(properties)
-  if(ARG_KIND STREQUAL "bench")
+  if(ARG_KIND STREQUAL "bench" OR ARG_ALONE)
     set(properties RUN_SERIAL TRUE)
   elseif(ARG_LIVE)
     set(properties RESOURCE_LOCK live)

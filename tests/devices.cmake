@@ -17,7 +17,7 @@ target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:
 add_dependencies(stress_hands typodont standin_clock)
 # Tests in which a thousand processes are killed each. They run alone, because they depend on real time.
 typodont_test(stress_ends KIND stress SOURCES stress/device_ends_test.cpp LIBS typodont_devices typodont_device_emulation
-              LIVE)
+              LIVE ALONE)
 # Replacements for vendors' libraries with the same names and interfaces. A test loads them under the vendor's soname
 # before a driver requests it.
 foreach(vendor hd dhd)
