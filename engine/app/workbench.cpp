@@ -151,7 +151,7 @@ struct Workbench::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
-  /// Prints the explanations since the last call if the user wants them.
+  /// Prints the explanations that were not printed before, if the user asked for them (--explain).
   void print_explanations() {
     if (!options.explain) return;
     for (; printed < summary.explanations.size(); ++printed) log::info("{}", summary.explanations[printed]);

@@ -27,8 +27,7 @@ std::vector<fs::path> files_in(const fs::path& folder, std::string_view extensio
 std::vector<fs::path> files_below(const fs::path& folder, std::string_view extension) {
   std::vector<fs::path> files;
   std::error_code code;
-  constexpr auto kOptions = fs::directory_options::skip_permission_denied;
-  for (fs::recursive_directory_iterator it(folder, kOptions, code), end; !code && it != end; it.increment(code)) {
+  for (fs::recursive_directory_iterator it(folder, code), end; it != end; ++it) {
     std::error_code unknown;
     const fs::path& path = it->path();
     if (it->is_directory(unknown)) {

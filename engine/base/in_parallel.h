@@ -16,7 +16,7 @@ namespace typodont {
 /// Thrown by in_parallel() if a stop of the work was requested.
 struct Stopped {};
 
-/// Most threads for work in the background of a session: all cores but two, for servo and picture; at least four.
+/// Largest number of threads for background work: all cores except two, which servo and picture need; at least four.
 inline std::size_t background_threads() {
   return std::max(std::size_t{6}, std::size_t{std::thread::hardware_concurrency()}) - 2;
 }

@@ -279,7 +279,7 @@ struct LightScene::Impl {
   struct Sample {
     std::size_t at = 0;   // index of the sample in the grid
     glm::vec3 p{0};       // m, frame W, position from which the sample's rays start
-    bool imaged = false;  // LightGrid::images has the sample
+    bool imaged = false;  // the sample also gets rays for LightGrid::images; used only by cast_rays()
   };
   std::vector<Sample> samples;        // those outside bodies
   std::vector<std::uint32_t> imaged;  // indices of the samples for LightGrid::images
@@ -321,7 +321,7 @@ struct LightScene::Impl {
   }
   /// Writes or reads what cast_rays() computes.
   bool parts_of(cache::Parts& file) {
-    const auto sample = [&](Sample& s) { return file.value(s.at) && file.value(s.p) && file.value(s.imaged); };
+    const auto sample = [&](Sample& s) { return file.value(s.at) && file.value(s.p); };
     return file.list(samples, sample) && file.values(imaged) && file.values(met) && file.values(met_by_images) &&
            file.values(used);
   }

@@ -315,8 +315,8 @@ struct TissueLight::Impl {
     const glm::vec3 normal = glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]);
     const float length = glm::length(normal);
     if (cells.empty() || !(length > 0)) return;
-    // The triangle is inside a sphere around `middle`. If even the sphere is farther from a cell than the cell's
-    // nearest triangle so far, the exact distance is not needed.
+    // The triangle is inside a sphere around `middle`. If this sphere is farther from a cell than the nearest triangle
+    // found so far, the cell needs no exact distance.
     constexpr float kRounding = 1e-7f;  // m, more than the rounding error of positions up to 0.1 m
     const glm::vec3 middle = (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0f;
     float radius = 0;

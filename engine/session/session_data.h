@@ -69,7 +69,7 @@ struct SessionHeader {
 /// The current date and time, for example "2025-03-14T09:26:53Z".
 std::string iso_date_now();
 
-/// A date of a file (ISO 8601, UTC) in the time zone of this machine.
+/// A date that a file states in UTC (ISO 8601), converted to the time zone of this machine.
 struct LocalTime {
   std::string text;  // "2025-03-14 10:26"
   std::string zone;  // difference from UTC at that time: "UTC+01:00"

@@ -27,7 +27,7 @@ struct TaskText {
 };
 TaskText read_task_text(const Json& json);
 
-/// A step of the task: its text, and what the session does with it.
+/// A step of the task: its text, the action that completes it, and its tool.
 struct TaskStep : TaskText {
   std::string done;  // element of kStepActions that completes the step; empty: the user marks the step as done
   std::string tool;  // name of the scene's tool that the session takes when the step begins; empty: keeps the tool

@@ -165,7 +165,7 @@ struct Way {
   std::string_view name;
   int signal = 0;
   bool kept = false;    // the process can do nothing about it; its watchdog process can
-  double usual_ms = 2;  // from its beginning to zero, in the median, where a page is mapped in 5 µs
+  double usual_ms = 2;  // median time until the force is zero, on a machine that maps a page in 5 µs
 };
 constexpr Way kKilled{"SIGKILL", SIGKILL, true};
 constexpr std::array kOtherWays{Way{"exit"},

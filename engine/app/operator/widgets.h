@@ -77,7 +77,7 @@ bool toggle_button(const char* text, bool on, ImVec2 size);
 
 /// Colour of a score: red below the pass mark. `fraction`: fraction of the full score.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
-/// Colour of a finding of `typodont doctor`, as in the terminal.
+/// Colour of a finding of `typodont doctor`.
 ImVec4 severity_color(DoctorFinding::Severity severity);
 
 /// Button for a request, with its shortcut. `main`: the main action of the page.

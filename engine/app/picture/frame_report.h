@@ -20,7 +20,7 @@ struct RefreshPeriod {
 
 class FrameReport {
  public:
-  /// A frame is late if it begins later than this after the previous one, refresh periods. The display has then shown
+  /// In refresh periods. A frame that begins later than this after the previous frame is late: the display has shown
   /// the previous picture twice.
   static constexpr double kLate = 1.5;
   /// Adds the times of the latest frame that the GPU has finished, once for each frame.

@@ -27,7 +27,7 @@ struct Course {
     double first = 0, last = 0;  // s, times of the first and last tick
   };
   std::vector<FaultCount> faults;  // one entry for each fault in fault_names()
-  FaultCount all_faults;           // ticks with any fault except Fault::kHeld, a stop by the emergency key
+  FaultCount all_faults;           // ticks with any fault; Fault::kHeld, the emergency key, is not counted
   std::vector<float> cpu_us;
   PerTissue removed_total{};  // m³, total removed volume of each tissue
   HandMeasures hand;
