@@ -149,6 +149,25 @@ TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVerticalAxis) {
   EXPECT_EQ(turned, 1) << seen;
 }
 
+TEST_F(ReportInABrowser, TwoFingersZoom) {
+  options_.result = box(glm::vec3(2e-3f), [](const dvec3&) { return Tissue::kEnamel; });
+  options_.ideal.reset();
+  options_.preparation.reset();
+  // Moves the fingers to half their distance. Counts the drawn pixels of the middle row.
+  const std::string seen = told_by(
+      "{const v = document.getElementById('viewer'), c = v.querySelector('canvas'); c.setPointerCapture = () => {};"
+      "const at = (kind, id, x) => c.dispatchEvent(new PointerEvent(kind, {clientX: x, clientY: 200, pointerId: id}));"
+      "const width = () => { const d = c.getContext('2d').getImageData(0, c.height / 2, c.width, 1).data; let n = 0;"
+      "for (let i = 3; i < d.length; i += 4) n += d[i] ? 1 : 0; return n; };"
+      "const before = width(); at('pointerdown', 1, 200); at('pointerdown', 2, 300); at('pointermove', 2, 250);"
+      "at('pointerup', 1, 200); at('pointerup', 2, 250);"
+      "setTimeout(() => { document.body.dataset.seen = [before, width()].join(' '); }, 500);}");
+  double before = 0, after = 0;
+  std::istringstream(seen) >> before >> after;
+  EXPECT_GT(before, 50) << seen;
+  EXPECT_NEAR(after / before, 0.5, 0.03) << seen;
+}
+
 TEST_F(ReportInABrowser, IsReadableInLightAndDarkModeAndOnPaper) {
   ASSERT_EQ(browse(fmt::format("--screenshot={}", browser_ / "light.png")).status, 0);
   ASSERT_EQ(

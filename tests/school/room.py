@@ -41,18 +41,15 @@ def sha256(file):
     return hashlib.sha256(pathlib.Path(file).read_bytes()).hexdigest()
 
 
-def empty_folders():
-    for name in ("incoming", "sessions", "derived"):
-        shutil.rmtree(intake.folder(name))
-
-
 def user(name, **more):
     return User.objects.create_user(name, password=PASSWORD, **more)
 
 
 class Room:
-    """Class A with anna and ben, class B with carl; one teacher each, an administrator, a bench."""
+    """Class A with anna and ben, class B with carl; one teacher each, an administrator, a bench; no recordings."""
     def __init__(self):
+        for name in ("incoming", "sessions", "derived"):
+            shutil.rmtree(intake.folder(name))
         register_exercises(settings.SCENES)
         self.school = School.objects.create(name="School")
         self.admin = User.objects.create_superuser("root", password=PASSWORD)

@@ -14,7 +14,7 @@ from django.core import signing
 from django.test import LiveServerTestCase
 from django.utils import timezone
 
-from room import PASSWORD, Room, empty_folders, record, sha256
+from room import PASSWORD, Room, record, sha256
 from typodont_school import intake, interface, program, views
 from typodont_school.models import Assignment, ExamStart, Exercise, Session, SignInFailure
 
@@ -23,7 +23,6 @@ SCRIPT = intake.settings.HERE / "hand_in.py"
 
 class Window(LiveServerTestCase):
     def setUp(self):
-        empty_folders()
         self.room = Room()
         self.home = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.sessions, self.scenes = self.home / "sessions", self.home / "scenes"

@@ -15,7 +15,7 @@ from django.test import TestCase
 from django.utils import timezone
 
 from room import Room, record
-from typodont_school import intake, views
+from typodont_school import views
 from typodont_school.models import Assignment, ExamStart, Session, Student
 
 STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
@@ -23,7 +23,6 @@ STRESS = float(os.environ.get("TYPODONT_STRESS", 1))
 
 class Exams(TestCase):
     def setUp(self):
-        shutil.rmtree(intake.folder("sessions"))
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.exam = Assignment.objects.create(group=self.room.class_A, exercise=self.room.exercise, due=timezone.now() + timedelta(days=1),

@@ -1,6 +1,5 @@
 """Films of sessions: made for those who ask, one at a time, served in parts."""
 import json
-import shutil
 import subprocess
 from unittest import mock
 
@@ -16,8 +15,6 @@ MADE = {}  # the film of this recording; each test gets a copy
 
 class Films(TestCase):
     def setUp(self):
-        for name in ("sessions", "derived"):
-            shutil.rmtree(intake.folder(name))
         self.room = Room()
         self.session = self.room.judged(record("anna", "anna"))
         self.client = self.signed_in("anna")

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 from datetime import timedelta
 from unittest import mock
 
@@ -17,7 +16,7 @@ import h5py
 from django.test import LiveServerTestCase, TestCase
 from django.utils import timezone
 
-from room import Room, empty_folders, record, sha256
+from room import Room, record, sha256
 from service import ServiceTest
 from typodont_school import intake, program
 from typodont_school.hand_in import Folder, Later, Service
@@ -26,7 +25,6 @@ from typodont_school.models import Assignment, Session
 
 class HandIn(LiveServerTestCase):
     def setUp(self):
-        empty_folders()
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.service = Service(self.live_server_url, self.room.token)
@@ -206,7 +204,6 @@ class HandIn(LiveServerTestCase):
 
 class Hostile(TestCase):
     def setUp(self):
-        empty_folders()
         self.room = Room()
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 

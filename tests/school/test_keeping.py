@@ -10,9 +10,9 @@ from unittest import mock
 from django.conf import settings
 from django.test import Client, TransactionTestCase
 
-from room import PASSWORD, Room, empty_folders, record, sha256
+from room import PASSWORD, Room, record, sha256
 from service import ServiceTest
-from typodont_school import intake, program, rescoring
+from typodont_school import program, rescoring
 from typodont_school.models import Session
 
 
@@ -70,7 +70,6 @@ class Rescored(TransactionTestCase):
         package = str(settings.TREE / "engine/bindings/python")
         self.enterContext(mock.patch.dict(os.environ, TYPODONT_PREFIX=str(door), PYTHONPATH=package))
         self.enterContext(mock.patch.object(sys, "path", [package, *sys.path]))
-        empty_folders()
         room = Room()
         sessions = [room.judged(record(f"again{number}", "anna", number)) for number in range(3)]
         with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:

@@ -25,7 +25,7 @@ from django.urls import reverse
 from django.utils import timezone
 
 from crowd import crowd
-from room import Room, empty_folders, record, sha256, user
+from room import Room, record, sha256, user
 from service import ServiceTest
 from typodont_school import hand_in, interface, views
 from typodont_school.models import Class, ScoreItem, Session, Student
@@ -254,7 +254,6 @@ class Campaign(ServiceTest):
 class Pages(TestCase):
     def test_the_number_of_queries_of_a_page_does_not_grow_with_sessions(self):
         """With TYPODONT_STRESS=50 up to 100,000 sessions. The times are printed, not judged: they depend on the machine."""
-        empty_folders()
         room, queries = Room(), []
         models = [room.judged(record("anna", "anna")), room.judged(record("crown", "anna", 4, "remove-caries"))]
         for sessions in sorted({max(1000, int(share * STRESS)) for share in (0, 200, 2000)}):
@@ -288,7 +287,6 @@ class Pages(TestCase):
             self.assertEqual(row, queries[0])
 
     def test_the_list_of_classes_gives_each_class_its_own_numbers(self):
-        empty_folders()
         room = Room()
         crowd(room, [room.judged(record("anna", "anna"))], 3, 5, 200)
         Student.objects.get(pseudonym="s-0201").classes.add(Class.objects.get(name="Year 3, group 1"))  # in two classes
@@ -302,7 +300,6 @@ class Pages(TestCase):
             self.assertAlmostEqual(row.mean or 0, sum(points) / max(1, len(points)))
 
     def test_a_page_of_an_exercise_shows_the_defects_of_its_last_sessions(self):
-        empty_folders()
         room = Room()
         model = room.judged(record("anna", "anna"))
         people = crowd(room, [model], 1, 5, 60)

@@ -18,7 +18,7 @@ EVERYBODY = {"anna", "ben", "carl", "teacherA", "teacherB", "root"}
 ALLOWED = {"home": EVERYBODY, "password": EVERYBODY, "sign_out": EVERYBODY, "classes": {"teacherA", "teacherB", "root"},
            "class": STAFF_A, "exercise": STAFF_A, "assign": STAFF_A, "scores_csv": STAFF_A, "scores_json": STAFF_A, "statements": STAFF_A,
            "add_case": STAFF_A, "case_files": EVERYBODY,
-           "student": OWN, "export": OWN, "session": OWN, "surface": OWN, "report": OWN, "film": OWN, "film_file": OWN, "recording": OWN, "remarks": OWN, "remark": STAFF_A,
+           "student": OWN, "export": OWN, "session": OWN, "report": OWN, "film": OWN, "film_file": OWN, "recording": OWN, "remarks": OWN, "remark": STAFF_A,
            "delete": {"root"}, "administration": {"root"}, "add_bench": {"root"}, "add_platform": {"root"},
            "add_class": {"root"}, "add_students": {"root"}, "roster": {"root"}}
 # Pages without an account: each has its own test of what guards it.
@@ -46,7 +46,7 @@ class Roles(TestCase):
             return [999 if absent else a.exercise.pk]
         if name in ("student", "export", "delete"):
             return [999 if absent else a.anna.pk]
-        return ["f" * 64 if absent else self.session.pk] if name in ("session", "surface", "report", "film", "film_file", "recording", "remarks", "remark") else []
+        return ["f" * 64 if absent else self.session.pk] if name in ("session", "report", "film", "film_file", "recording", "remarks", "remark") else []
 
     def ask(self, who, name, absent=False, **options):
         client = Client(**options)

@@ -22,7 +22,7 @@ from django.urls import reverse
 from django.utils import timezone
 
 from room import PASSWORD, Room, record
-from typodont_school import lti, oneroster, views, words, xapi
+from typodont_school import lti, oneroster, words, xapi
 from typodont_school.models import Assignment, Class, Exercise, Grade, Identity, Launch, Platform, Session, Student
 
 ISSUER, CLIENT = "https://platform.example", "tool-1"

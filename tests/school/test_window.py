@@ -12,7 +12,7 @@ from datetime import timedelta
 from django.test import LiveServerTestCase, TestCase
 from django.utils import timezone
 
-from room import PASSWORD, Room, empty_folders, path_of_hand, record
+from room import PASSWORD, Room, path_of_hand, record
 from typodont_school import hand_in, intake
 from typodont_school.models import Assignment, ExamStart, Session
 
@@ -29,7 +29,6 @@ class Texts(TestCase):
 
 class Window(LiveServerTestCase):
     def setUp(self):
-        empty_folders()
         self.room = Room()
         self.home = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (self.home / "settings.json").write_text('{"language": "en", "scene": "", "hand": "mouse:"}')

@@ -17,12 +17,12 @@ def student_t(p, freedom):
 MIN_VALUES = 4  # of an interval; below, a mean would tell a student the points of others
 
 
-def mean_interval(values, confidence=0.95):
-    """Returns mean, lower and upper end of its interval; no interval below four values."""
+def mean_interval(values):
+    """Returns mean, lower and upper end of its 95 % interval; no interval below four values."""
     mean = fmean(values)
     if len(values) < MIN_VALUES:
         return mean, None, None
-    half = student_t(0.5 + confidence / 2, len(values) - 1) * stdev(values) / math.sqrt(len(values))
+    half = student_t(0.975, len(values) - 1) * stdev(values) / math.sqrt(len(values))
     return mean, max(0, mean - half), min(100, mean + half)
 
 
@@ -60,9 +60,9 @@ class Plot:
             edge = [(x, low) for x, low, _ in rows] + [(x, high) for x, _, high in reversed(rows)]
             self.parts.append(f'<polygon class="band" points="{" ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in edge)}"/>')
 
-    def dots(self, points, kind="dot"):
+    def dots(self, points):
         for x, y, text in points:
-            self.parts.append(f'<circle class="{kind}" cx="{self.x(x):.1f}" cy="{self.y(y):.1f}" r="4"><title>{escape(text)}</title></circle>')
+            self.parts.append(f'<circle class="dot" cx="{self.x(x):.1f}" cy="{self.y(y):.1f}" r="4"><title>{escape(text)}</title></circle>')
 
     def bars(self, edges, counts):
         for low, high, count in zip(edges, edges[1:], counts):
@@ -90,7 +90,7 @@ def ticks(low, high, count=5):
     return [round(i * step, 10) for i in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def learning_curve(title, rows, own, x_label, y_label, max_attempts=20):
+def learning_curve(title, rows, own, x_label, y_label):
     """rows: (attempt, mean, low, high) of a group; own: (attempt, points, text) of one student."""
     last = max([row[0] for row in rows] + [row[0] for row in own] + [2])
     plot = Plot(title, (0.5, last + 0.5), (0, 100), x_label, y_label)

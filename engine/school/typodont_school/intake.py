@@ -153,7 +153,7 @@ def exercise_of(header):
     return found if all(recorded.get(path) == sha for path, sha in found.files.items()) else None
 
 
-def exam_of(session, header):
+def exam_of(header):
     """Returns the started exam whose seed the recording's scene carries."""
     return ExamStart.objects.filter(seed=str(header["scene"].get("exam", ""))).select_related("assignment", "student").first()
 
@@ -180,11 +180,11 @@ def judge(session):
         session.scene_name = str(header["scene"].get("name", ""))[:100]
         session.bench_date = header["date"]
         session.seconds, session.truncated = check["seconds"], check["truncated"]
-        session.field_hash, session.force_hash = check["field_hash"], header["first_forces"] or check["force_hash"]
+        session.force_hash = header["first_forces"] or check["force_hash"]
         twin = Session.objects.filter(force_hash__in=(session.force_hash, check["force_hash"]), state=Session.ACCEPTED).exclude(pk=session.pk)
         if twin.exists():
             raise program.Refused("the hand of an earlier session")
-        exam = exam_of(session, header)
+        exam = exam_of(header)
         if exam:
             _judge_exam(session, exam, header["scene"])
         page = Path(room) / "en.html"

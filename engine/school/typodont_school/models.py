@@ -78,7 +78,6 @@ class Session(models.Model):
     completion = models.FloatField(null=True)
     seconds = models.FloatField(default=0)
     truncated = models.BooleanField(default=False)
-    field_hash = models.CharField(max_length=16, blank=True)
     force_hash = models.CharField(max_length=16, blank=True, db_index=True)  # of the first forces, or of few
     defects = models.JSONField(default=list)  # with their strokes, of `typodont report`
     program = models.CharField(max_length=60, blank=True)  # that gave the points

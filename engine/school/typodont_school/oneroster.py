@@ -43,12 +43,13 @@ def code(length=6):
     return "".join(secrets.choice(ALPHABET) for _ in range(length))
 
 
-def account(prefix):
-    """Makes a user with a random name. Returns the user and the first password."""
+def account(identifier, people, is_staff=False, **more):
+    """Returns a new user with a random name: a teacher (is_staff) or a student. Adds name and first password to `people`."""
     password = code(12)
-    while User.objects.filter(username=(name := f"{prefix}-{code()}")).exists():
+    while User.objects.filter(username=(name := f"{'t' if is_staff else 's'}-{code()}")).exists():
         pass
-    return User.objects.create_user(name, password=password), password
+    people.append({"identifier": identifier, "pseudonym": name, "password": password})
+    return User.objects.create_user(name, password=password, is_staff=is_staff, **more)
 
 
 def read(upload):
@@ -83,17 +84,12 @@ def _store(tables):
         if role == "student":
             student = Student.objects.filter(source_id=who).first()
             if not student:
-                user, password = account("s")
+                user = account(who, people)
                 student = Student.objects.create(pseudonym=user.username, source_id=who, user=user)
-                people.append({"identifier": who, "pseudonym": user.username, "password": password})
             known[who], user = student, student.user
         else:
             user = User.objects.filter(last_name=who, is_staff=True).first()  # a teacher's sourcedId
-            if not user:
-                user, password = account("t")
-                user.is_staff, user.last_name = True, who
-                people.append({"identifier": who, "pseudonym": user.username, "password": password})
-            known[who] = user
+            known[who] = user = user or account(who, people, is_staff=True, last_name=who)
         if user:
             user.is_active = enabled[who]
             user.save()

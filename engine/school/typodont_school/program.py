@@ -62,7 +62,7 @@ def check(recording, key=None):
 
 
 def score(recording, page):
-    """Returns the score that the recording's own cuts give; writes the program's page."""
+    """Returns the score that the recording's own cuts give; writes the program's page, whose file LANGUAGE.html names the language."""
     return json.loads(typodont("report", recording, "--out", page, "--json", "--language", page.stem))
 
 

@@ -1,4 +1,4 @@
-"""Settings from the environment; the README lists the variables."""
+"""Settings from the environment; docs/school.md lists the variables."""
 import os
 import pathlib
 import secrets
@@ -48,7 +48,6 @@ DEBUG = False
 HTTPS = ADDRESS.startswith("https:")
 ALLOWED_HOSTS = [urlsplit(ADDRESS).hostname] + setting("HOSTS", "localhost 127.0.0.1").split()
 ROOT_URLCONF = "typodont_school.urls"
-WSGI_APPLICATION = "typodont_school.wsgi.application"
 INSTALLED_APPS = ["django.contrib.auth", "django.contrib.contenttypes", "django.contrib.sessions", "typodont_school"]
 MIDDLEWARE = [
     "django.middleware.security.SecurityMiddleware",

@@ -30,7 +30,6 @@ urlpatterns = [
     path("student/<int:key>/export.zip", views.export, name="export"),
     path("student/<int:key>/delete", views.delete, name="delete"),
     path("session/<sha:key>", views.session, name="session"),
-    path("session/<sha:key>/surface.glb", views.surface, name="surface"),
     path("session/<sha:key>/report.html", views.report, name="report"),
     path("session/<sha:key>/film", views.film, name="film"),
     path("session/<sha:key>/film.mp4", views.film_file, name="film_file"),

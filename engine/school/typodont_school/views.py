@@ -10,6 +10,7 @@ import tempfile
 import zipfile
 from collections import Counter, defaultdict
 from datetime import timedelta
+from pathlib import Path
 from statistics import fmean
 
 from django.conf import settings
@@ -24,6 +25,7 @@ from django.shortcuts import redirect, render
 from django.utils import timezone
 from django.utils.dateparse import parse_datetime
 from django.utils.http import url_has_allowed_host_and_scheme
+from django.views.decorators.clickjacking import xframe_options_sameorigin
 
 from . import charts, films, intake, oneroster, program, words, xapi
 from .access import ADMIN, ALL, STAFF, STUDENT, get, known, page, public, visible
@@ -140,7 +142,7 @@ def group(request, key):
     for assignment in assignments:
         assignment.done = Session.objects.filter(assignment=assignment, state=Session.ACCEPTED).values("student").distinct().count()
     return render(request, "class.html", {"group": one, "students": students, "exercises": exercises, "assignments": assignments,
-                                          "choices": Exercise.objects.order_by("name"), "families": program.families(), "now": timezone.now(),
+                                          "choices": Exercise.objects.order_by("name"), "families": program.families(),
                                           "week": timezone.localtime() + timedelta(days=7)})
 
 
@@ -301,8 +303,7 @@ def student(request, key):
     for assignment in assignments:
         mine = [s for s in sessions if s.assignment_id == assignment.pk and s.state == Session.ACCEPTED]
         assignment.done, assignment.best = len(mine), max((s.points for s in mine if s.points is not None), default=None)
-    return render(request, "student.html", {"student": one, "sessions": sessions, "curves": curves, "assignments": assignments,
-                                            "now": timezone.now()})
+    return render(request, "student.html", {"student": one, "sessions": sessions, "curves": curves, "assignments": assignments})
 
 
 @page(*ALL)
@@ -310,21 +311,10 @@ def session(request, key):
     one = get(request.user, Session, key)
     items = sorted(one.items.all(), key=lambda item: item.points - item.full)
     for item in items:
-        item.lost = item.full - item.points
         item.percent = 100 * item.points / item.full if item.full else None
     return render(request, "session.html", {"session": one, "film": Film.objects.filter(pk=one.pk).first(), "items": [i for i in items if i.full > 0], "others": [i for i in items if i.full <= 0],
                                             "rescores": [again for again in one.rescores.order_by("at") if again.differs],
                                             "remarks": one.remarks.order_by("written").select_related("author")})
-
-
-def derived_file(one, name, *command):
-    """Returns a file computed from an accepted recording, made on first use."""
-    file = intake.derived(one.sha256, name)
-    if not file.exists():
-        part = file.with_name(secrets.token_hex(4) + "-" + name)
-        program.typodont(command[0], intake.recording_of(one.sha256), "--out", part, *command[1:])
-        part.replace(file)
-    return file.open("rb")
 
 
 def accepted_session(user, key):
@@ -333,19 +323,19 @@ def accepted_session(user, key):
 
 
 @page(*ALL)
-def surface(request, key):
-    one = accepted_session(request.user, key)
-    return FileResponse(derived_file(one, "surface.glb", "mesh", "--tolerance-mm", 0.03), content_type="model/gltf-binary") if one else HttpResponse(status=409)
-
-
-@page(*ALL)
+@xframe_options_sameorigin
 def report(request, key):
-    """The program's own page. Its texts come from a recording, so it runs in a sandbox."""
+    """The program's own page, made on first use. Its texts come from a recording, so it runs in a sandbox."""
     one = accepted_session(request.user, key)
     if not one:
         return HttpResponse(status=409)
-    language = words.language_of(request)
-    answer = FileResponse(derived_file(one, language + ".html", "report", "--language", language), content_type="text/html; charset=utf-8")
+    file = intake.derived(one.sha256, words.language_of(request) + ".html")
+    if not file.exists():
+        with tempfile.TemporaryDirectory(dir=intake.folder("work"), prefix="report-") as room:
+            made = Path(room) / file.name
+            program.score(intake.recording_of(one.sha256), made)
+            made.replace(file)
+    answer = FileResponse(file.open("rb"), content_type="text/html; charset=utf-8")
     answer["Content-Security-Policy"] = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'unsafe-inline'; media-src data:"
     return answer
 
@@ -519,10 +509,7 @@ def add_class(request):
             if user is None:
                 return render(request, "message.html", {"title": "new_class", "text": "no_teacher"}, status=400)
         else:
-            user, first_password = oneroster.account("t")
-            user.is_staff = True
-            user.save()
-            people.append({"identifier": name, "pseudonym": user.username, "password": first_password})
+            user = oneroster.account(name, people, is_staff=True)
         group = Class.objects.create(school=own_school(), name=name or "class")
         group.teachers.add(user)
     return render(request, "accounts.html", {"people": people, "group": group})
@@ -537,9 +524,8 @@ def add_students(request, key):
         for line in list(dict.fromkeys(filter(None, lines)))[:1000]:
             known = Student.objects.filter(pseudonym=line).first()
             if known is None:
-                user, first_password = oneroster.account("s")
+                user = oneroster.account(line, people)
                 known = Student.objects.create(pseudonym=user.username, user=user)
-                people.append({"identifier": line, "pseudonym": user.username, "password": first_password})
             group.students.add(known)
     return render(request, "accounts.html", {"people": people, "group": group})
 

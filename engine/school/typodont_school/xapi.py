@@ -3,6 +3,8 @@ import uuid
 
 from django.conf import settings
 
+from .words import LANGUAGES
+
 COMPLETED = "http://adlnet.gov/expapi/verbs/completed"
 
 
@@ -18,7 +20,7 @@ def statement(session, items):
         "actor": {"objectType": "Agent", "account": {"homePage": settings.ADDRESS, "name": session.student.pseudonym}},
         "verb": {"id": COMPLETED, "display": {"en": "completed"}},
         "object": {"objectType": "Activity", "id": f"{settings.ADDRESS}/exercise/{session.exercise.name}", "definition": {
-            "type": iri("exercise"), "name": {code: session.exercise.title(code) for code in ("en", "de", "zh")}}},
+            "type": iri("exercise"), "name": {code: session.exercise.title(code) for code in LANGUAGES}}},
         "result": {"score": {"scaled": round(session.points / 100, 6), "raw": session.points, "min": 0, "max": 100},
                    "success": bool(session.passed), "duration": f"PT{session.seconds:.3f}S",
                    "extensions": {iri("items"): items, iri("recording"): session.sha256}},

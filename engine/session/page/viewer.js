@@ -214,13 +214,18 @@ canvas.addEventListener('keydown', e => {
   if (!act) return;
   e.preventDefault(); act(); redraw();
 });
-let held = null;
-canvas.addEventListener('pointerdown', e => { held = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+const held = new Map();  // position of each pressed pointer, by its id
+canvas.addEventListener('pointerdown', e => { held.set(e.pointerId, [e.clientX, e.clientY]); canvas.setPointerCapture(e.pointerId); });
 canvas.addEventListener('pointermove', e => {
-  if (!held) return;
-  turn((e.clientX - held[0]) * -0.01, (e.clientY - held[1]) * 0.01); held = [e.clientX, e.clientY]; redraw();
+  const before = held.get(e.pointerId), now = [e.clientX, e.clientY];
+  if (!before) return;
+  held.delete(e.pointerId);
+  const [other] = held.values(), away = p => Math.max(1, Math.hypot(p[0] - other[0], p[1] - other[1]));
+  if (other) zoom *= away(now) / away(before);  // pinch
+  else turn((now[0] - before[0]) * -0.01, (now[1] - before[1]) * 0.01);
+  held.set(e.pointerId, now); redraw();
 });
-canvas.addEventListener('pointerup', () => { held = null; });
+for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, e => held.delete(e.pointerId));
 canvas.addEventListener('click', e => {
   const k = wide / canvas.clientWidth, x = e.offsetX * k, y = e.offsetY * k;
   const hit = spots.findIndex(at => Math.hypot(at[0] - x, at[1] - y) < wide / 50);
