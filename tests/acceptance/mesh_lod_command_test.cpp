@@ -3,11 +3,12 @@
 
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "engine/session/ticks_csv.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -15,23 +16,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-/// The column of a table, as text.
-std::vector<std::string> column(const std::string& csv, const std::string& name) {
-  std::vector<std::string> cells;
-  std::istringstream lines(csv);
-  std::string line;
-  std::size_t index = 0;
-  for (bool header = true; std::getline(lines, line); header = false) {
-    std::istringstream row(line);
-    std::string cell;
-    for (std::size_t i = 0; std::getline(row, cell, ','); ++i) {
-      if (header && cell == name) index = i;
-      if (!header && i == index) cells.push_back(cell);
-    }
-  }
-  return cells;
-}
 
 class MeshLodCommand : public ::testing::Test {
  protected:
@@ -77,16 +61,16 @@ TEST_F(MeshLodCommand, TheLevelFollowsTheSpeedOfTheHandAndIsWrittenToTheTable) {
                "0.54,3.2,0,0.05,1,0,0,0,0\n0.8,3.2,0,0.05,1,0,0,0,0\n");
   const std::string s =
       scene(R"("model": {"mesh_lod": {"vertices": 2000, "switch_mm_s": [5, 30]}}, "tool": "explorer")");
-  const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "t.csv");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("servo " + s + " --hand {}/hand.csv --json --out {}/t.csv"));
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_EQ(json["model"].string(), "mesh_lod");
   EXPECT_NEAR(json["elements"].number(), 2000, 20);
   EXPECT_GT(json["force_max_N"].number(), 0.02);
-  const std::vector<std::string> levels = column(test::read_text(folder / "t.csv"), "level");
-  ASSERT_GT(levels.size(), 700U);
-  for (const char* level : {"0", "1", "2"}) EXPECT_THAT(levels, ::testing::Contains(level));
-  EXPECT_EQ(levels.back(), "0");
+  const std::vector<ServoTick> ticks = session::read_ticks_csv(folder / "t.csv");
+  ASSERT_GT(ticks.size(), 700U);
+  for (const unsigned level : {0, 1, 2})
+    EXPECT_THAT(ticks, ::testing::Contains(::testing::Field(&ServoTick::level, level)));
+  EXPECT_EQ(ticks.back().level, 0U);
 }
 
 TEST_F(MeshLodCommand, TheLibraryThatSimplifiesIsLoadedByThisModelAndByNoOther) {
@@ -108,12 +92,10 @@ TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHar
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0," + place + ",23,1,0,0,0,0\n0.5," + place +
                                  ",19.5,1,0,0,0,0\n1.5," + place + ",17.5,1,0,0,0,0\n1.9," + place +
                                  ",17.5,1,0,0,0,0\n3," + place + ",20.5,1,0,0,0,0\n");
-    const auto ran = folder.run("servo assets/scenes/explore-caries.json --model mesh_lod --hand " +
-                                folder / "hand.csv" + " --out " + folder / "t.csv");
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run("servo assets/scenes/explore-caries.json --model mesh_lod --hand {}/hand.csv --out {}/t.csv"));
     most = least = 0;
-    for (const std::string& force : column(test::read_text(folder / "t.csv"), "force_z_N")) {
-      most = std::max(most, std::stod(force)), least = std::min(least, std::stod(force));
+    for (const ServoTick& tick : session::read_ticks_csv(folder / "t.csv")) {
+      most = std::max(most, tick.f_T_W.z), least = std::min(least, tick.f_T_W.z);
     }
   };
   double most = 0, least = 0;
@@ -127,31 +109,23 @@ TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHar
 }
 
 TEST_F(MeshLodCommand, InTheToothSectionTheTipFindsTheStripOfDentinAndSticksInCaries) {
-  // The hand draws the tip from the pulp over the strip of dentin (10.55 to 10.75 mm) to the enamel and back, and then
+  // The hand draws the tip from the pulp over the strip of dentin (9.8 to 10 mm) to the enamel and back, and then
   // pushes it into the caries, presses the pedal and pulls it out.
   folder.write("hand.csv",
-               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,9.5,5.4,22,1,0,0,0,0\n0.3,9.5,5.4,19.9,1,0,0,0,0\n"
-               "1.3,11.3,5.4,19.9,1,0,0,0,0\n2.3,9.5,5.4,19.9,1,0,0,0,0\n2.5,9.5,5.4,22,1,0,0,0,0\n"
-               "2.9,2.5,10,22,1,0,0,0,0\n3.5,2.5,10,18.7,1,0,0,0,0\n3.7,2.5,10,18.7,1,0,0,0,1\n"
-               "3.9,2.5,10,18.7,1,0,0,0,0\n5.1,2.5,10,22,1,0,0,0,0\n");
-  const auto ran =
-      folder.run("servo assets/scenes/tooth-section.json --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  const std::string table = test::read_text(folder / "t.csv");
-  const auto numbers = [&](const std::string& name) {
-    std::vector<double> all;
-    for (const std::string& cell : column(table, name)) all.push_back(std::stod(cell));
-    return all;
-  };
-  const std::vector<double> t = numbers("t_s"), x = numbers("tool_x_mm"), along = numbers("force_x_N"),
-                            up = numbers("force_z_N");
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,8.8,8.7,22,1,0,0,0,0\n0.3,8.8,8.7,19.9,1,0,0,0,0\n"
+               "1.3,10.4,8.7,19.9,1,0,0,0,0\n2.3,8.8,8.7,19.9,1,0,0,0,0\n2.5,8.8,8.7,22,1,0,0,0,0\n"
+               "2.9,3.4,12.38,22,1,0,0,0,0\n3.5,3.4,12.38,18.7,1,0,0,0,0\n3.7,3.4,12.38,18.7,1,0,0,0,1\n"
+               "3.9,3.4,12.38,18.7,1,0,0,0,0\n5.1,3.4,12.38,22,1,0,0,0,0\n");
+  expect_ok(folder.run("servo assets/scenes/tooth-section.json --hand {}/hand.csv --out {}/t.csv"));
+  const std::vector<ServoTick> ticks = session::read_ticks_csv(folder / "t.csv");
   std::vector<double> caught;  // mm, positions of the tip where a wall yielded
   double back = 0, held = 0;   // N
-  for (std::size_t i = 1; i + 1 < t.size(); ++i) {
-    const bool peak = along[i] < along[i - 1] && along[i] <= along[i + 1];
-    if (t[i] > 0.35 && t[i] < 1.3 && along[i] < -0.06 && peak) caught.push_back(x[i]);
-    if (t[i] > 1.35 && t[i] < 2.25) back = std::min(back, along[i]);
-    if (t[i] > 3.9) held = std::min(held, up[i]);
+  for (std::size_t i = 1; i + 1 < ticks.size(); ++i) {
+    const double t = to_seconds(ticks[i].t), along = ticks[i].f_T_W.x;
+    const bool peak = along < ticks[i - 1].f_T_W.x && along <= ticks[i + 1].f_T_W.x;
+    if (t > 0.35 && t < 1.3 && along < -0.06 && peak) caught.push_back(1e3 * ticks[i].X_WG.p.x);
+    if (t > 1.35 && t < 2.25) back = std::min(back, along);
+    if (t > 3.9) held = std::min(held, ticks[i].f_T_W.z);
   }
   ASSERT_EQ(caught.size(), 2U);
   EXPECT_NEAR(caught[1] - caught[0], 0.2, 0.05);
@@ -159,9 +133,9 @@ TEST_F(MeshLodCommand, InTheToothSectionTheTipFindsTheStripOfDentinAndSticksInCa
   EXPECT_LT(held, -0.15) << "the caries holds the tip when it is pulled out";
 
   // The same hand on the mirror rig: a picture for each eye, in which both the tissue and the tool are visible.
-  const auto drawn = folder.run("render assets/scenes/tooth-section.json --rig mirror --magnify 5 --pose " +
-                                folder / "hand.csv" + " --at 0.9 --size 480x270 --out " + folder / "pictures");
-  ASSERT_EQ(drawn.status, 0) << drawn.err;
+  expect_ok(folder.run(
+      "render assets/scenes/tooth-section.json --rig mirror --magnify 5 --pose {}/hand.csv --at 0.9 --size 480x270 "
+      "--out {}/pictures"));
   for (const char* eye : {"left.png", "right.png"}) {
     EXPECT_GT(std::filesystem::file_size(folder / ("pictures/" + std::string(eye))), 2000U) << eye;
   }
@@ -175,10 +149,8 @@ TEST_F(MeshLodCommand, AMeshIsAlsoTissueForTheOtherModels) {
   const std::string s = scene(R"("tool": {"shape": "sphere", "diameter_mm": 1.2, "cuts": false})");
   std::vector<double> force;
   for (const char* model : {"offset", "mesh_lod", "voxel_penalty"}) {
-    const auto ran = folder.run("servo " + s + " --model " + model + " --hand " + folder / "hand.csv" + " --out " +
-                                folder / "t.csv");
-    ASSERT_EQ(ran.status, 0) << ran.err;
-    force.push_back(std::stod(column(test::read_text(folder / "t.csv"), "force_z_N").back()));
+    expect_ok(folder.run("servo " + s + " --model " + model + " --hand {}/hand.csv --out {}/t.csv"));
+    force.push_back(session::read_ticks_csv(folder / "t.csv").back().f_T_W.z);
   }
   EXPECT_NEAR(force[0], 0.1, 0.01);  // 0.2 mm into dentin of 0.5 N/mm
   EXPECT_NEAR(force[1], force[0], 0.005);
@@ -192,7 +164,7 @@ TEST_F(MeshLodCommand, BadMeshesAreRefusedWithAReasonAndASelfIntersectingMeshIsA
     const std::string scene = folder.write(
         "scene.json", R"({"tissue": {"mesh": {"file": ")" + name +
                           R"(", "tissue": "dentin", "voxel_mm": 0.2}}, "model": "mesh_lod", "tool": "explorer"})");
-    return folder.run("servo " + scene + " --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
+    return folder.run("servo " + scene + " --hand {}/hand.csv --out {}/t.csv");
   };
   const auto error_of = [&](const std::string& bytes, const std::string& name = "block.obj") {
     const auto ran = run(bytes, name);
@@ -227,8 +199,7 @@ TEST_F(MeshLodCommand, BadMeshesAreRefusedWithAReasonAndASelfIntersectingMeshIsA
   EXPECT_THAT(error_of("v 0 0 0\nv 5 0 0\nv 2 0 0\nf 1 2 3\n"), HasSubstr("1 triangles without area"));
   EXPECT_THAT(error_of(cubes({std::nanf("")}, 12), "a.stl"), AllOf(HasSubstr("vertex 0"), HasSubstr("nan")));
   EXPECT_THAT(error_of(cubes({0}, 100'000'000), "a.stl"), HasSubstr("100000000 in 684 bytes"));
-  const auto crossing = run(cubes({0, 2}, 24), "a.stl");
-  EXPECT_EQ(crossing.status, 0) << "a mesh that crosses itself is touched from outside: " << crossing.err;
+  expect_ok(run(cubes({0, 2}, 24), "a.stl"));  // a mesh that crosses itself is touched from outside
 }
 
 TEST_F(MeshLodCommand, FitDampingPrintsTheCouplingOfAScene) {
@@ -237,8 +208,7 @@ TEST_F(MeshLodCommand, FitDampingPrintsTheCouplingOfAScene) {
     const double t = 1e-3 * i, depth = 0.3 + 0.2 * std::sin(20 * t), rate = 4 * std::cos(20 * t);  // mm, mm/s
     curve += std::to_string(t) + "," + std::to_string(depth) + "," + std::to_string(0.7 * depth + 0.01 * rate) + "\n";
   }
-  const auto ran = folder.run("fit-damping " + folder.write("curve.csv", curve) + " --json");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("fit-damping " + folder.write("curve.csv", curve) + " --json"));
   const Json json = Json::parse(ran.out, "fit");
   EXPECT_NEAR(json["stiffness_N_per_mm"].number(), 0.7, 0.007);
   EXPECT_NEAR(json["damping_Ns_per_mm"].number(), 0.01, 0.0001);
