@@ -20,8 +20,9 @@ using namespace std::chrono_literals;
 
 TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
   const std::string file = (assets_folder() / "scenes/class-1-cavity.json").string();
-  const MouseSession planned = drill_with_mouse(
-      read_scene(file), display::load_rig(assets_folder() / "rigs/window.json"), wheel_step_of("0.05"), 170);
+  const MouseSession planned =
+      drill_with_mouse(read_scene(file), display::load_rig(assets_folder() / "rigs/window.json"), wheel_step_of("0.05"),
+                       {.length = 5.2e-3, .width = 1.5e-3, .depth = 2.0e-3}, 175);
   fmt::print("class I by the mouse: {:.1f} points in {:.0f} s\n", planned.score.points, planned.seconds);
   for (const session::ScoreItem& item : planned.score.items)
     if (item.full > 0) fmt::print("  {} {}: {:.1f} of {:.1f}\n", item.name, item.value, item.points, item.full);
@@ -41,12 +42,15 @@ TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
   std::FILE* xdotool = popen("xdotool -", "w");
   ASSERT_TRUE(xdotool);
   const auto began = std::chrono::steady_clock::now();
+  MouseStep last;  // drill off, first tool
   for (const MouseStep& step : planned.steps) {
     std::this_thread::sleep_until(began + std::chrono::duration<double>(step.t));
     std::string said = fmt::format("mousemove {} {}\n", step.pixel.x, step.pixel.y);
     for (int i = 0; i < std::abs(step.wheel); ++i)
       said += step.wheel > 0 ? "mousedown 4 mouseup 4\n" : "mousedown 5 mouseup 5\n";
-    if (&step == &planned.steps.front()) said += "mousedown 1\n";
+    if (step.left != last.left) said += step.left ? "mousedown 1\n" : "mouseup 1\n";
+    if (step.tool != last.tool) said += fmt::format("key {}\n", step.tool + 1);
+    last = step;
     std::fputs(said.c_str(), xdotool);
     std::fflush(xdotool);
   }

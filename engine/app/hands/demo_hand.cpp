@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
@@ -25,7 +26,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   const glm::ivec3 size = glm::max(hi - lo + 1, glm::ivec3(0));
-  std::vector<float> distance(static_cast<std::size_t>(size.x) * size.y * size.z);
+  std::vector<float> distance(voxel_count(size));
   std::vector<Tissue> labels(distance.size());
   tissue.copy(lo, size, distance.data(), labels.data());
   for (int z = size.z - 1; z >= 0; --z) {
@@ -33,8 +34,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
     int count = 0;
     for (int x = 0; x < size.x; ++x) {
       for (int y = 0; y < size.y; ++y) {
-        const std::size_t i =
-            (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+        const std::size_t i = voxel_index({x, y, z}, size);
         if (labels[i] != Tissue::kCaries || distance[i] > 0) continue;
         sum += tissue.frame().to_world(dvec3(lo + glm::ivec3(x, y, z)));
         ++count;

@@ -50,7 +50,8 @@ struct Joining {
   // Tissue beside the tool's path counts as an obstacle up to this distance from the tool, m.
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height of free motion above the highest tissue
-  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its full speed
+  // Time for which the drill runs before a cut, in time constants of its speed: it then has 91 % of its full speed.
+  static constexpr double run_up = 2.4;
 };
 
 /// Voxel size in a typical CT of a tooth, m. Larger voxels mean a larger object
@@ -193,6 +194,7 @@ class Plan {
         filled_(filled),
         around_(around),
         tools_(haptics::tool_set(scene.servo)),
+        run_up_time_(scene.servo.spindle.run_up_time),
         judge_(judge),
         state_(now.clone()),
         axis_(glm::normalize(scene.task->axis_W)) {
@@ -408,7 +410,7 @@ class Plan {
     const Pose here = legs_.empty() ? over({axis_ * top_, toward(axis_)}) : legs_.back().to;
     add(ExpertLeg::Kind::kTake, here);
     pedal_ = drill ? 1 : 0;
-    if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
+    if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up * run_up_time_);
   }
 
   /// A filling instrument, its shank parallel to the preparation's axis.
@@ -744,6 +746,7 @@ class Plan {
   mutable std::vector<std::atomic<double>> excess_costs_;  // of each voxel of the layer; 0: not yet computed
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
+  const double run_up_time_;  // s, time constant of the drill's speed
   const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   session::DenseField ideal_, true_ideal_;  // target shape in the box of the last cut; with true distances

@@ -32,8 +32,9 @@ struct Lead {
   static constexpr double progress = 2.5e-6;
   // Scraping ends after a pass in which the tool's distance to the line always was smaller than this, m.
   static constexpr double near_line = 0.03e-3;
-  // Scraping also ends after a pass that removed less than this volume, m³.
-  static constexpr double useful_pass = 5e-13;
+  // Scraping also ends after a pass that removed less than this volume, m³, or than this fraction of the run's most
+  // useful pass.
+  static constexpr double useful_pass = 5e-13, useful_fraction = 0.1;
   static constexpr double patience = 3;  // s; after this time without progress, a stroke is abandoned
   // The lead is the displacement from the target point to the hand. It is a low-pass filtered gain times the
   // displacement from the tool to the target. The coupling converts the lead to a force.
@@ -90,6 +91,7 @@ void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {
   along_ = waited_ = worst_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
   removed_ = total(seen_.removed);
+  most_removed_ = 0;
   back_ = false;
   run_ = 0;
   run_from_ = from_;
@@ -125,6 +127,7 @@ void ExpertHand::next_leg() noexcept {
   along_ = waited_ = worst_ = 0;
   nearest_ = std::numeric_limits<double>::infinity();
   removed_ = total(seen_.removed);
+  most_removed_ = 0;
   back_ = false;
   run_ = leg_;
   run_from_ = from_;
@@ -134,7 +137,12 @@ void ExpertHand::end_scraping() noexcept {
   along_ = waited_ = 0;
   if (!back_ && legs_[leg_].end_pace > 0) {
     from_ = legs_[leg_++].to;
-  } else if (!back_ && worst_ > grip_.size * Lead::near_line && total(seen_.removed) > removed_ + Lead::useful_pass) {
+    return;
+  }
+  const double removed = total(seen_.removed) - removed_;
+  if (!back_) most_removed_ = std::max(most_removed_, removed);
+  if (!back_ && worst_ > grip_.size * Lead::near_line &&
+      removed > std::max(Lead::useful_pass, Lead::useful_fraction * most_removed_)) {
     back_ = true;
     removed_ = total(seen_.removed);
     worst_ = 0;

@@ -58,14 +58,15 @@ class ExpertHand final : public haptics::HapticDevice {
   double nearest_ = std::numeric_limits<double>::infinity();
   // A run consists of strokes without a stop between them. A scraping tool repeats the run, to and fro, until it stays
   // near the planned line of the strokes.
-  std::size_t run_ = 0;  // index of the run's first step
-  Pose run_from_;        // pose at the start of the run
-  double worst_ = 0;     // m, largest distance of the tool from the line in this pass
-  double removed_ = 0;   // m³, volume that was removed before this pass
-  bool back_ = false;    // true: moves back along the current run of strokes
-  dvec3 lead_{0};        // m, displacement from the target point to the hand
-  double beat_ = 0;      // s, duration of the current contact, or of the pause after it
-  bool pauses_ = false;  // true: between two contacts
+  std::size_t run_ = 0;      // index of the run's first step
+  Pose run_from_;            // pose at the start of the run
+  double worst_ = 0;         // m, largest distance of the tool from the line in this pass
+  double removed_ = 0;       // m³, volume that was removed before this pass
+  double most_removed_ = 0;  // m³, largest volume that a pass of this run removed
+  bool back_ = false;        // true: moves back along the current run of strokes
+  dvec3 lead_{0};            // m, displacement from the target point to the hand
+  double beat_ = 0;          // s, duration of the current contact, or of the pause after it
+  bool pauses_ = false;      // true: between two contacts
   // position of the tool when the pause began, m, and direction in which it leaves the tissue
   dvec3 left_at_W_{0}, leaves_W_{0};
   /// m, upper limit of |lead_| (distance from target point to hand) in a cut, adjusted to reach the planned force.

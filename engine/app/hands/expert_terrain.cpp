@@ -5,6 +5,7 @@
 
 #include "engine/app/hands/stroke_planner.h"
 #include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/nearest.h"
 #include "engine/base/voxels.h"
 
 namespace typodont {
@@ -45,14 +46,12 @@ double Terrain::highest(const dvec3& a, const dvec3& b, double beside) const {
   const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
   const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
                    hi = glm::min(glm::max(ca, cb) + around, size_ - 1);
-  const glm::dvec2 way(cb - ca);
-  const double length2 = glm::dot(way, way), most = beside / kCell + 1;
+  const double most = beside / kCell + 1;
   double highest = -1e9;
   for (int i = lo.x; i <= hi.x; ++i) {
     for (int j = lo.y; j <= hi.y; ++j) {
-      const glm::dvec2 d(glm::ivec2(i, j) - ca);
-      const double along = length2 > 0 ? std::clamp(glm::dot(d, way) / length2, 0.0, 1.0) : 0;
-      if (glm::length(d - along * way) <= most) highest = std::max(highest, height_[cell({i, j})]);
+      if (distance_to_segment(glm::dvec2(ca), glm::dvec2(cb), glm::dvec2(i, j)) <= most)
+        highest = std::max(highest, height_[cell({i, j})]);
     }
   }
   return highest;
