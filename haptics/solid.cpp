@@ -18,15 +18,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-dvec3 read_mm(const Json& json) {
-  return json.vec3() * kMillimetre;
-}
-double read_length(const Json& json) {
-  return json.number(1e-3, 1e6) * kMillimetre;
-}
+constexpr Range kSolidLength{1e-3, 1e6, kMillimetre}, kHalfSolidLength{1e-3, 1e6, kMillimetre / 2};
 
 struct Sphere : Solid {
-  dvec3 center;
+  dvec3 center{0};
   double radius;
   double distance(const dvec3& p) const override { return glm::length(p - center) - radius; }
   void bounds(dvec3& lo, dvec3& hi) const override { lo = center - radius, hi = center + radius; }
@@ -40,7 +35,7 @@ struct Halfspace : Solid {
 };
 
 struct Box : Solid {
-  dvec3 center, half;
+  dvec3 center{0}, half;
   double distance(const dvec3& p) const override {
     const dvec3 q = glm::abs(p - center) - half;
     return glm::length(glm::max(q, 0.0)) + std::min(std::max({q.x, q.y, q.z}), 0.0);
@@ -49,7 +44,7 @@ struct Box : Solid {
 };
 
 struct Cylinder : Solid {
-  dvec3 center, axis;
+  dvec3 center{0}, axis{0, 0, 1};
   double radius, half;
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
@@ -65,9 +60,9 @@ struct Cylinder : Solid {
 
 /// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
-  dvec3 center, axis;
+  dvec3 center{0}, axis{0, 0, 1};
   // Radii at the heights -half and +half, and half of the height, m.
-  double radius, top_radius, half;
+  double radius, top_radius = 0, half;
 
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
@@ -101,7 +96,7 @@ struct Capsule : Solid {
 };
 
 struct Torus : Solid {
-  dvec3 center, axis;
+  dvec3 center{0}, axis{0, 0, 1};
   double major, minor;
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
@@ -142,15 +137,89 @@ struct Combination : Solid {
   }
 };
 
-std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const SolidFiles& files) {
-  auto result = std::make_unique<Combination>();
-  result->operation = operation;
-  result->parts = read_solid_list(json.items(), files);
-  if (result->parts.empty()) json.fail("at least one solid");
-  return result;
+void describe_solid_axis(Keys& keys, dvec3& center, dvec3& axis) {
+  keys("center_mm", center, kMillimetre, "centre");
+  keys("axis", axis, read_direction, "axis; default [0, 0, 1]");
+}
+
+/// Declares the keys of a solid. Without `files.read_mesh`, a mesh is an error.
+void describe_solid(Keys& keys, std::unique_ptr<Solid>& solid, const SolidFiles& files) {
+  const auto primitive = [&]<class T>(const char* name, const char* meaning, T value, auto describe) {
+    keys.alternative();
+    const auto of = [&](Keys& its) { describe(its, value); };
+    if (const auto json = keys(must(name), kObject, of, meaning)) {
+      read_keys(*json, of);
+      solid = std::make_unique<T>(value);
+    }
+  };
+  const auto combination = [&](const char* name, Operation operation, std::string_view meaning) {
+    keys.alternative();
+    if (const auto json = keys(must(name), kSolids, meaning)) {
+      auto made = std::make_unique<Combination>();
+      made->operation = operation;
+      made->parts = read_solid_list(json->items(), files);
+      if (made->parts.empty()) json->fail("at least one solid");
+      solid = std::move(made);
+    }
+  };
+  primitive("sphere", "sphere", Sphere(), [](Keys& of, Sphere& s) {
+    of("center_mm", s.center, kMillimetre, "centre");
+    of(must("radius_mm"), s.radius, kSolidLength, "radius");
+  });
+  primitive("halfspace", "half space", Halfspace(), [](Keys& of, Halfspace& s) {
+    of(must("normal"), s.normal, read_direction, "outward direction n");
+    of(must("offset_mm"), s.offset, {.unit = kMillimetre}, "solid where n·p < offset");
+  });
+  primitive("box", "box along the axes", Box(), [](Keys& of, Box& s) {
+    of("center_mm", s.center, kMillimetre, "centre");
+    of(must("size_mm"), s.half, kMillimetre / 2, "edge lengths");
+    if (const Json* json = of.json(); json && !(std::min({s.half.x, s.half.y, s.half.z}) > 0))
+      (*json)["size_mm"].fail("three lengths above 0");
+  });
+  primitive("cylinder", "cylinder", Cylinder(), [](Keys& of, Cylinder& s) {
+    describe_solid_axis(of, s.center, s.axis);
+    of(must("radius_mm"), s.radius, kSolidLength, "radius");
+    of(must("height_mm"), s.half, kHalfSolidLength, "height");
+  });
+  primitive("cone", "cone", Cone(), [](Keys& of, Cone& s) {
+    describe_solid_axis(of, s.center, s.axis);
+    of(must("radius_mm"), s.radius, kSolidLength, "radius at the lower end");
+    of("top_radius_mm", s.top_radius, {0, 1e6, kMillimetre}, "radius at the upper end, to which the axis points");
+    of(must("height_mm"), s.half, kHalfSolidLength, "height");
+  });
+  primitive("capsule", "cylinder with round ends", Capsule(), [](Keys& of, Capsule& s) {
+    of(must("a_mm"), s.a, kMillimetre, "one end of the axis");
+    of(must("b_mm"), s.b, kMillimetre, "the other end");
+    of(must("radius_mm"), s.radius, kSolidLength, "radius");
+  });
+  primitive("torus", "torus", Torus(), [](Keys& of, Torus& s) {
+    describe_solid_axis(of, s.center, s.axis);
+    of(must("major_mm"), s.major, kSolidLength, "radius of the centre line");
+    of(must("minor_mm"), s.minor, kSolidLength, "radius of the tube; smaller than `major_mm`");
+    if (of.json() && s.minor >= s.major) (*of.json())["minor_mm"].fail("less than major_mm");
+  });
+  keys.alternative();
+  keys(
+      must("mesh"),
+      [&](Keys& of) {
+        const auto name = of(must("file"), kFile, "STL, PLY, OBJ or glTF");
+        double unit = kMillimetre;
+        of("scale", unit, {1e-6, 1e6, kMillimetre}, "length of one unit of the file in millimetres");
+        if (!name) return;
+        if (!files.read_mesh) of.json()->fail("\"mesh\"", "a solid without a mesh: this program reads no mesh files");
+        solid = files.read_mesh(files.find ? files.find(*name) : name->file().parent_path() / name->string(), unit);
+      },
+      "closed mesh");
+  combination("union", Operation::kUnion, "all solids together");
+  combination("intersection", Operation::kIntersection, "the common region");
+  combination("difference", Operation::kDifference, "the first solid without the others");
 }
 
 }  // namespace
+
+SolidFiles unread_meshes() {
+  return {.find = {}, .read_mesh = [](const auto&, double) { return nullptr; }};
+}
 
 std::vector<Json> mesh_files(const Json& json) {
   std::vector<Json> files;
@@ -183,95 +252,17 @@ std::vector<std::unique_ptr<Solid>> read_solid_list(const std::vector<Json>& lis
 }
 
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files) {
-  const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
-  if (keys.size() != 1) {
-    json.fail(
-        "an object with one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, "
-        "difference");
-  }
-  const Json value = json[keys[0]];
-  const std::string& kind = keys[0];
-  if (kind == "union") return read_combination(value, Operation::kUnion, files);
-  if (kind == "intersection") return read_combination(value, Operation::kIntersection, files);
-  if (kind == "difference") return read_combination(value, Operation::kDifference, files);
-  const auto center = [&] {
-    const auto c = value.find("center_mm");
-    return c ? read_mm(*c) : dvec3(0);
-  };
-  if (kind == "sphere") {
-    value.allow_only({"center_mm", "radius_mm"});
-    auto s = std::make_unique<Sphere>();
-    s->center = center();
-    s->radius = read_length(value["radius_mm"]);
-    return s;
-  }
-  if (kind == "halfspace") {
-    value.allow_only({"normal", "offset_mm"});
-    auto s = std::make_unique<Halfspace>();
-    s->normal = read_direction(value["normal"]);
-    s->offset = value["offset_mm"].number() * kMillimetre;
-    return s;
-  }
-  if (kind == "box") {
-    value.allow_only({"center_mm", "size_mm"});
-    auto s = std::make_unique<Box>();
-    s->center = center();
-    s->half = read_mm(value["size_mm"]) / 2.0;
-    if (!(std::min({s->half.x, s->half.y, s->half.z}) > 0)) value["size_mm"].fail("three lengths above 0");
-    return s;
-  }
-  if (kind == "cylinder") {
-    value.allow_only({"center_mm", "axis", "radius_mm", "height_mm"});
-    auto s = std::make_unique<Cylinder>();
-    s->center = center();
-    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
-    s->radius = read_length(value["radius_mm"]);
-    s->half = read_length(value["height_mm"]) / 2;
-    return s;
-  }
-  if (kind == "cone") {
-    value.allow_only({"center_mm", "axis", "radius_mm", "top_radius_mm", "height_mm"});
-    auto s = std::make_unique<Cone>();
-    s->center = center();
-    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
-    s->radius = read_length(value["radius_mm"]);
-    s->top_radius = value.number_or("top_radius_mm", 0, 0, 1e6) * kMillimetre;
-    s->half = read_length(value["height_mm"]) / 2;
-    return s;
-  }
-  if (kind == "capsule") {
-    value.allow_only({"a_mm", "b_mm", "radius_mm"});
-    return capsule(read_mm(value["a_mm"]), read_mm(value["b_mm"]), read_length(value["radius_mm"]));
-  }
-  if (kind == "torus") {
-    value.allow_only({"center_mm", "axis", "major_mm", "minor_mm"});
-    auto s = std::make_unique<Torus>();
-    s->center = center();
-    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
-    s->major = read_length(value["major_mm"]);
-    s->minor = read_length(value["minor_mm"]);
-    if (s->minor >= s->major) value["minor_mm"].fail("less than major_mm");
-    return s;
-  }
-  if (kind == "mesh") {
-    value.allow_only({"file", "scale"});
-    const Json name = value["file"];
-    if (!files.read_mesh) json.fail("\"mesh\"", "a solid without a mesh: this program reads no mesh files");
-    const std::filesystem::path file = files.find ? files.find(name) : value.file().parent_path() / name.string();
-    return files.read_mesh(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
-  }
-  json.fail("\"" + kind + "\"",
-            "one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference");
+  std::unique_ptr<Solid> solid;
+  read_keys(json, [&](Keys& keys) { describe_solid(keys, solid, files); });
+  return solid;
+}
+
+void list_solid(Keys& keys) {
+  std::unique_ptr<Solid> solid;
+  describe_solid(keys, solid, {});
 }
 
 namespace {
-
-struct Part {
-  Tissue tissue;
-  std::uint8_t hardness;
-  VoxelColor color;
-  std::unique_ptr<Solid> solid;
-};
 
 constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from a voxel's centre to its corners
 // Voxels. Surfaces that are closer than this count as one surface, which belongs to the later solid.
@@ -286,7 +277,7 @@ dvec3 place_within(const glm::ivec3& voxel) {
 }
 
 /// Returns the last part (a solid with its label) that contains the point, or null if no part contains it.
-const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
+const LabelledSolid* part_inside(const std::vector<const LabelledSolid*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
     if ((*part)->solid->distance(p) <= 0) return *part;
   }
@@ -295,13 +286,13 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
 
 /// Returns the part that contains the centre of `voxel`, or else the nearest part within three voxels. `distances`: for
 /// each part, the distances of all voxels of the block, m. `h`: edge of a voxel, m.
-const Part* part_around(const std::vector<const Part*>& near, const std::vector<std::vector<double>>& distances,
-                        std::size_t voxel, double h) {
+const LabelledSolid* part_around(const std::vector<const LabelledSolid*>& near,
+                                 const std::vector<std::vector<double>>& distances, std::size_t voxel, double h) {
   for (std::size_t k = near.size(); k-- > 0;) {
     if (distances[k][voxel] <= 0) return near[k];
   }
   double nearest = 3 * h;
-  const Part* found = nullptr;
+  const LabelledSolid* found = nullptr;
   for (std::size_t k = 0; k < near.size(); ++k) {
     const double own = distances[k][voxel];
     if (own >= std::min(nearest + kTies * h, 3 * h)) continue;
@@ -331,39 +322,68 @@ Tissue read_tissue_name(const Json& json, std::string_view expected) {
   return *tissue;
 }
 
-std::uint8_t read_hardness(const Json& json) {
-  return hardness_byte(json.number_or("hardness", 1, 0, 1));
+void describe_labelled_solid(Keys& keys, LabelledSolid& labelled, const SolidFiles& files) {
+  if (const auto name = keys(must("tissue"), kName, "label")) labelled.tissue = read_tissue_name(*name);
+  if (const auto json = keys(must("solid"), kSolid, "region of the label")) labelled.solid = read_solid(*json, files);
+  double hardness = 1;
+  keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
+  labelled.hardness = hardness_byte(hardness);
+  dvec3 color(kNoDefault);
+  keys("color", color, read_color, "[colour](#color); default: the tissue's");
+  if (is_finite(color)) labelled.color = voxel_color(color);
 }
 
-VoxelColor read_voxel_color(const Json& json) {
-  const auto color = json.find("color");
-  return color ? voxel_color(read_color(*color)) : kTissueColor;
+void read_box(const Json& json, dvec3& lo, dvec3& hi) {
+  const auto corners = json.items();
+  if (corners.size() != 2) json.fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
+  lo = corners[0].vec3() * kMillimetre;
+  hi = corners[1].vec3() * kMillimetre;
+  if (!(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z)) json.fail("a lower corner below the upper one");
+}
+
+namespace {
+
+struct SolidTissue {
+  double voxel = 0.1 * kMillimetre, band = 1.5 * kMillimetre;
+  dvec3 lo{kInfinity}, hi{-kInfinity};  // m, frame W, corners of the tissue's region
+  std::vector<LabelledSolid> parts;
+};
+
+void describe_solid_tissue(Keys& keys, SolidTissue& tissue, const SolidFiles& files) {
+  const Json* json = keys.json();
+  const auto part = [&](Keys& of, LabelledSolid& labelled) { describe_labelled_solid(of, labelled, files); };
+  keys(must("solids"), tissue.parts, part, "where solids overlap, the later one counts");
+  if (json && tissue.parts.empty()) (*json)["solids"].fail("at least one solid");
+  keys(must("voxel_mm"), tissue.voxel, {0.01, 5, kMillimetre},
+       "size of a voxel. The volume may have at most 600 million voxels");
+  keys("band_mm", tissue.band, {0.01, 50, kMillimetre},
+       "distance from the surface up to which the volume stores distances, at least three voxels");
+  if (json && tissue.band < 3 * tissue.voxel)
+    json->fail(fmt::format("band_mm {}", tissue.band / kMillimetre), "at least three voxels");
+  if (const auto domain =
+          keys("domain_mm", kBox,
+               "region of the tissue. Default: the bounding box of the solids, enlarged by `band_mm`. Required if a "
+               "solid is unbounded (a half space)"))
+    read_box(*domain, tissue.lo, tissue.hi);
+}
+
+}  // namespace
+
+void describe_solid_tissue(Keys& keys) {
+  SolidTissue tissue;
+  describe_solid_tissue(keys, tissue, unread_meshes());
 }
 
 DenseTissue read_solids(const Json& json, const SolidFiles& files) {
-  json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
+  SolidTissue tissue;
+  read_keys(json, [&](Keys& keys) { describe_solid_tissue(keys, tissue, files); });
+  const std::vector<LabelledSolid>& parts = tissue.parts;
+  const double h = tissue.voxel;
   DenseTissue dense;
-  const double h = json["voxel_mm"].number(0.01, 5) * kMillimetre;
-  dense.band = json.number_or("band_mm", 1.5, 0.01, 50) * kMillimetre;
-  if (dense.band < 3 * h) json.fail(fmt::format("band_mm {}", dense.band / kMillimetre), "at least three voxels");
-
-  std::vector<Part> parts;
-  for (const Json& item : json["solids"].items()) {
-    item.allow_only({"tissue", "solid", "hardness", "color"});
-    parts.push_back({read_tissue_name(item["tissue"]), read_hardness(item), read_voxel_color(item),
-                     read_solid(item["solid"], files)});
-  }
-  if (parts.empty()) json["solids"].fail("at least one solid");
-
-  dvec3 lo(kInfinity), hi(-kInfinity);
-  if (const auto domain = json.find("domain_mm")) {
-    const auto corners = domain->items();
-    if (corners.size() != 2) domain->fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
-    lo = read_mm(corners[0]);
-    hi = read_mm(corners[1]);
-    if (!(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z)) domain->fail("a lower corner below the upper one");
-  } else {
-    for (const Part& part : parts) {
+  dense.band = tissue.band;
+  dvec3 &lo = tissue.lo, &hi = tissue.hi;
+  if (!json.has("domain_mm")) {
+    for (const LabelledSolid& part : parts) {
       dvec3 l, h2;
       part.solid->bounds(l, h2);
       lo = glm::min(lo, l);
@@ -388,22 +408,22 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
   dense.distance.resize(count);
   dense.tissue.resize(count);
-  if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
+  if (std::ranges::any_of(parts, [](const LabelledSolid& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
-  if (std::ranges::any_of(parts, [](const Part& part) { return part.color != kTissueColor; }))
+  if (std::ranges::any_of(parts, [](const LabelledSolid& part) { return part.color != kTissueColor; }))
     dense.color.assign(count, kTissueColor);
 
   // Samples the solids block by block. The distance at a block's centre shows whether a solid can be near: inside a
   // block, a solid's distance differs from its value at the centre by at most half the block's diagonal (`reach`).
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
-  const auto label = [&](std::size_t i, const Part* part) {
+  const auto label = [&](std::size_t i, const LabelledSolid* part) {
     dense.tissue[i] = part ? part->tissue : Tissue::kAir;
     if (part && !dense.hardness.empty()) dense.hardness[i] = part->hardness;
     if (part && !dense.color.empty()) dense.color[i] = part->color;
   };
   struct Scratch {
-    std::vector<const Part*> near;
+    std::vector<const LabelledSolid*> near;
     std::vector<glm::ivec3> voxels;
     std::vector<dvec3> centres;                  // m, frame W, centres of the block's voxels
     std::vector<std::vector<double>> distances;  // m, for each part in `near`: distances of the block's voxels
@@ -413,11 +433,11 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const glm::ivec3 end = glm::min(from + kBlock, dense.size);
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
-    const Part* deep = nullptr;
+    const LabelledSolid* deep = nullptr;
     // crossed: a border between two labels passes through the block. covered: one solid contains the whole block,
     // so deep that no distance must be stored (dense.band).
     bool crossed = false, covered = false;
-    for (const Part& part : parts) {
+    for (const LabelledSolid& part : parts) {
       const double own = part.solid->distance(middle);
       if (own - reach >= dense.band) continue;
       near.push_back(&part);
@@ -455,7 +475,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
         at_border = at_border || std::abs(own) <= kHalfVoxel * h;
         d = std::min(d, own);
       }
-      const Part* part = nullptr;
+      const LabelledSolid* part = nullptr;
       if (at_border && near.size() > 1)
         part = part_inside(near, scratch.centres[n] + h * place_within(glm::ivec3(first) + v));
       if (!part) part = part_around(near, scratch.distances, n, h);

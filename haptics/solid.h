@@ -11,6 +11,10 @@
 #include "engine/base/json.h"
 #include "haptics/dense_tissue.h"
 
+namespace typodont {
+class Keys;
+}
+
 namespace typodont::haptics {
 
 /// Solid with a signed distance (m, frame W), negative inside. For intersections and differences, a lower bound of the
@@ -39,22 +43,36 @@ struct SolidFiles {
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 
-/// Reads a sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection or difference. Throws
-/// Error.
+/// For checks: the files of meshes are neither found nor read, and a mesh becomes a null pointer.
+SolidFiles unread_meshes();
+
+/// Reads a solid. Throws Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {});
 std::vector<std::unique_ptr<Solid>> read_solid_list(const std::vector<Json>& list, const SolidFiles& files = {});
+
+/// Lists the keys of a solid, for the definition "solid" of the form kSolid.
+void list_solid(Keys& keys);
 
 /// All points within `radius` of the segment a–b; a may equal b.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
 /// Reads the name of a tissue. Throws Error that states `expected`, also for "air".
 Tissue read_tissue_name(const Json& json, std::string_view expected = "the name of a tissue");
-/// Reads the key "hardness", a fraction 0..1 of the tissue's own hardness, as byte (dense_tissue.h); kOwnHardness if it
-/// is absent. Throws Error.
-std::uint8_t read_hardness(const Json& json);
-/// Reads the key "color", sRGB 0..1, of voxels; kTissueColor if it is absent. Throws Error.
-VoxelColor read_voxel_color(const Json& json);
+/// Reads two corners, in millimetres. Throws Error.
+void read_box(const Json& json, dvec3& lo, dvec3& hi);
 
+/// A solid with label, hardness and colour of its voxels.
+struct LabelledSolid {
+  Tissue tissue = Tissue::kEnamel;
+  std::uint8_t hardness = kOwnHardness;
+  VoxelColor color = kTissueColor;
+  std::unique_ptr<Solid> solid;
+};
+/// Declares the keys of an entry of "solids" or "paint". Throws Error.
+void describe_labelled_solid(Keys& keys, LabelledSolid& labelled, const SolidFiles& files);
+
+/// Declares the keys of a tissue with "solids"; checks a tissue without its mesh files. Throws Error.
+void describe_solid_tissue(Keys& keys);
 /// Reads a tissue with "solids", and samples it on voxels; a later solid overrides label, hardness and colour of
 /// earlier ones. Throws Error, for example if it is too large.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});

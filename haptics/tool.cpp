@@ -152,12 +152,6 @@ constexpr auto kShapeNames = [] {
 
 }  // namespace
 
-std::vector<HeadShape> head_shapes() {
-  std::vector<HeadShape> shapes;
-  for (const ShapeKind& kind : kShapes) shapes.push_back(kind.shape);
-  return shapes;
-}
-
 std::string_view name_of(HeadShape shape) noexcept {
   const ShapeKind* kind = kind_of(shape);
   return kind ? kind->name : "cylinder";
@@ -436,8 +430,7 @@ void describe_fill(Keys& keys, Tool& tool) {
   keys(must("rate_mm3_per_s"), tool.fill_rate, {1e-3, 1000, kCubicMillimetre}, "volume that grows per second");
   tool.fill_reach = keys.json() ? tool.radius() : kNoDefault;
   keys("reach_mm", tool.fill_reach, {0.05, 5, kMillimetre}, "distance from the free end; default: the head's radius");
-  if (const auto within =
-          keys("within", kAnyObject, "the filling grows only in this [solid](#solids) without a mesh")) {
+  if (const auto within = keys("within", kSolid, "the filling grows only in this [solid](#solids) without a mesh")) {
     if (!mesh_files(*within).empty()) within->fail("a solid without a mesh: it is asked in every tick");
     tool.fill_within = read_solid(*within);
   }
@@ -447,6 +440,7 @@ void describe_fill(Keys& keys, Tool& tool) {
 
 void describe_tool(Keys& keys, Tool& tool) {
   const Json* json = keys.json();
+  keys.define("solid", list_solid);
   keys("name", tool.name, "name of the tool; default: the shape. A tool from a file gets the name of the file");
   keys("iso_6360", tool.iso_code, "ISO 6360 code of the tool");
   keys(must("shape"), tool.shape, kShapeNames, "shape of the head");

@@ -17,8 +17,6 @@ namespace typodont::haptics {
 /// Solid of revolution about z, with the shank at +z and the free end at -z. The origin of T is the centre of a ball,
 /// or the middle of another head's axis. kShaft is for shanks only.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
-/// Returns all shapes that a scene can use.
-std::vector<HeadShape> head_shapes();
 /// Returns the name in scenes, for example "round_end_cylinder"; that of a shaft is "cylinder".
 std::string_view name_of(HeadShape shape) noexcept;
 

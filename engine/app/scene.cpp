@@ -16,6 +16,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/scene/handpiece_file.h"
+#include "engine/app/scene/ideal.h"
 #include "engine/app/scene/implant_scene.h"
 #include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/tissue/bone_tissue.h"
@@ -48,16 +49,14 @@ namespace {
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
-constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s, one litre per minute
 constexpr double kNewtonMillimetre = 1e-3;     // N·m, one newton millimetre
 // Ranges of the force and torque limits that a scene may state. The largest values suffice for reaming an acetabulum
 // (hip socket), which needs 200 N; a 60 mm reamer then needs 6 N·m at its rim.
 constexpr double kMinForceLimit = 0.1, kMaxForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kMinTorqueLimit = 1e-3, kMaxTorqueLimit = 20;  // N·m, smallest and largest torque limit
-constexpr Form kSolid{"[solid](#solids)", R"({"type": "object"})"},
-    kByTissue{"object", R"({"type": "object", "additionalProperties": "$object"})"},
-    kNamesOrObjects{"list of names or objects", kList.schema},
+constexpr Form kPrepare{"list of solids or objects",
+                        R"({"type": "array", "items": {"anyOf": [{"$ref": "#/$defs/solid"}, "$object"]}})"},
     kFalseOrObject{"false or object", R"({"anyOf": [{"const": false}, "$object"]})"};
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
@@ -126,6 +125,19 @@ DrawnAs read_drawn_as(const Json& json) {
   return drawn_as;
 }
 
+}  // namespace
+
+void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction) {
+  keys("name", kName, "name of the tip");
+  keys(must("opening_mm"), tip.opening, {0.5, 20, kMillimetre}, "inner diameter of the opening");
+  keys("wall_mm", tip.wall, {0.1, 3, kMillimetre}, "thickness of the tube's wall");
+  keys("slant_deg", tip.slant, {0, 60, kDegree}, "slant of the opening");
+  keys("length_mm", tip.length, {5, 300, kMillimetre}, "length of the tube");
+  keys(must("flow_l_per_min"), suction.flow, {1, 2000, kLitrePerMinute}, "flow of air");
+  keys.ignore("source");
+  suction.radius = tip.opening / 2;
+}
+
 void describe_mouth_mirror(Keys& keys, MouthMirror& mirror) {
   keys(must("translation_mm"), mirror.X_WM.p, kMillimetre, "centre of the glass");
   const auto rotation = keys("rotation_wxyz", kQuaternion, "rotation of the mirror as a unit quaternion");
@@ -142,23 +154,6 @@ void describe_mouth_mirror(Keys& keys, MouthMirror& mirror) {
   keys("diameter_mm", mirror.diameter, {1, 60, kMillimetre}, "diameter of the glass");
   keys("fog", mirror.fog, {0, 1}, "fog on the glass at the start");
   keys("focal_mm", mirror.focal, {30, 1000, kMillimetre}, "focal length of a concave mirror; default: flat");
-}
-
-}  // namespace
-
-void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction) {
-  keys("name", kName, "name of the tip");
-  keys(must("opening_mm"), tip.opening, {0.5, 20, kMillimetre}, "inner diameter of the opening");
-  keys("wall_mm", tip.wall, {0.1, 3, kMillimetre}, "thickness of the tube's wall");
-  keys("slant_deg", tip.slant, {0, 60, kDegree}, "slant of the opening");
-  keys("length_mm", tip.length, {5, 300, kMillimetre}, "length of the tube");
-  keys(must("flow_l_per_min"), suction.flow, {1, 2000, kLitrePerMinute}, "flow of air");
-  keys.ignore("source");
-  suction.radius = tip.opening / 2;
-}
-
-MouthMirror read_mouth_mirror(const Json& json) {
-  return read_keys(json, describe_mouth_mirror);
 }
 
 haptics::Tool load_tool(std::string_view name) {
@@ -197,20 +192,17 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 
 namespace {
 
-void read_tissue(const Json& tissue) {
-  if (!tissue.is_object()) tissue.fail(kTissueForms);
-  if (tissue.has("volume")) {
-    tissue.allow_only({"volume"});
-    tissue["volume"].string();
-  } else if (const auto mesh = tissue.find("mesh")) {
-    tissue.allow_only({"mesh"});
-    haptics::read_mesh_tissue_options(*mesh);
-  } else if (const auto bone = tissue.find("bone")) {
-    tissue.allow_only({"bone"});
-    read_keys(*bone, describe_bone);
-  } else if (!tissue.has("solids")) {
-    tissue.fail(kTissueForms);
-  }
+void describe_tissue(Keys& keys) {
+  std::string volume;
+  haptics::MeshTissueOptions mesh;
+  keys.alternative();
+  keys(must("volume"), volume, "a volume file, which `import` or the option `--save` of `run` and `servo` writes");
+  keys.alternative();
+  keys(must("mesh"), mesh, haptics::describe_mesh_tissue, "a [scanned surface](#mesh)");
+  keys.alternative();
+  keys(must("bone"), describe_bone, "a [jaw](#bone)");
+  keys.alternative();
+  haptics::describe_solid_tissue(keys);
 }
 
 void describe_vibration(Keys& keys, haptics::VibrationLaw& law) {
@@ -273,18 +265,27 @@ void describe_spray(Keys& keys, Scene& scene) {
   keys("on", scene.spray_on, "false: the session begins with the water switched off");
 }
 
-void describe_paint(Keys& keys, const haptics::SolidFiles& files) {
-  if (const auto name = keys(must("tissue"), kName, "new label of the tissue")) (void)haptics::read_tissue_name(*name);
-  if (const auto solid = keys(must("solid"), kSolid, "region of the new label")) haptics::read_solid(*solid, files);
-  double hardness = 1;
-  keys("hardness", hardness, {0, 1}, "[hardness](#hardness)");
-  dvec3 color;
-  keys("color", color, read_color, "[colour](#color); default: the tissue's");
-}
-
-void describe_any_tool(Keys& keys) {
+void list_tool(Keys& keys) {
   haptics::Tool tool;
   haptics::describe_tool(keys, tool);
+}
+
+void check_score(Keys& keys) {
+  session::StatedScore stated;
+  session::describe_score(keys, stated, /*with_ideal=*/false);
+}
+
+void check_ideal(Keys& keys) {
+  Ideal ideal;
+  describe_ideal(keys, ideal, haptics::unread_meshes());
+}
+
+/// JSON Schema of an object with a key for each tissue.
+std::string schema_by_tissue() {
+  std::vector<std::string_view> names;
+  for (std::size_t i = 1; i < kTissueCount; ++i) names.push_back(name_of(static_cast<Tissue>(i)));
+  return fmt::format(R"({{"type": "object", "propertyNames": {{"enum": ["{}"]}}, "additionalProperties": "$object"}})",
+                     fmt::join(names, R"(", ")"));
 }
 
 void require_handpiece(const std::string& name) {
@@ -297,18 +298,21 @@ void describe_scene(Keys& keys, Scene& scene) {
   const Json* json = keys.json();
   const haptics::SolidFiles solid_files = files_of(scene.place);
   haptics::ServoSettings& servo = scene.servo;
+  keys.define("solid", haptics::list_solid);
   keys("name", scene.name, "name of the scene; default: the file name without `.json`");
   keys("description", kText, "free text");
   keys("exam", scene.exam, "seed of a school's [sealed exam](school.md#exams)");
   keys("case", kAnyObject, "family, seed, difficulty and ICDAS code of a [generated exercise](cases.md)");
-  if (const auto tissue = keys(must("tissue"), kAnyObject,
-                               "the tissue: [volume](#volume), [solids](#solids), [mesh](#mesh) or [bone](#bone)"))
-    read_tissue(*(scene.tissue = *tissue));
-  if (const auto paint = keys(
-          "paint", kObjects, [&](Keys& item) { describe_paint(item, solid_files); },
-          "tissue that gets another label, for example a lesion ([Paint](#paint))")) {
+  scene.tissue = keys(must("tissue"), kObject, describe_tissue, "the [tissue](#tissue)");
+  if (scene.tissue) read_keys(*scene.tissue, describe_tissue);
+  const auto painted = [&](Keys& of) {
+    haptics::LabelledSolid solid;
+    haptics::describe_labelled_solid(of, solid, solid_files);
+  };
+  if (const auto paint =
+          keys("paint", kObjects, painted, "tissue that gets another label, for example a lesion ([Paint](#paint))")) {
     scene.paint = paint->items();
-    for (const Json& item : scene.paint) read_keys(item, [&](Keys& of) { describe_paint(of, solid_files); });
+    for (const Json& item : scene.paint) read_keys(item, painted);
   }
   const auto tool_of = [&](const Json& tool) {
     if (const auto handpiece = tool.is_string() ? std::nullopt : tool.find("handpiece");
@@ -318,8 +322,8 @@ void describe_scene(Keys& keys, Scene& scene) {
     const auto set = json->find("tool_set");
     return set ? load_set_tool(find_file(*set, scene.place), tool) : load_tool(asset_name("tools", tool));
   };
-  const auto tool = keys("tool", kNameOrObject, describe_any_tool, "the only tool ([Tools](#tools))");
-  const auto tools = keys("tools", kNamesOrObjects, "several tools, instead of `tool`");
+  const auto tool = keys("tool", kNameOrObject, list_tool, "the only tool ([Tools](#tools))");
+  const auto tools = keys("tools", kNamesOrObjects, list_tool, "several tools, instead of `tool`");
   if (tool && tools) json->fail("both tool and tools", "one of them");
   if (tools) {
     for (const Json& each : tools->items()) servo.tools.push_back(tool_of(each));
@@ -346,8 +350,8 @@ void describe_scene(Keys& keys, Scene& scene) {
     Material material;
     describe_material(of, material);
   };
-  if (const auto materials =
-          keys("materials", kByTissue, any_material, "properties of tissues ([Materials](#materials))")) {
+  if (const auto materials = keys("materials", Form{"object", schema_by_tissue()}, any_material,
+                                  "properties of tissues ([Materials](#materials))")) {
     read_materials(*materials, servo.materials);
     scene.drawn_as = read_drawn_as(*materials);
   }
@@ -378,23 +382,28 @@ void describe_scene(Keys& keys, Scene& scene) {
       scene.vibration_band_set = true;
     }
   }
-  scene.score = keys("score", kAnyObject, "only rules of the score, for a scene without `task` ([Task](#task))");
+  scene.score = keys("score", kObject, check_score, "rules of the score, for a scene without `task`");
+  if (scene.score) read_keys(*scene.score, check_score);
   keys(
       "sound",
       [&](Keys& sound) { sound("lower_order", scene.sound_lower_order, "reduces the order of the sound models"); },
       "options of the sound ([Sound](#sound))");
-  if (const auto prepare = keys("prepare", kList, "changes of the tissue before the session ([Prepare](#prepare))")) {
+  const auto added = [&](Keys& of) {
+    if (const auto name = of(must("tissue"), kName, "added tissue, for example calculus"))
+      (void)haptics::read_tissue_name(*name);
+    if (const auto solid = of(must("solid"), kSolid, "its bounded region")) {
+      dvec3 low, high;
+      haptics::read_solid(*solid, solid_files)->bounds(low, high);
+      if (!std::isfinite(glm::length(high - low))) solid->fail("a solid without end", "a bounded solid");
+    }
+  };
+  if (const auto prepare = keys("prepare", kPrepare, added, "[solids](#solids) removed or added before the session")) {
     scene.prepare = prepare->items();
     for (const Json& item : scene.prepare) {
-      if (!item.has("tissue")) {
+      if (item.has("tissue"))
+        read_keys(item, added);
+      else
         haptics::read_solid(item, solid_files);
-        continue;
-      }
-      item.allow_only({"tissue", "solid"});
-      (void)haptics::read_tissue_name(item["tissue"]);
-      dvec3 low, high;
-      haptics::read_solid(item["solid"], solid_files)->bounds(low, high);
-      if (!std::isfinite(glm::length(high - low))) item["solid"].fail("a solid without end", "a bounded solid");
     }
   }
   keys("heat", scene.heat, session::describe_heat, "temperatures of pulp and bone ([Heat](#heat))");
@@ -408,10 +417,12 @@ void describe_scene(Keys& keys, Scene& scene) {
   if (const auto model = keys("model", kNameOrObject, haptics::list_contact_methods,
                               "default `\"offset\"` ([Contact model](#contact-model))"))
     servo.method = haptics::read_contact_method(*model);
-  if (const auto task = keys("task", kAnyObject, "goal, steps and rules of the score ([Task](#task))")) {
+  const auto stated = [](Keys& of, session::Task& task) { session::describe_task(of, task, check_ideal); };
+  keys("task", scene.task, stated, "goal, steps and rules of the score ([Task](tasks.md#the-block))");
+  if (scene.task) {
     if (scene.score) json->fail("both score and task", "the rules in the task");
-    scene.task = session::read_task(*task);
-    if (const auto steps = task->find("steps")) {
+    if (scene.task->ideal) read_keys(*scene.task->ideal, check_ideal);
+    if (const auto steps = (*json)["task"].find("steps")) {
       for (const Json& step : steps->items())
         if (step.is_object() && step.has("tool")) (void)tool_named(step["tool"], haptics::tool_set(servo));
     }
@@ -429,8 +440,8 @@ void describe_scene(Keys& keys, Scene& scene) {
   keys("spray", scene, describe_spray, "water of the handpiece ([Water and suction](#water-and-suction))");
   keys("resume", scene.resume, "saved volume (`.vdb`) or session (`.h5`) that is continued ([Volume](#volume))");
   keys("force_limit_N", servo.force_limit, {kMinForceLimit, kMaxForceLimit}, "largest force ([Limits](#limits))");
-  keys("tooth", kAnyObject, "directions for the report ([Orientation of the tooth](#orientation-of-the-tooth))");
-  if (json) (void)session::tooth_sides(*json);  // throws Error now if a side is invalid; the report uses the sides
+  session::ToothSides sides;  // only checked here; the report uses them
+  keys("tooth", sides, session::describe_tooth, "perpendicular directions, by which the report names places");
   keys("torque_limit_Nmm", servo.torque_limit,
        {kMinTorqueLimit / kNewtonMillimetre, kMaxTorqueLimit / kNewtonMillimetre, kNewtonMillimetre}, "largest torque");
   keys("tool_set", Form{"folder", kText.schema}, "folder with one file for each tool ([Tool sets](#tool-sets))");
@@ -524,9 +535,9 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
-    const auto solid = haptics::read_solid(item["solid"], solid_files);
-    volume.paint(haptics::read_tissue_name(item["tissue"]), *solid, haptics::read_hardness(item),
-                 haptics::read_voxel_color(item));
+    haptics::LabelledSolid part;
+    read_keys(item, [&](Keys& keys) { haptics::describe_labelled_solid(keys, part, solid_files); });
+    volume.paint(part.tissue, *part.solid, part.hardness, part.color);
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   if (scene.needs("render")) volume.keep_natural_surface();

@@ -87,9 +87,8 @@ std::filesystem::path usual_rig(const Scene& scene, const std::string& usual);
 /// The path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
-/// Reads a mouth mirror with the keys {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog",
-/// "focal_mm"}. Throws Error.
-MouthMirror read_mouth_mirror(const Json& json);
+/// Declares the keys of a mouth mirror. Throws Error.
+void describe_mouth_mirror(Keys& keys, MouthMirror& mirror);
 
 /// True if the second hand holds the suction tip. If the scene has a mouth mirror, the hand holds the mirror, and the
 /// result is false.

@@ -37,32 +37,65 @@ std::string schema_of(std::string_view type, const Range& range) {
   return schema.dump();
 }
 
-Schema object_schema(const std::vector<KeyRow>& rows) {
+/// `defs`: receives the definitions.
+Schema object_schema(const std::vector<KeyRow>& rows, Schema& defs) {
   static const std::regex links(R"(\[([^\]]*)\]\([^)]*\)|`)");  // Markdown links, and the marks ` around code
-  Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
-  for (const KeyRow& row : rows) {
-    std::string text = row.schema;
-    if (const std::size_t at = text.find("\"$object\""); at != std::string::npos)
-      text.replace(at, 9, object_schema(row.keys).dump());
-    Schema& value = schema["properties"][row.key] = Schema::parse(text);
-    if (!row.meaning.empty()) value["description"] = std::regex_replace(row.meaning, links, "$1");
-    if (row.required) schema["required"].push_back(row.key);
-  }
-  return schema;
+  const auto schema_of = [&](int alternative) {
+    Schema schema{{"type", "object"}, {"properties", Schema::object()}, {"additionalProperties", false}};
+    for (const KeyRow& row : rows) {
+      if (row.schema.empty()) defs[row.key] = object_schema(row.keys, defs);
+      if (row.schema.empty() || (row.alternative != 0 && row.alternative != alternative)) continue;
+      std::string text = row.schema;
+      if (const std::size_t at = text.find("\"$object\""); at != std::string::npos)
+        text.replace(at, 9, object_schema(row.keys, defs).dump());
+      Schema& value = schema["properties"][row.key] = Schema::parse(text);
+      if (!row.meaning.empty()) value["description"] = std::regex_replace(row.meaning, links, "$1");
+      if (row.required) schema["required"].push_back(row.key);
+    }
+    return schema;
+  };
+  const int alternatives = rows.empty() ? 0 : rows.back().alternative;
+  if (alternatives == 0) return schema_of(0);
+  Schema any;
+  for (int i = 1; i <= alternatives; ++i) any["anyOf"].push_back(schema_of(i));
+  return any;
 }
 
 }  // namespace
 
+Keys::Keys(const Json& json, const Keys& known) : json_(json) {
+  std::vector<std::string_view> names, firsts;  // firsts: the first key of each alternative
+  for (const auto& [key, alternative] : known.names_) {
+    names.push_back(key.name);
+    if (static_cast<std::size_t>(alternative) > firsts.size()) firsts.push_back(key.name);
+  }
+  if (firsts.empty() || json.is_object()) json.allow_only(names);
+  for (const auto& [key, alternative] : known.names_) {
+    if (alternative == 0 || !json.has(key.name)) continue;
+    if (chosen_ == 0) chosen_ = alternative;
+    if (alternative != chosen_)
+      json[key.name].fail(fmt::format("{} beside {}", key.name, firsts[static_cast<std::size_t>(chosen_ - 1)]),
+                          "one of them");
+  }
+  // Without any of the keys, the object is the alternative that requires none.
+  for (int i = 1; i <= known.alternative_ && chosen_ == 0 && json.is_object(); ++i)
+    if (std::ranges::none_of(known.names_, [&](const Name& n) { return n.alternative == i && n.key.required; }))
+      chosen_ = i;
+  if (!firsts.empty() && chosen_ == 0) json.fail(fmt::format("an object with one of {}", fmt::join(firsts, ", ")));
+}
+
 std::optional<Json> Keys::find(Key key) {
-  names_.push_back(key.name);
-  if (!json_) return std::nullopt;
+  names_.push_back({key, alternative_});
+  first_ = false;
+  if (!json()) return std::nullopt;
   return key.required ? (*json_)[key.name] : json_->find(key.name);
 }
 
 KeyRow* Keys::list(Key key, std::string value, std::string_view meaning, std::string schema) {
   if (!rows_) return nullptr;
-  if (key.required) value += "; required";
-  return &rows_->emplace_back(KeyRow{std::string(key.name), value, std::string(meaning), schema, key.required, {}});
+  if (key.required && !first_) value += "; required";
+  return &rows_->emplace_back(
+      KeyRow{std::string(key.name), value, std::string(meaning), schema, key.required, alternative_, {}});
 }
 
 void Keys::operator()(Key key, double& value, const Range& range, std::string_view meaning) {
@@ -95,6 +128,11 @@ void Keys::operator()(Key key, std::string& value, std::string_view meaning) {
   if (const auto json = find(key)) value = json->string();
 }
 
+void Keys::operator()(Key key, std::string& value, std::span<const std::string_view> names, std::string_view meaning) {
+  const std::size_t chosen = choice(key, names.size(), names, meaning);
+  if (chosen < names.size()) value = names[chosen];
+}
+
 void Keys::operator()(Key key, dvec3& value, double unit, std::string_view meaning) {
   if (rows_) {
     const dvec3 v = value / unit;
@@ -118,7 +156,7 @@ std::size_t Keys::choice(Key key, std::size_t chosen, std::span<const std::strin
                          std::string_view meaning) {
   if (rows_) {
     std::string value = fmt::format("`\"{}\"`", fmt::join(names, "\"`, `\""));
-    if (!key.required) value += fmt::format("; default `\"{}\"`", names[chosen]);
+    if (!key.required && chosen < names.size()) value += fmt::format("; default `\"{}\"`", names[chosen]);
     list(key, value, meaning, Schema{{"enum", std::vector<std::string>(names.begin(), names.end())}}.dump());
   }
   const auto json = find(key);
@@ -148,10 +186,12 @@ std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
   const auto add = [&](const KeyRow& row, std::string_view outer) {
     if (!row.meaning.empty()) text += fmt::format("|`{}{}`|{}|{}|\n", outer, row.key, row.value, row.meaning);
   };
+  const auto lists = [](const KeyRow& row) {
+    return std::ranges::any_of(row.keys, [](const KeyRow& inner) { return !inner.meaning.empty(); });
+  };
   for (const KeyRow& row : rows) {
     add(row, "");
-    const bool small = !row.meaning.empty() && row.keys.size() <= kFew &&
-                       std::ranges::all_of(row.keys, &std::vector<KeyRow>::empty, &KeyRow::keys);
+    const bool small = !row.meaning.empty() && row.keys.size() <= kFew && std::ranges::none_of(row.keys, lists);
     for (const KeyRow& inner : row.keys)
       if (small) add(inner, row.key + ".");
     if (!small && !row.keys.empty())
@@ -161,7 +201,8 @@ std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
 }
 
 std::string key_schema(const std::vector<KeyRow>& rows) {
-  Schema schema = object_schema(rows);
+  Schema defs, schema = object_schema(rows, defs);
+  if (!defs.empty()) schema["$defs"] = std::move(defs);
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   return schema.dump(2);
 }

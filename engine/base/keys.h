@@ -38,15 +38,22 @@ inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kTex
     kPair{"two numbers", R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"},
     kAnyObject{"object", R"({"type": "object"})"}, kObject{"object", R"("$object")"},
     kNameOrObject{"name or object", R"({"anyOf": [{"type": "string"}, "$object"]})"},
+    kNamesOrObjects{"list of names or objects",
+                    R"({"type": "array", "items": {"anyOf": [{"type": "string"}, "$object"]}})"},
+    // Solids of haptics/solid.h. An object with such a key also defines "solid" (Keys::define).
+    kSolid{"solid", R"({"$ref": "#/$defs/solid"})"},
+    kSolids{"list of solids", R"({"type": "array", "items": {"$ref": "#/$defs/solid"}})"},
     kObjects{"list of objects", R"({"type": "array", "items": "$object"})"},
     kPoint{"[x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3})"},
+    kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"},
     kDirection{"direction", kPoint.schema}, kColour{"colour", kPoint.schema},
     kQuaternion{"[w, x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4})"};
 
-/// A key as a row of a table; `schema`: JSON Schema of its value.
+/// A key as a row of a table; `schema`: JSON Schema of its value. Without schema: a definition (Keys::define).
 struct KeyRow {
   std::string key, value, meaning, schema;
   bool required = false;
+  int alternative = 0;       // number of Keys::alternative() before this key
   std::vector<KeyRow> keys;  // keys of the value: of an object, or of each object in a list
 };
 
@@ -67,7 +74,8 @@ inline Key must(const char* name) {
 class Keys {
  public:
   Keys() = default;                                           // an object without keys
-  explicit Keys(const Json& json) : json_(json) {}            // reads the object
+  explicit Keys(const Json& json) : json_(json) {}            // reads the object, ignores its other keys
+  Keys(const Json& json, const Keys& known);                  // reads the object; an error if it has other keys
   explicit Keys(std::vector<KeyRow>& rows) : rows_(&rows) {}  // lists the keys
 
   void operator()(Key key, double& value, const Range& range, std::string_view meaning);
@@ -78,6 +86,8 @@ class Keys {
   }
   void operator()(Key key, bool& value, std::string_view meaning);
   void operator()(Key key, std::string& value, std::string_view meaning);
+  /// Reads one of `names`. Without the key, the text stays.
+  void operator()(Key key, std::string& value, std::span<const std::string_view> names, std::string_view meaning);
   void operator()(Key key, dvec3& value, double unit, std::string_view meaning);
   /// Reads a vector with `read`: read_direction, read_color, or a function for directions with its own message.
   void operator()(Key key, dvec3& value, dvec3 (*read)(const Json&), std::string_view meaning);
@@ -111,12 +121,25 @@ class Keys {
   void operator()(Key key, std::vector<T>& values, Of&& of, std::string_view meaning);
   /// Allows a key that this program does not read, such as "source".
   void ignore(Key key) { (*this)(key, Form{}, ""); }
+  /// Begins an alternative: an object has keys of only one of them, besides the keys before the first alternative.
+  void alternative() { ++alternative_, first_ = true; }
+  /// Defines an object to which the schemas of forms refer as "#/$defs/NAME". It gets its own table. Call this before
+  /// alternative().
+  template <std::invocable<Keys&> Of>
+  void define(std::string name, Of&& of) {
+    if (!rows_) return;
+    KeyRow& row = rows_->emplace_back();
+    row.key = std::move(name);
+    Keys keys(row.keys);
+    of(keys);
+  }
 
-  /// The JSON object that is read; null while keys are only listed. For checks that concern several keys.
-  const Json* json() const { return json_ ? &*json_ : nullptr; }
-  const std::vector<std::string_view>& names() const { return names_; }
+  /// The JSON object that is read; null while keys are only listed, and in an alternative that the object is not. For
+  /// checks that concern several keys.
+  const Json* json() const { return json_ && reads() ? &*json_ : nullptr; }
 
  private:
+  bool reads() const { return chosen_ == 0 || alternative_ == 0 || alternative_ == chosen_; }
   std::optional<Json> find(Key key);
   KeyRow* list(Key key, std::string value, std::string_view meaning, std::string schema);
   long long integer(Key key, long long value, const Range& range, std::string_view meaning);
@@ -124,7 +147,13 @@ class Keys {
 
   std::optional<Json> json_;
   std::vector<KeyRow>* rows_ = nullptr;
-  std::vector<std::string_view> names_;
+  struct Name {
+    Key key;
+    int alternative;
+  };
+  std::vector<Name> names_;
+  int alternative_ = 0, chosen_ = 0;  // alternatives begun so far; that of the object, 0: reads all
+  bool first_ = false;                // true: the next key is the first one of an alternative
 };
 
 // Read a unit vector and a colour. Throw Error.
@@ -134,10 +163,9 @@ dvec3 read_color(const Json& json);
 /// Reads an object. `describe(Keys&)` is called twice: first only to collect the names of the object's keys.
 template <std::invocable<Keys&> Describe>
 void read_keys(const Json& json, Describe&& describe) {
-  Keys names;
-  describe(names);
-  json.allow_only(names.names());
-  Keys keys(json);
+  Keys known;
+  describe(known);
+  Keys keys(json, known);
   describe(keys);
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 
@@ -87,29 +88,27 @@ constexpr Sides kFromAbove = {"mesial", "mesiobuccal",  "buccal",  "distobuccal"
 constexpr Sides kFromTheSide = {"mesial", "mesioocclusal", "occlusal", "distoocclusal",
                                 "distal", "distocervical", "cervical", "mesiocervical"};
 
-dvec3 direction(const Json& json) {
-  const dvec3 v = json.vec3();
-  if (!(glm::length(v) > 1e-9)) json.fail("a direction that is not zero");
-  return glm::normalize(v);
-}
-
 }  // namespace
+
+void describe_tooth(Keys& keys, ToothSides& sides) {
+  keys(must("mesial"), sides.mesial_W, read_direction, "mesial");
+  keys(must("buccal"), sides.buccal_W, read_direction, "buccal");
+  const auto occlusal = keys("occlusal", kDirection, "occlusal; default: the task's `axis`");
+  if (!keys.json()) return;
+  const double along = glm::dot(sides.mesial_W, sides.buccal_W);
+  if (std::abs(along) > kSquare) (*keys.json())["buccal"].fail("a direction square to \"mesial\"");
+  sides.buccal_W = glm::normalize(sides.buccal_W - along * sides.mesial_W);
+  if (!occlusal) return;
+  const dvec3 across = glm::normalize(glm::cross(sides.mesial_W, sides.buccal_W));
+  const double up = glm::dot(read_direction(*occlusal), across);
+  if (std::abs(up) < 1 - kSquare) occlusal->fail("a direction square to \"mesial\" and \"buccal\"");
+  sides.occlusal_W = up > 0 ? across : -across;
+}
 
 std::optional<ToothSides> tooth_sides(const Json& scene) {
   const auto tooth = scene.find("tooth");
   if (!tooth) return std::nullopt;
-  tooth->allow_only({"mesial", "buccal", "occlusal"});
-  ToothSides sides{direction((*tooth)["mesial"]), direction((*tooth)["buccal"]), {}};
-  const double along = glm::dot(sides.mesial_W, sides.buccal_W);
-  if (std::abs(along) > kSquare) (*tooth)["buccal"].fail("a direction square to \"mesial\"");
-  sides.buccal_W = glm::normalize(sides.buccal_W - along * sides.mesial_W);
-  if (const auto occlusal = tooth->find("occlusal")) {
-    const dvec3 across = glm::normalize(glm::cross(sides.mesial_W, sides.buccal_W));
-    const double up = glm::dot(direction(*occlusal), across);
-    if (std::abs(up) < 1 - kSquare) occlusal->fail("a direction square to \"mesial\" and \"buccal\"");
-    sides.occlusal_W = up > 0 ? across : -across;
-  }
-  return sides;
+  return read_keys(*tooth, describe_tooth);
 }
 
 PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3& p_W) {

@@ -10,6 +10,10 @@
 #include "engine/session/cavity.h"
 #include "engine/session/strings.h"
 
+namespace typodont {
+class Keys;
+}
+
 namespace typodont::session {
 
 /// Orientation of a tooth in frame W: perpendicular unit vectors.
@@ -18,8 +22,9 @@ struct ToothSides {
   std::optional<dvec3> occlusal_W;  // if empty, the task's axis points to the occlusal side
 };
 
-/// Reads "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z], "occlusal": [x, y, z]}; "occlusal" is optional.
-/// Empty if the scene has no such key. Throws Error.
+/// Declares the keys of "tooth". Throws Error.
+void describe_tooth(Keys& keys, ToothSides& sides);
+/// Reads "tooth" of a scene; empty if the scene has no such key. Throws Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
 /// A place's name: parts that follow "place." in the keys of the text catalogue.

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 
 namespace typodont::session {
@@ -347,6 +348,9 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
+/// In the order of Best.
+constexpr std::array<std::string_view, 3> kBestNames = {"at_most", "at_least", "near"};
+
 /// Distance of a value from the rule's target if the value is worse than the target; otherwise 0.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
@@ -439,16 +443,6 @@ std::optional<double> default_target(std::string_view name) {
 
 namespace {
 
-Best read_best(const Json& entry, Best fallback) {
-  const auto best = entry.find("best");
-  if (!best) return fallback;
-  const std::string name = best->string();
-  if (name == "at_most") return Best::kAtMost;
-  if (name == "at_least") return Best::kAtLeast;
-  if (name == "near") return Best::kNear;
-  best->fail("at_most, at_least or near");
-}
-
 bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
@@ -464,86 +458,62 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// Reads rules. A rule without target gets the ideal shape's value. Without an ideal shape (as in explorations) and for
-/// measures of the hand, it gets the default target. `input`: nullptr if nothing is measured yet.
-std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
+/// Declares the keys of a rule. A missing target is the default for measures of the hand and without an ideal shape.
+void describe_rule(Keys& keys, ScoreRule& rule, bool with_ideal) {
+  const std::string names = fmt::format(R"({{"enum": ["{}"]}})", fmt::join(known_score_names(), R"(", ")"));
+  const Measure* measure = nullptr;
+  if (const auto name = keys(must("name"), Form{"name", names}, "the scored quantity")) {
+    rule.name = name->string();
+    measure = find_measure(rule.name);
+    if (!measure) name->fail(fmt::format("one of {}", fmt::join(known_score_names(), ", ")));
+    rule.best = measure->best;
+  }
+  rule.target = kNoDefault;
+  keys("target", rule.target, {}, "target; default: the value of the ideal shape, or that of the quantity");
+  keys(must("tolerance"), rule.tolerance, {1e-9}, "deviation from the target that costs half of the points");
+  keys(must("weight"), rule.weight, {0}, "relative share of the 100 points");
+  std::string best;
+  keys("best", best, kBestNames,
+       "side of the target on which values lose no points (`near`: none); default: that of the quantity");
+  if (!best.empty()) rule.best = static_cast<Best>(std::ranges::find(kBestNames, best) - kBestNames.begin());
+  rule.critical = keys.json() ? std::numeric_limits<double>::infinity() : kNoDefault;
+  keys("critical", rule.critical, {0}, "a value that misses the target by more fails the session");
+  keys("source", rule.source, "publication of target and tolerance");
+  rule.asked = true;
+  if (!measure || keys.json()->has("target")) return;
+  const auto usual = default_target(rule.name);
+  if (usual && (measure->of_hand || !with_ideal)) {
+    rule.target = *usual;
+  } else if (!with_ideal) {
+    keys.json()->fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");
+  }
+}
+
+/// Adds the default rules to those that `block` states, and completes their targets.
+std::vector<ScoreRule> complete_rules(const Json& block, const StatedScore& stated, const ScoreInput& input) {
+  const std::optional<ScoreInput> ideal = has_ideal(input) ? std::optional(as_the_ideal(input)) : std::nullopt;
   std::vector<ScoreRule> rules;
-  for (const Json& entry : list.items()) {
-    entry.allow_only({"name", "target", "tolerance", "weight", "best", "critical", "source"});
-    ScoreRule rule;
-    rule.name = entry["name"].string();
-    const Measure* measure = find_measure(rule.name);
-    if (!measure) entry["name"].fail(fmt::format("one of {}", fmt::join(known_score_names(), ", ")));
-    for (const ScoreRule& other : rules) {
-      if (other.name == rule.name) entry["name"].fail("each rule once");
-    }
-    if (const auto target = entry.find("target")) {
-      rule.target = target->number();
-    } else if (const auto usual = default_target(rule.name); usual && (measure->of_hand || !with_ideal)) {
-      rule.target = *usual;
-    } else if (!with_ideal) {
-      entry.fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");
-    } else if (input) {
-      const auto value = value_of(*measure, as_the_ideal(*input));
-      if (!value && input->cavity_ideal)
-        entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
+  if (stated.defaults) rules = default_rules(input);
+  // If the target shape itself leaves caries or opens the pulp, its value becomes the rule's target, so that the
+  // target shape gets the full score.
+  for (ScoreRule& rule : rules) {
+    const Measure& measure = *find_measure(rule.name);
+    const auto value = measure.of_hand || !ideal ? std::nullopt : value_of(measure, *ideal);
+    if (value)
+      rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
+  }
+  for (std::size_t i = 0; i < stated.rules.size(); ++i) {
+    ScoreRule rule = stated.rules[i];
+    if (std::isnan(rule.target)) {
+      const auto value = value_of(*find_measure(rule.name), as_the_ideal(input));
+      if (!value && input.cavity_ideal) {
+        block["rules"].items()[i].fail(fmt::format("{} without a target", rule.name),
+                                       "a target: the ideal has nothing of this kind");
+      }
       if (!value) continue;  // the target shape has no such measure
       rule.target = *value;
-    } else {
-      rule.target = std::nan("");
     }
-    rule.tolerance = entry["tolerance"].number(1e-9);
-    rule.weight = entry["weight"].number(0);
-    rule.best = read_best(entry, measure->best);
-    if (const auto critical = entry.find("critical")) rule.critical = critical->number(0);
-    rule.source = entry.string_or("source", "");
-    rule.asked = true;
-    rules.push_back(std::move(rule));
-  }
-  return rules;
-}
-
-}  // namespace
-
-PassMark pass_mark(const Json& block) {
-  const auto pass = block.find("pass");
-  if (!pass) return {};
-  pass->allow_only({"points", "source"});
-  return {(*pass)["points"].number(0, 100), (*pass)["source"].string()};
-}
-
-std::vector<ScoreRule> stated_rules(const Json& block) {
-  (void)block.boolean_or("defaults", true);
-  (void)pass_mark(block);
-  const auto list = block.find("rules");
-  return list ? read_rules(*list, block.has("ideal"), nullptr) : std::vector<ScoreRule>();
-}
-
-std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
-  block.allow_only({"rules", "defaults", "pass"});
-  return task_rules(block, input);
-}
-
-std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
-  std::vector<ScoreRule> rules;
-  if (block.boolean_or("defaults", true)) {
-    rules = default_rules(input);
-    // If the target shape itself leaves caries or opens the pulp, its value becomes the rule's target, so that the
-    // target shape gets the full score.
-    if (has_ideal(input)) {
-      const ScoreInput ideal = as_the_ideal(input);
-      for (ScoreRule& rule : rules) {
-        const Measure& measure = *find_measure(rule.name);
-        const auto value = measure.of_hand ? std::nullopt : value_of(measure, ideal);
-        if (value)
-          rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
-      }
-    }
-  }
-  const auto list = block.find("rules");
-  if (!list) return rules;
-  for (ScoreRule& rule : read_rules(*list, block.has("ideal") || has_ideal(input), &input)) {
-    const auto same = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == rule.name; });
+    const auto same = std::ranges::find(rules, rule.name, &ScoreRule::name);
     if (same == rules.end()) {
       rules.push_back(std::move(rule));
     } else {
@@ -551,6 +521,36 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
     }
   }
   return rules;
+}
+
+}  // namespace
+
+void describe_score(Keys& keys, StatedScore& stated, bool with_ideal) {
+  const auto rule = [&](Keys& of, ScoreRule& read) {
+    describe_rule(of, read, with_ideal);
+    if (of.json() && std::ranges::count(stated.rules, read.name, &ScoreRule::name) > 1)
+      (*of.json())["name"].fail("each rule once");
+  };
+  keys("rules", stated.rules, rule, "the scored quantities; a rule replaces the default rule of the same name");
+  keys("defaults", stated.defaults, "false: only the rules of this block apply");
+  const auto pass = [&](Keys& of) {
+    of(must("points"), stated.pass.points, {0, 100}, "points of 100");
+    of(must("source"), stated.pass.source, "source");
+  };
+  keys("pass", pass, "pass mark; default: 75 (ADEX)");
+}
+
+std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
+  StatedScore stated;
+  read_keys(block, [&](Keys& keys) { describe_score(keys, stated, has_ideal(input)); });
+  return complete_rules(block, stated, input);
+}
+
+std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input) {
+  StatedScore stated;
+  Keys keys(task);
+  describe_score(keys, stated, task.has("ideal") || has_ideal(input));
+  return complete_rules(task, stated, input);
 }
 
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass) {

@@ -18,6 +18,10 @@
 #include "engine/session/explore.h"
 #include "engine/session/implant_measures.h"
 
+namespace typodont {
+class Keys;
+}
+
 namespace typodont::session {
 
 /// Before scoring, sets the time of each tick to its index divided by the servo rate.
@@ -197,16 +201,22 @@ std::optional<double> default_target(std::string_view score_name);
 
 /// Default rules, for scenes that state none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// Reads {"rules": [{"name", "target", "tolerance", "weight", "best", "critical", "source"}…], "defaults": true}. A
-/// rule replaces the default rule of this name. "defaults": false removes all defaults. A missing target is the value
-/// of the target shape, else the default. Throws Error.
+
+/// What the block "task" or "score" of a scene states about the score.
+struct StatedScore {
+  std::vector<ScoreRule> rules;  // a target that only the ideal shape gives is NaN
+  bool defaults = true;          // true: default_rules() apply to the measures without a rule
+  PassMark pass;
+};
+/// Declares the keys "rules", "defaults" and "pass". `with_ideal`: true if an ideal shape gives missing targets. Throws
+/// Error.
+void describe_score(Keys& keys, StatedScore& stated, bool with_ideal);
+
+/// The rules of the block "score", and the default rules that none of them replaces. A missing target is the value of
+/// the target shape, else the default. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// Like rules_from(), but for the block "task", in which other keys are allowed.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// Reads and checks the rules that the block states. A target that only the ideal shape gives is NaN. Throws Error.
-std::vector<ScoreRule> stated_rules(const Json& block);
-/// Reads "pass" of "task" or "score": {"points": 0 to 100, "source": "…"}; the default if it is missing. Throws Error.
-PassMark pass_mark(const Json& block);
 
 /// Computes the score. An item without value is left out, and its weight does not count. But if the task lists the
 /// item and the geometry was measured, its weight counts and it gives no points.

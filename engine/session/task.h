@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"
 
@@ -26,6 +27,8 @@ struct TaskText {
   bool empty() const { return text[0].empty(); }
 };
 TaskText read_task_text(const Json& json);
+/// Declares a key with such a text.
+void describe_text(Keys& keys, Key key, TaskText& text, std::string_view meaning);
 
 /// A step of the task: its text, the action that completes it, and its tool.
 struct TaskStep : TaskText {
@@ -43,10 +46,11 @@ struct Task {
   std::vector<Json> region;      // solids in JSON that contain the region to explore
   std::vector<ProbeSite> sites;  // pockets to measure instead of a region
   std::vector<TaskText> site_names;
-  std::vector<ScoreRule> rules;  // stated_rules()
-  bool defaults = true;          // true: default_rules() apply, too
+  StatedScore score;
 };
 
+/// Declares the keys of a task. `ideal` declares those of the ideal shape. Solids and ideal shape are not read.
+void describe_task(Keys& keys, Task& task, void (*ideal)(Keys&));
 /// Reads the task, except the geometry of its solids and of the ideal shape. Throws Error.
 Task read_task(const Json& json);
 

@@ -106,7 +106,10 @@ SharedContactMethod read_contact_method(const Json& json) {
 }
 
 void list_contact_methods(Keys& keys) {
-  for (const Entry& entry : table()) keys(entry.name.c_str(), kObject, entry.read, "");
+  for (const Entry& entry : table()) {
+    keys.alternative();
+    keys(must(entry.name.c_str()), kObject, entry.read, "");
+  }
 }
 
 const SharedContactMethod& default_contact_method() {

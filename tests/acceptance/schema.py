@@ -1,4 +1,4 @@
-"""Checks `typodont schema` against the shipped files and docs/scene_format.md. Usage: schema.py PROGRAM CLAIM"""
+"""Checks `typodont schema` against the shipped files, docs/scene_format.md and docs/tasks.md. Usage: schema.py PROGRAM CLAIM"""
 import glob
 import json
 import subprocess
@@ -23,14 +23,21 @@ def schema(*arguments):
     return subprocess.run([program, "schema", *arguments], check=True, capture_output=True, text=True).stdout
 
 
-def misspelt(document, rules):
-    """The document with each key misspelt, one at a time, where the schema names the keys."""
-    if not isinstance(document, dict) or "properties" not in rules:
-        return
-    for key in document:
-        yield {name + "s" * (name == key): value for name, value in document.items()}
-        for inner in misspelt(document[key], rules["properties"][key]):
-            yield {**document, key: inner}
+def misspelt(value):
+    """The value with each key misspelt, one at a time, but in `case` and `density`, and once in like items of a list."""
+    if isinstance(value, list):
+        seen = []
+        for i, item in enumerate(value):
+            if isinstance(item, dict) and list(item) not in seen:
+                seen.append(list(item))
+                for inner in misspelt(item):
+                    yield value[:i] + [inner] + value[i + 1 :]
+    elif isinstance(value, dict):
+        for key in value:
+            yield {name + "s" * (name == key): item for name, item in value.items()}
+            if key not in ("case", "density"):
+                for inner in misspelt(value[key]):
+                    yield {**value, key: inner}
 
 
 def every_shipped_file_is_valid_and_no_misspelt_key_is():
@@ -44,17 +51,19 @@ def every_shipped_file_is_valid_and_no_misspelt_key_is():
             with open(file) as text:
                 document = json.load(text)
             validator.validate(document)
-            for wrong in misspelt(document, rules):
+            for wrong in misspelt(document):
                 assert not validator.is_valid(wrong), f"{file}: {wrong}"
 
 
 def the_page_of_scenes_has_the_tables():
-    with open("docs/scene_format.md") as text:
-        page = text.read()
-    for kind in [*FILES, "bone", "mesh", "paint"]:
+    page = ""
+    for name in ("scene_format", "tasks"):
+        with open(f"docs/{name}.md") as text:
+            page += text.read()
+    for kind in [*FILES, "paint"]:
         for table in schema(kind, "--tables").strip().split("\n\n"):
             name, rows = table.split("\n", 1)
-            assert rows in page, f"docs/scene_format.md lacks the keys of {name}\n{rows}"
+            assert rows in page, f"docs/scene_format.md and docs/tasks.md lack the keys of {name}\n{rows}"
 
 
 {f.__name__: f for f in (every_shipped_file_is_valid_and_no_misspelt_key_is, the_page_of_scenes_has_the_tables)}[claim]()

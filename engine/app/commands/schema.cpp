@@ -9,13 +9,11 @@
 #include "engine/app/scene.h"
 #include "engine/app/scene/handpiece_file.h"
 #include "engine/app/scene/implant_scene.h"
-#include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/row.h"
 #include "engine/app/tissue/tooth_form.h"
 #include "engine/base/keys.h"
 #include "haptics/described.h"
-#include "haptics/import/mesh_tissue.h"
 
 namespace typodont {
 
@@ -46,8 +44,6 @@ const std::map<std::string, void (*)(Keys&)> kSchemas = {
     {"handpiece", list_kinds<describe_handpiece, Handpiece>},
     {"suction", list_suction_tip},
     {"procedure", list_procedure},
-    {"bone", describe_bone},
-    {"mesh", list_kinds<haptics::describe_mesh_tissue, haptics::MeshTissueOptions>},
     {"paint", list_kinds<describe_paint_file, std::vector<PaintStroke>>},
     {"row", list_kinds<describe_tooth_row, ToothRow>},
     {"tooth", list_kinds<describe_tooth_form, ToothForm>}};
@@ -72,8 +68,8 @@ void add_schema_command(cli::Command& app) {
   command->footer("Example:\n  typodont schema scene > scene.schema.json");
   std::vector<std::string> names;
   for (const auto& [name, describe] : kSchemas) names.push_back(name);
-  command->add_option("kind", options->kind, "kind of the file or block", cli::one_of(names));
-  command->add_flag("--tables", options->tables, "print the tables of docs/scene_format.md, not a JSON Schema");
+  command->add_option("kind", options->kind, "kind of the file", cli::one_of(names));
+  command->add_flag("--tables", options->tables, "print the tables of the documentation, not a JSON Schema");
   command->callback([options] { run(*options); });
 }
 

@@ -14,6 +14,7 @@
 #include "engine/base/folder.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/described.h"
 #include "haptics/tool.h"
 
@@ -41,11 +42,7 @@ class Around {
   /// Calls visit(p_W) for every voxel of the box.
   template <class Visit>
   void for_each(Visit visit) const {
-    const glm::ivec3 size = box_.field.size;
-    glm::ivec3 p;
-    for (p.x = 0; p.x < size.x; ++p.x)
-      for (p.y = 0; p.y < size.y; ++p.y)
-        for (p.z = 0; p.z < size.z; ++p.z) visit(frame_.to_world(dvec3(lo_ + p)));
+    for_each_voxel(box_.field.size, [&](const glm::ivec3& p) { visit(frame_.to_world(dvec3(lo_ + p))); });
   }
   double voxel() const { return frame_.voxel; }
 
@@ -53,8 +50,7 @@ class Around {
   /// Tissue of the nearest voxel; air outside of the box.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
-    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
-      return Tissue::kAir;
+    if (!in_grid(p, box_.field.size)) return Tissue::kAir;
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
@@ -106,8 +102,7 @@ void describe_plan(Keys& keys, session::ImplantPlan& plan) {
 }
 
 void describe_phase(Keys& keys, session::ImplantPhase& phase, std::span<const haptics::Tool> tools) {
-  if (const auto name = keys(must("name"), Form{"text or object"}, "name of the phase, or one in each language"))
-    phase.name = session::read_task_text(*name);
+  session::describe_text(keys, must("name"), phase.name, "name of the phase");
   keys(must("deed"), phase.deed, session::kImplantActions, "kind of action");
   if (const auto name = keys(must("tool"), kName, "the instrument, a tool of the scene with the block `implant`")) {
     phase.tool = tool_named(*name, tools);

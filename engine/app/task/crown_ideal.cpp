@@ -138,8 +138,7 @@ struct Part {
 /// The part of `copy` that encloses the voxels above the height `least` (m) along `axis`; nothing if there are none.
 std::optional<Part> part_above(const DenseCopy& copy, const dvec3& axis, double least) {
   glm::ivec3 lo(copy.field.size), hi(-1);
-  for_each_voxel(copy.field.size, [&](int x, int y, int z) {
-    const glm::ivec3 p(x, y, z);
+  for_each_voxel(copy.field.size, [&](const glm::ivec3& p) {
     if (glm::dot(copy.frame.to_world(dvec3(p)), axis) > least) lo = glm::min(lo, p), hi = glm::max(hi, p);
   });
   if (hi.x < 0) return std::nullopt;
@@ -163,18 +162,6 @@ session::DenseField moved(session::DenseField field, double by) {
 }
 
 }  // namespace
-
-CrownReduction read_crown_reduction(const Json& json) {
-  json.allow_only({"margin_mm", "chamfer_mm", "chamfer_radius_mm", "taper_deg", "occlusal_mm", "edge_radius_mm"});
-  CrownReduction crown;
-  crown.margin_height = json["margin_mm"].number(-1000, 1000) * kMillimetre;
-  crown.chamfer = json["chamfer_mm"].number(0.1, 3) * kMillimetre;
-  crown.chamfer_radius = json["chamfer_radius_mm"].number(0.2, 5) * kMillimetre;
-  crown.taper = json["taper_deg"].number(0, 60) * kDegree;
-  crown.occlusal = json["occlusal_mm"].number(0.1, 5) * kMillimetre;
-  crown.edge_radius = json.number_or("edge_radius_mm", 0.4, 0, 2) * kMillimetre;
-  return crown;
-}
 
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy) {
   const auto part = part_above(copy, axis_W, crown.margin_height - kBelowMargin);

@@ -78,14 +78,13 @@ class Cutters {
 class Makers {
  public:
   explicit Makers(const Preparation& in) : in_(in), size_((in.before.size + kBlock - 1) / kBlock) {
-    blocks_.resize(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
-                   static_cast<std::size_t>(size_.z));
+    blocks_.resize(voxel_count(size_));
   }
   void want(const glm::ivec3& v) {
     const std::size_t i = in_.before.at(v.x, v.y, v.z);
     const auto [it, fresh] = index_.try_emplace(i, points_.size());
     if (!fresh) return;
-    blocks_[block(v / kBlock)].push_back(points_.size());
+    blocks_[voxel_index(v / kBlock, size_)].push_back(points_.size());
     points_.push_back({in_.frame.to_world(dvec3(v)), in_.before.distance[i] < 0, nullptr});
   }
   void replay(const Cutters& cutters) {
@@ -103,11 +102,6 @@ class Makers {
     bool solid;
     const Cut* by;
   };
-  std::size_t block(const glm::ivec3& b) const {
-    return (static_cast<std::size_t>(b.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(b.y)) *
-               static_cast<std::size_t>(size_.z) +
-           static_cast<std::size_t>(b.z);
-  }
   void apply(const Cutters& cutters, const Cut& cut) {
     const double h = in_.frame.voxel, reach = cutters.reach(cut);
     const bool fills = cut.fill_radius > 0;
@@ -117,7 +111,7 @@ class Makers {
     const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor((glm::max(a, b) + reach / h) / double(kBlock))), size_ - 1);
     const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / 0.5)));
     for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
-      for (const std::size_t i : blocks_[block({x, y, z})]) {
+      for (const std::size_t i : blocks_[voxel_index({x, y, z}, size_)]) {
         Point& point = points_[i];
         if (point.solid == fills) continue;
         bool inside = false;
@@ -180,10 +174,7 @@ class Deviations {
     return by_depth(region.kind) ? region.depth : volume(region.voxels.size());
   }
   double volume(std::size_t voxels) const { return static_cast<double>(voxels) * std::pow(in_.frame.voxel, 3); }
-  glm::ivec3 at(std::size_t i) const {
-    const auto z = static_cast<std::size_t>(in_.after.size.z), y = static_cast<std::size_t>(in_.after.size.y);
-    return {static_cast<int>(i / (y * z)), static_cast<int>(i / z % y), static_cast<int>(i % z)};
-  }
+  glm::ivec3 at(std::size_t i) const { return voxel_at(i, in_.after.size); }
   dvec3 place(std::size_t voxel) const { return in_.frame.to_world(dvec3(at(voxel))); }
 
   std::vector<Region> regions() {

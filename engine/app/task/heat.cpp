@@ -28,8 +28,7 @@ session::HeatGrid grid_of(const haptics::TissueVolume& start, const session::The
   start.bounds(lo, hi);
   lo = glm::ivec3(glm::floor(dvec3(lo) / double(n))), hi = glm::ivec3(glm::ceil(dvec3(hi) / double(n)));
   const glm::ivec3 size = glm::max(hi - lo + 1, glm::ivec3(1));
-  const std::size_t count =
-      static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  const std::size_t count = voxel_count(size);
   std::vector<float> distance(count);
   std::vector<Tissue> tissue(count);
   start.copy_every(n, lo, size, distance.data(), tissue.data());
@@ -47,9 +46,7 @@ HeatMeter::HeatMeter(const session::HeatConstants& constants, const session::Hea
       wet_{constants.wet_film * std::sqrt(flow / constants.wet_flow), settings.coolant},
       grid_(grid_of(start, constants.tissue)) {
   for (const haptics::Tool& tool : tools) heads_.push_back({haptics::HeadField(tool, 1), tool.reach()});
-  const glm::ivec3 size = grid_.size();
-  const std::size_t count =
-      static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  const std::size_t count = voxel_count(grid_.size());
   wall_.assign(count, 1e3f);
   for (std::size_t i = 0; i < count; ++i) {
     const Tissue tissue = grid_.tissue(i);

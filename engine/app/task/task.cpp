@@ -9,12 +9,14 @@
 #include "engine/app/recording/recorded_tissue.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/scene/ideal.h"
 #include "engine/app/scene/implant_scene.h"
 #include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/heat.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "engine/session/report.h"
@@ -31,9 +33,8 @@ constexpr double kRegionMargin = session::kPulpReach + 0.5e-3;
 // Largest distance at which surfaces count as equal, voxels.
 constexpr float kChanged = 0.02f;
 
-std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
-  return haptics::read_solid_list(list, {.read_mesh = haptics::read_mesh_solid});
-}
+/// Mesh files in the solids of a task are searched for only in the scene's folder.
+const haptics::SolidFiles kTaskSolids{.find = {}, .read_mesh = haptics::read_mesh_solid};
 
 /// Copies to `at` the distances of `other` at the same points, and the labels where `other` has them.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
@@ -51,12 +52,11 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
 }
 
 /// Takes the inside of a closed mesh as the target shape. Tissue more than a voxel outside of it must be removed.
-void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
-  json.allow_only({"file", "unit_mm"});
+void take_mesh(const Ideal& ideal, const ScenePlace& place, DenseCopy& copy) {
   haptics::ImportOptions options;
   options.voxel = copy.frame.voxel;
-  options.mesh_unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
-  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"], place), options).tissue);
+  options.mesh_unit = ideal.mesh_unit;
+  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(*ideal.mesh, place), options).tissue);
   DenseCopy wanted = copy;
   sample_volume(mesh, wanted);
   for (std::size_t i = 0; i < copy.field.distance.size(); ++i) {
@@ -65,29 +65,19 @@ void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   }
 }
 
-void take_solids(const Json& ideal, DenseCopy& copy) {
-  ideal.allow_only({"remove", "remove_tissue", "grow_mm", "keep"});
-  std::vector<std::unique_ptr<haptics::Solid>> remove, keep;
-  if (const auto list = ideal.find("remove")) remove = read_solids(list->items());
-  if (const auto list = ideal.find("keep")) keep = read_solids(list->items());
+void take_solids(const Ideal& ideal, DenseCopy& copy) {
   std::vector<float> labelled;
-  if (const auto list = ideal.find("remove_tissue")) {
-    std::vector<Tissue> wanted;
-    for (const Json& item : list->items()) wanted.push_back(haptics::read_tissue_name(item));
-    labelled = label_distance(copy, wanted).distance;
-  }
-  if (remove.empty() && labelled.empty()) ideal.fail("an ideal that removes nothing", "remove, remove_tissue, or both");
-  const double grow = ideal.number_or("grow_mm", 0, -5, 5) * kMillimetre;
+  if (!ideal.remove_tissue.empty()) labelled = label_distance(copy, ideal.remove_tissue).distance;
   const double h = copy.frame.voxel;
   const glm::ivec3 n = copy.field.size;
   for_each_voxel(n, [&](int x, int y, int z) {
     const std::size_t i = copy.field.at(x, y, z);
     const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
     double gone = 1e9;
-    for (const auto& solid : remove) gone = std::min(gone, solid->distance(p_W));
+    for (const auto& solid : ideal.remove) gone = std::min(gone, solid->distance(p_W));
     if (!labelled.empty()) gone = std::min(gone, static_cast<double>(labelled[i]) * h);
-    gone -= grow;
-    for (const auto& solid : keep) gone = std::max(gone, -solid->distance(p_W));
+    gone -= ideal.grow;
+    for (const auto& solid : ideal.keep) gone = std::max(gone, -solid->distance(p_W));
     copy.field.distance[i] = std::max(copy.field.distance[i], static_cast<float>(-gone / h));
   });
 }
@@ -117,13 +107,8 @@ session::Preparation cropped(const session::Preparation& in) {
   const glm::ivec3 size = hi - lo + 1;
   const auto cut = [&](const auto& values, auto& to) {
     if (values.empty()) return;
-    to.reserve(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z));
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        const auto row = values.begin() + static_cast<std::ptrdiff_t>(in.before.at(x, y, lo.z));
-        to.insert(to.end(), row, row + size.z);
-      }
-    }
+    to.reserve(voxel_count(size));
+    for_each_voxel_between(lo, hi, [&](const glm::ivec3& i) { to.push_back(values[voxel_index(i, n)]); });
   };
   out.before.size = out.after.size = out.ideal.size = size;
   cut(in.before.distance, out.before.distance);
@@ -156,21 +141,17 @@ haptics::TissueVolume copy_of(const haptics::TissueVolume& volume) {
 
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start) {
   if (!scene.task || !scene.task->ideal) return std::nullopt;
-  const Json& ideal = *scene.task->ideal;
+  Ideal ideal;
+  read_keys(*scene.task->ideal, [&](Keys& keys) { describe_ideal(keys, ideal, kTaskSolids); });
   DenseCopy copy = dense_copy(start);
-  if (ideal.has("volume")) {
-    ideal.allow_only({"volume"});
-    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"], scene.place)), copy);
-  } else if (ideal.has("session")) {
+  if (ideal.volume) {
+    sample_volume(haptics::TissueVolume::load(find_file(*ideal.volume, scene.place)), copy);
+  } else if (ideal.session) {
     // The ideal shape is the final tissue of a recorded session.
-    ideal.allow_only({"session"});
-    const session::SessionReader session(find_file(ideal["session"], scene.place));
+    const session::SessionReader session(find_file(*ideal.session, scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place), copy_of(start)), copy);
-  } else if (ideal.has("unprepared")) {
-    ideal.allow_only({"unprepared"});
-    if (!ideal["unprepared"].boolean() || scene.prepare.empty()) {
-      ideal.fail("\"unprepared\": true in a scene that prepares something");
-    }
+  } else if (ideal.unprepared) {
+    if (scene.prepare.empty()) scene.task->ideal->fail("\"unprepared\": true in a scene that prepares something");
     Scene whole = scene;
     whole.prepare.clear();
     const std::vector<float> prepared = copy.field.distance;
@@ -180,12 +161,10 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     if (fills != haptics::tool_set(scene.servo).end())
       for (std::size_t i = 0; i < prepared.size(); ++i)
         if (prepared[i] > 0 && copy.field.distance[i] <= 0) copy.tissue[i] = fills->fill;
-  } else if (ideal.has("mesh")) {
-    ideal.allow_only({"mesh"});
-    take_mesh(ideal["mesh"], scene.place, copy);
-  } else if (ideal.has("crown")) {
-    ideal.allow_only({"crown"});
-    reduce_for_crown(read_crown_reduction(ideal["crown"]), glm::normalize(scene.task->axis_W), copy);
+  } else if (ideal.mesh) {
+    take_mesh(ideal, scene.place, copy);
+  } else if (ideal.crown) {
+    reduce_for_crown(*ideal.crown, glm::normalize(scene.task->axis_W), copy);
   } else {
     take_solids(ideal, copy);
   }
@@ -215,8 +194,8 @@ haptics::TissueVolume finished_tissue(const Scene& scene, const haptics::TissueV
 TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start)
     : start_(copy_of(start)), ideal_(ideal_tissue(scene, start)), task_(scene.task) {
   if (!task_) return;
-  protect_ = read_solids(task_->protect);
-  region_ = read_solids(task_->region);
+  protect_ = haptics::read_solid_list(task_->protect, kTaskSolids);
+  region_ = haptics::read_solid_list(task_->region, kTaskSolids);
   tip_ = haptics::tool_set(scene.servo).front().radius();
 }
 

@@ -26,8 +26,8 @@ std::vector<WarningRule> warning_rules(const Scene& scene) {
   const session::Task& task = *scene.task;
   session::ScoreInput input;
   if (task.explore) input.explore.emplace().sites.resize(task.sites.size());
-  std::vector<session::ScoreRule> all = task.rules;
-  if (task.defaults) std::ranges::copy(session::default_rules(input), std::back_inserter(all));
+  std::vector<session::ScoreRule> all = task.score.rules;
+  if (task.score.defaults) std::ranges::copy(session::default_rules(input), std::back_inserter(all));
   const auto rule = [&](const char* item) {
     const auto found = std::ranges::find(all, item, &session::ScoreRule::name);
     return found == all.end() ? nullptr : &*found;
@@ -87,8 +87,7 @@ void WarningMeter::add_pulp(const DenseCopy& copy) {
     return copy.tissue[i] == Tissue::kPulp && copy.field.distance[i] < 0;
   };
   std::map<glm::ivec3, PulpBlock, LessByAxes> blocks;
-  for_each_voxel_between(glm::ivec3(1), copy.field.size - 2, [&](int x, int y, int z) {
-    const glm::ivec3 v(x, y, z);
+  for_each_voxel_between(glm::ivec3(1), copy.field.size - 2, [&](const glm::ivec3& v) {
     if (!is_pulp(v)) return;
     bool outermost = false;
     for (int axis = 0; axis < 3; ++axis) {

@@ -14,7 +14,9 @@
 #include "engine/app/tissue/row.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/keys.h"
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
 
 namespace typodont {
@@ -28,7 +30,6 @@ constexpr double kGrain = 1.2e-3;
 constexpr double kMaxVoxels = 2e8;
 // Gum, m: thickness of its edge; radius of the edges of a flap; width of the blend between teeth and bone.
 constexpr double kGumEdge = 0.45e-3, kFlapEdge = 0.8e-3, kGumBlend = 2e-3;
-constexpr Form kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"};
 
 /// Random number for a grid point, −1 to 1 (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
@@ -70,16 +71,19 @@ struct Bone {
   std::vector<RowTooth> teeth;   // in frame W
   double gum = 0, gum_edge = 0;  // m: thickness, 0 without gum; height z of its edge
 
-  /// Distance to the nearest tooth, m, exact from a few voxels inside to the band's width outside. `nearest`: the
-  /// tooth.
+  /// Distance to the nearest tooth, m, exact from a few voxels inside to the band's width outside, and continuous as
+  /// far as the tooth shapes the gum. `nearest`: the tooth.
   double to_teeth(const dvec3& p_W, const RowTooth** nearest = nullptr) const {
+    const double reach = gum > 0 ? std::max(band, gum + kGumBlend) : band;
     double best = std::numeric_limits<double>::infinity();
     for (const RowTooth& tooth : teeth) {
       const dvec3 p = tooth.to_form(p_W), out = glm::max(tooth.form.low() - p, p - tooth.form.high());
       double d = std::max({out.x, out.y, out.z});
-      if (d < band) d = tooth.form.distance(p);
-      if (-4 * voxel < d && d < band) {
-        d = first_order_distance(std::bind_front(&ToothForm::distance, &tooth.form), p, d, 0.25 * voxel, 0.5);
+      if (d < reach) d = tooth.form.distance(p);
+      if (-4 * voxel < d && d < reach) {
+        const double exact =
+            first_order_distance(std::bind_front(&ToothForm::distance, &tooth.form), p, d, 0.25 * voxel, 0.5);
+        d = glm::mix(exact, d, smooth_step(band, reach, d));
       }
       if (d >= best) continue;
       best = d;
@@ -126,18 +130,14 @@ void describe(Keys& keys, Bone& bone) {
   if (json && bone.band < 3 * bone.voxel) (*json)["band_mm"].fail("at least three voxels");
   if (const auto domain =
           keys(must("domain_mm"), kBox, "at most 200 million voxels; the bone ends two voxels inside")) {
-    const auto corners = domain->items();
-    if (corners.size() != 2) domain->fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
-    bone.lo = corners[0].vec3() * kMillimetre, bone.hi = corners[1].vec3() * kMillimetre;
-    if (!(bone.lo.x < bone.hi.x && bone.lo.y < bone.hi.y && bone.lo.z < bone.hi.z))
-      domain->fail("a lower corner below the upper one");
+    haptics::read_box(*domain, bone.lo, bone.hi);
     const dvec3 size = (bone.hi - bone.lo) / bone.voxel;
     if (size.x * size.y * size.z > kMaxVoxels) {
       domain->fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                    fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
     }
   }
-  keys("remove", kList, "[solids](#solids) to remove, such as teeth; the shell follows");
+  keys("remove", kSolids, "[solids](#solids) to remove, such as teeth; the shell follows");
   const auto canal = [&](Keys& of) {
     describe_canal(of, bone.canal);
     bone.canal_wall = 0.4e-3;
@@ -152,7 +152,7 @@ void describe(Keys& keys, Bone& bone) {
   const auto gum = [&](Keys& of) {
     of(must("thickness_mm"), bone.gum, {0.5, 5, kMillimetre}, "thickness below its edge");
     of(must("edge_mm"), bone.gum_edge, {-1e3, 1e3, kMillimetre}, "height z of its edge");
-    of("flap", kList, "[solids](#solids) in which the gum is cut off and the bone is bare");
+    of("flap", kSolids, "[solids](#solids) in which the gum is cut off and the bone is bare");
   };
   keys("gum", gum, "gum on bone and teeth. It is rigid");
   bone.variation = 0.15;
@@ -194,13 +194,7 @@ BoneGrey load_bone_grey() {
 }
 
 double NerveCanal::distance(const dvec3& p_W) const {
-  double best = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
-    const dvec3 segment = path_W[i + 1] - path_W[i], from = p_W - path_W[i];
-    const double s = std::clamp(glm::dot(from, segment) / std::max(glm::dot(segment, segment), 1e-18), 0.0, 1.0);
-    best = std::min(best, glm::length(from - s * segment) - radius);
-  }
-  return best;
+  return distance_to_path(path_W, p_W) - radius;
 }
 
 NerveCanal read_nerve_canal(const Json& tissue) {
@@ -236,15 +230,22 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const dvec3 first = glm::floor(bone.lo / h), last = glm::ceil(bone.hi / h);
   dense.frame = {first * h, h};
   dense.size = glm::ivec3(last - first + 1.0);
-  const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
+  const std::size_t count = voxel_count(dense.size);
   dense.distance.resize(count);
   dense.tissue.assign(count, Tissue::kAir);
   dense.hardness.assign(count, haptics::kOwnHardness);
-  // Distance to the jaw without the removed solids. `to_jaw`: distance to the mesh at p_W.
+  // Distances to the jaw without the removed solids, whose edges the gum covers rounded. `to_jaw`: distance to the mesh
+  // at p_W.
+  struct Edges {
+    double sharp, rounded;
+  };
   const auto at = [&](const dvec3& p_W, double to_jaw) {
-    double outer = to_jaw;
-    for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
-    return outer;
+    Edges cut{to_jaw, to_jaw};
+    for (const auto& solid : removed) {
+      const double outside = -solid->distance(p_W);
+      cut = {std::max(cut.sharp, outside), smooth_max(cut.rounded, outside, kGumBlend)};
+    }
+    return cut;
   };
   // Distance to the gum. `hard`: distance to bone and teeth.
   const auto to_gum = [&](const dvec3& p_W, double hard) {
@@ -260,8 +261,9 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h * kGumSteepest;
   const auto voxel = [&](std::size_t i, const dvec3& p_W, double to_jaw) {
     const RowTooth* nearest = nullptr;
-    const double outer = at(p_W, to_jaw), canal = bone.canal.distance(p_W);
-    const double tooth = bone.to_teeth(p_W, &nearest), gum = to_gum(p_W, smooth_min(outer, tooth, kGumBlend));
+    const auto [outer, rounded] = at(p_W, to_jaw);
+    const double canal = bone.canal.distance(p_W);
+    const double tooth = bone.to_teeth(p_W, &nearest), gum = to_gum(p_W, smooth_min(rounded, tooth, kGumBlend));
     // The mesh may extend beyond the box. So the bone is cut off just inside the box's faces.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({std::min({outer, tooth, gum}), beyond.x, beyond.y, beyond.z});
@@ -299,7 +301,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const dvec3 middle_W = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     haptics::voxels_of_block(from, glm::min(from + kBlock, dense.size), scratch.voxels);
     const double hard =
-        smooth_min(at(middle_W, jaw->distance(bone.X_MW * middle_W)), bone.to_teeth(middle_W), kGumBlend);
+        smooth_min(at(middle_W, jaw->distance(bone.X_MW * middle_W)).sharp, bone.to_teeth(middle_W), kGumBlend);
     if (std::min(hard, to_gum(middle_W, hard)) - reach > dense.band) {
       for (const glm::ivec3& v : scratch.voxels)
         dense.distance[dense.at(v.x, v.y, v.z)] = static_cast<float>(dense.band);

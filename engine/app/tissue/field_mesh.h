@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/app/tissue/brick_update.h"
+#include "engine/base/voxels.h"
 #include "engine/surface/surface_mesher.h"
 
 namespace typodont {
@@ -53,59 +54,46 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   /// Number of samples per axis: one before the first cell, two after the last.
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
-  std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
-  const auto at = [&](const glm::ivec3& i) {
-    return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
-           static_cast<std::size_t>(i.z);
-  };
-  glm::ivec3 i;
+  std::vector<float> samples(voxel_count(size), kUnknown);
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
   // Computes a block of samples when one of them is first needed. Far from the surface, one value fills the block.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
-    float& known = samples[at(index)];
+    float& known = samples[voxel_index(index, size)];
     if (known != kUnknown) return known;
     const glm::ivec3 first = index / kBlock * kBlock, end = glm::min(first + kBlock, size);
     const float middle = value(dvec3(first) + 0.5 * (kBlock - 1));
     constexpr double kRadius = 0.5 * (kBlock - 1) * 1.7321;
     const bool far = std::abs(middle) > kBand + kFlat * kSteepest * kRadius;
-    for (glm::ivec3 j = first; j.x < end.x; ++j.x)
-      for (j.y = first.y; j.y < end.y; ++j.y)
-        for (j.z = first.z; j.z < end.z; ++j.z)
-          samples[at(j)] = std::clamp(far ? middle : value(dvec3(j)), -kBand, kBand);
+    for_each_voxel_between(first, end - 1, [&](const glm::ivec3& i) {
+      samples[voxel_index(i, size)] = std::clamp(far ? middle : value(dvec3(i)), -kBand, kBand);
+    });
     return known;
   };
 
   std::vector<surface::SurfaceMesher> meshers;
   for (const float tolerance : tolerances) meshers.emplace_back(surface::MesherOptions{.tolerance = tolerance});
   FieldBrick brick;
-  glm::ivec3 key;
-  for (key.x = 0; key.x < bricks.x; ++key.x)
-    for (key.y = 0; key.y < bricks.y; ++key.y)
-      for (key.z = 0; key.z < bricks.z; ++key.z) {
-        const glm::ivec3 first = key * FieldBrick::kCells;
-        if (!wanted(frame.to_world(dvec3(first)), frame.to_world(dvec3(first + FieldBrick::kCells)))) continue;
-        bool inside = false, outside = false;
-        for (i.x = 0; i.x < FieldBrick::kSamples; ++i.x)
-          for (i.y = 0; i.y < FieldBrick::kSamples; ++i.y)
-            for (i.z = 0; i.z < FieldBrick::kSamples; ++i.z) {
-              const float d = sample(first + i);
-              brick.distance[FieldBrick::at(i.x, i.y, i.z)] = d;
-              (d < 0 ? inside : outside) = true;
-            }
-        if (!inside || !outside) continue;
-        brick.key = key;
-        for (i.x = 0; i.x < FieldBrick::kSamples; ++i.x)
-          for (i.y = 0; i.y < FieldBrick::kSamples; ++i.y)
-            for (i.z = 0; i.z < FieldBrick::kSamples; ++i.z) {
-              const std::size_t s = FieldBrick::at(i.x, i.y, i.z);
-              brick.tissue[s] =
-                  std::abs(brick.distance[s]) < 3 * kFlat ? label(frame.to_world(dvec3(first + i - 1))) : Tissue::kAir;
-            }
-        for (surface::SurfaceMesher& mesher : meshers) mesher.put(brick);
-      }
+  for_each_voxel(bricks, [&](const glm::ivec3& key) {
+    const glm::ivec3 first = key * FieldBrick::kCells, samples_of_brick(FieldBrick::kSamples);
+    if (!wanted(frame.to_world(dvec3(first)), frame.to_world(dvec3(first + FieldBrick::kCells)))) return;
+    bool inside = false, outside = false;
+    for_each_voxel(samples_of_brick, [&](const glm::ivec3& i) {
+      const float d = sample(first + i);
+      brick.distance[FieldBrick::at(i.x, i.y, i.z)] = d;
+      (d < 0 ? inside : outside) = true;
+    });
+    if (!inside || !outside) return;
+    brick.key = key;
+    for_each_voxel(samples_of_brick, [&](const glm::ivec3& i) {
+      const std::size_t s = FieldBrick::at(i.x, i.y, i.z);
+      brick.tissue[s] =
+          std::abs(brick.distance[s]) < 3 * kFlat ? label(frame.to_world(dvec3(first + i - 1))) : Tissue::kAir;
+    });
+    for (surface::SurfaceMesher& mesher : meshers) mesher.put(brick);
+  });
   std::array<std::vector<render::MeshUpdate>, kMeshes> updates;
   for (std::size_t m = 0; m < kMeshes; ++m)
     meshers[m].remesh([&](const surface::BrickMesh& mesh) { updates[m].push_back(brick_update(mesh, voxel)); });

@@ -1,9 +1,9 @@
 #include "engine/app/tissue/row.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "engine/base/keys.h"
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -36,7 +36,7 @@ ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
     // Skips a segment that cannot be nearer than the nearest segment so far.
     if (glm::dot(r, r) > farthest * farthest) continue;
     const glm::dvec2 d = points_[i + 1] - points_[i];
-    const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);
+    const double t = nearest_fraction(points_[i], points_[i + 1], p);
     const glm::dvec2 off = r - t * d;
     const double d2 = glm::dot(off, off);
     if (d2 >= nearest) continue;

@@ -25,8 +25,7 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
   copy.frame = {volume.frame().to_world(dvec3(lo)), volume.frame().voxel};
   copy.field.size = size;
   copy.place = volume.place();
-  const std::size_t count =
-      static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  const std::size_t count = voxel_count(size);
   copy.field.distance.resize(count);
   copy.tissue.resize(count);
   if (volume.graded()) copy.hardness.resize(count);

@@ -14,7 +14,7 @@ ToothField::ToothField(const haptics::TissueVolume& volume, double reach)
   const int room = static_cast<int>(reach / frame_.voxel) + 1;
   lo_ -= room;
   size_ = glm::max(hi + room - lo_ + 1, glm::ivec3(2));
-  distance_.resize(static_cast<std::size_t>(size_.x) * size_.y * size_.z);
+  distance_.resize(voxel_count(size_));
   tissue_.resize(distance_.size());
   volume.copy(lo_, size_, distance_.data(), tissue_.data());
   if (reach > 0) extend();
@@ -34,9 +34,7 @@ double ToothField::distance(const dvec3& p_W) const {
 
 Tissue ToothField::tissue(const dvec3& p_W) const {
   const glm::ivec3 i(glm::floor(frame_.to_voxels(p_W) - dvec3(lo_) + 0.5));
-  for (int a = 0; a < 3; ++a)
-    if (i[a] < 0 || i[a] >= size_[a]) return Tissue::kAir;
-  return tissue_[index(i)];
+  return in_grid(i, size_) ? tissue_[index(i)] : Tissue::kAir;
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
@@ -74,11 +72,10 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
     weight[a][2] = (4 - 6 * g * g + 3 * g * g * g) / 6;
     weight[a][3] = f * f * f / 6;
   }
-  for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 4; ++y)
-      for (int z = 0; z < 4; ++z)
-        out[static_cast<std::size_t>(tissue_[index(i + glm::ivec3(x - 1, y - 1, z - 1))])] +=
-            weight[0][x] * weight[1][y] * weight[2][z];
+  for_each_voxel(glm::ivec3(4), [&](int x, int y, int z) {
+    out[static_cast<std::size_t>(tissue_[index(i + glm::ivec3(x - 1, y - 1, z - 1))])] +=
+        weight[0][x] * weight[1][y] * weight[2][z];
+  });
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/contract/field_brick.h"
 #include "haptics/tissue_volume.h"
 
@@ -30,10 +31,7 @@ class ToothField {
 
  private:
   void extend();
-  std::size_t index(const glm::ivec3& i) const {
-    return (static_cast<std::size_t>(i.x) * size_.y + static_cast<std::size_t>(i.y)) * size_.z +
-           static_cast<std::size_t>(i.z);
-  }
+  std::size_t index(const glm::ivec3& i) const { return voxel_index(i, size_); }
   VoxelFrame frame_;
   double band_, reach_;
   glm::ivec3 lo_{0}, size_{0};
