@@ -3,22 +3,14 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "engine/base/clock.h"
+#include "engine/base/quantile.h"
 
 namespace typodont {
-
-/// Quantile of at least one value. `fraction`: 0 to 1.
-inline double quantile(std::vector<double> values, double fraction) {
-  const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// CPU time of all threads, s. `who`: RUSAGE_SELF, or RUSAGE_CHILDREN for child processes that have ended.
 inline double cpu_seconds(int who) {

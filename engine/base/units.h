@@ -30,23 +30,11 @@ constexpr double operator""_um(long double v) {
 constexpr double operator""_mm3(long double v) {
   return static_cast<double>(v) * kCubicMillimetre;
 }
-constexpr double operator""_N(long double v) {
-  return static_cast<double>(v);
-}
-constexpr double operator""_N_per_mm(long double v) {
-  return static_cast<double>(v) * kNewtonPerMillimetre;
-}
 constexpr double operator""_krpm(long double v) {
   return static_cast<double>(v) * kKrpm;
 }
 constexpr double operator""_deg(long double v) {
   return static_cast<double>(v) * kDegree;
-}
-constexpr double operator""_s(long double v) {
-  return static_cast<double>(v);
-}
-constexpr double operator""_ms(long double v) {
-  return static_cast<double>(v) * 1e-3;
 }
 }  // namespace literals
 

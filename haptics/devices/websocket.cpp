@@ -1,6 +1,7 @@
 #include "haptics/devices/websocket.h"
 
 #include <fmt/format.h>
+#include <openssl/sha.h>
 
 #include <algorithm>
 #include <cstring>
@@ -9,9 +10,20 @@
 #include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
-#include "engine/base/websocket.h"
 
 namespace typodont::haptics {
+
+namespace {
+
+/// The server's answer to the client's key (RFC 6455, 4.2.2).
+std::string accept_for(const std::string& key) {
+  const std::string text = key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
+  std::array<std::uint8_t, SHA_DIGEST_LENGTH> hash{};  // recognises a WebSocket server; not a protection
+  SHA1(reinterpret_cast<const unsigned char*>(text.data()), text.size(), hash.data());
+  return base64(hash);
+}
+
+}  // namespace
 
 WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path)
     : link_(std::move(link)), in_(2 * kLongestMessage), message_(kLongestMessage) {
@@ -45,7 +57,7 @@ WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const 
     accept = head.substr(at + 23, head.find("\r\n", at + 2) - at - 23);
     std::erase(accept, ' ');
   }
-  if (!head.starts_with("HTTP/1.1 101") || accept != websocket_accept(key)) {
+  if (!head.starts_with("HTTP/1.1 101") || accept != accept_for(key)) {
     throw Error(host, "", head.substr(0, head.find("\r\n")), "a WebSocket server that accepts our key");
   }
   end_ = answer.size() - (head_end + 4);  // the answer's packet may also contain the first frames

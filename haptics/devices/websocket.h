@@ -1,5 +1,6 @@
 // A small WebSocket client (RFC 6455) for services on this computer: text messages, no extensions, buffers of fixed
-// size.
+// size. Boost.Beast does not suffice here: after a read that times out, its stream is unusable, its synchronous reads
+// may wait for any number of frames, and a signal handler must not write to it.
 #pragma once
 
 #include <array>

@@ -22,7 +22,6 @@
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
-#include "engine/base/websocket.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/render/handpiece_mesh.h"
@@ -44,6 +43,7 @@
 #include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/tool.h"
+#include "tests/support/emulation/haply_service.h"
 
 namespace typodont::test {
 
@@ -234,7 +234,7 @@ void hand_model(Bytes bytes) {
     for (int i = 0; i < 10 && hand->read(sample); ++i) hand->write(dvec3(0, 0, 1), dvec3(0));
   });
 }
-/// A service that makes a correct handshake and then sends these bytes.
+/// A service that makes a correct handshake, and sends a state and then these bytes.
 class Service : public haptics::Link {
  public:
   explicit Service(Bytes bytes) : said_(text_of(bytes)) {}
@@ -246,18 +246,12 @@ class Service : public haptics::Link {
     return static_cast<int>(n);
   }
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    const std::string_view asked(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    constexpr std::string_view kKey = "Sec-WebSocket-Key: ";
-    if (const std::size_t at = asked.find(kKey); at != std::string_view::npos) {
-      const std::string_view key = asked.substr(at + kKey.size());
-      said_.insert(
-          0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-                 websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
-    }
+    if (!service_.open) said_.insert(0, service_.feed({bytes.begin(), bytes.end()}));
     return true;
   }
 
  private:
+  HaplyService service_;
   std::string said_;
   std::size_t at_ = 0;
 };

@@ -3,13 +3,11 @@
 #include <cmath>
 #include <string>
 
-#include "engine/base/websocket.h"
 #include "haptics/devices/arm_protocol.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/json_scan.h"
 #include "haptics/devices/pedal.h"
 #include "haptics/devices/spacemouse.h"
-#include "haptics/devices/websocket.h"
 
 namespace typodont::haptics {
 namespace {
@@ -166,10 +164,6 @@ TEST(Pedal, SwitchesAreKnownByTheirIds) {
 TEST(Pedal, AJoystickWithManyAxesIsNoPedal) {
   EXPECT_FALSE(pedal_kind(1, 2, Bytes{0x05, 0x01, 0x09, 0x30, 0x09, 0x31, 0x09, 0x32, 0x09, 0x35, 0x15,
                                       0x00, 0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02}));
-}
-
-TEST(WebSocket, AcceptKeyIsTheOneOfTheStandard) {
-  EXPECT_EQ(websocket_accept("dGhlIHNhbXBsZSBub25jZQ=="), "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=");  // RFC 6455, 1.3
 }
 
 TEST(JsonText, FindsValuesAfterStringsWithBrackets) {

@@ -23,7 +23,6 @@
 #include "engine/base/error.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
-#include "engine/base/websocket.h"
 #include "tests/support/folder.h"
 
 namespace typodont {
@@ -58,10 +57,13 @@ class Client {
     say("GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + more +
         "sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n");
   }
-  /// Sends as many bytes as fit now. A real reader has nothing to say.
+  /// Sends as many empty messages as fit now. A real reader has nothing to say.
   void chatter() {
-    const std::string text(65536, 'x');
-    (void)::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+    constexpr std::string_view kMessage("\x81\x80\0\0\0\0", 6);  // masked, as from every client
+    std::string text;
+    while (text.size() < 65536) text += kMessage;
+    const ssize_t n = ::send(fd_, text.data() + said_, text.size() - said_, MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (n > 0) said_ = (said_ + static_cast<std::size_t>(n)) % kMessage.size();
   }
   /// What is there to be read now.
   void read() {
@@ -95,6 +97,7 @@ class Client {
  private:
   int fd_;
   std::string in_;
+  std::size_t said_ = 0;  // bytes of the last message that chatter() has sent
 };
 
 /// Gives the stream turns until `done` returns true, because data needs some time even over loopback.
@@ -285,6 +288,18 @@ TEST(StateStream, AReaderThatSendsContinuouslyDelaysNobody) {
   }
   turn_until(stream, [&] { return !quiet.messages().empty() && quiet.messages().back().value("tick", 0) == 200; });
   EXPECT_EQ(quiet.messages().back()["tick"], 200);
+}
+
+TEST(StateStream, ALongMessageIsOneFrame) {
+  StreamedSession session = kSession;
+  session.tools.assign(1000, "round_012");
+  StateStream stream({"ws:0"}, session);
+  Client client(stream.port());
+  client.greet();
+  Messages found;
+  turn_until(stream, [&] { return !(found = client.messages()).empty(); });
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0]["tools"].size(), 1000u);
 }
 
 TEST(StateStream, AnInvalidAddressOrOneInUseIsAnError) {

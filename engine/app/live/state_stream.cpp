@@ -1,21 +1,20 @@
 #include "engine/app/live/state_stream.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
-#include <netdb.h>
-#include <netinet/tcp.h>
-#include <strings.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/stream.hpp>
 #include <charconv>
 #include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <queue>
 #include <utility>
 #ifdef TYPODONT_LIBLO
 #include <lo/lo.h>
@@ -23,41 +22,26 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "engine/base/websocket.h"
 
 namespace typodont {
 
 namespace {
 
 using Text = nlohmann::ordered_json;
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using asio::ip::tcp;
+using asio::ip::udp;
+using ErrorCode = boost::system::error_code;
 
 constexpr const char* kSchema = "typodont-state-1";
-// Largest amount of data that waits for one reader, bytes: about 100 messages. A message that would exceed this amount
-// is not sent to this reader.
-constexpr std::size_t kMaxWaiting = 1 << 16;
-constexpr std::size_t kMaxAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
+// Largest number of messages that wait for one reader. A further message is not sent to this reader.
+constexpr std::size_t kMaxWaiting = 100;
+constexpr std::uint32_t kMaxAsked = 1 << 13;  // bytes; a reader with a longer request is disconnected
 constexpr std::size_t kMaxReaders = 32;
-
-/// A socket whose calls never block.
-class Socket {
- public:
-  Socket() = default;
-  explicit Socket(int fd) : fd_(fd) {
-    if (fd >= 0) ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
-  }
-  ~Socket() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Socket(Socket&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Socket& operator=(Socket&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  int get() const { return fd_; }
-
- private:
-  int fd_ = -1;
-};
+// Largest number of completed operations that are handled at once, because a reader may send endlessly.
+constexpr int kMaxHandled = 256;
 
 struct Address {
   bool osc = false;
@@ -89,35 +73,45 @@ Address read_address(const std::string& text) {
   return address;
 }
 
-/// Opens a connected socket (UDP) or a listening one (TCP).
-Socket open_socket(const Address& address, const std::string& text) {
-  addrinfo hints{};
-  hints.ai_socktype = address.osc ? SOCK_DGRAM : SOCK_STREAM;
-  hints.ai_flags = address.osc ? 0 : AI_PASSIVE;
-  addrinfo* found = nullptr;
-  if (const int code = ::getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &found); code != 0)
-    throw Error("--stream", text, ::gai_strerror(code), "a host that is known");
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
-  Socket socket(::socket(found->ai_family, found->ai_socktype | SOCK_CLOEXEC, 0));
-  const int yes = 1;
-  ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  const bool done = socket.get() >= 0 && (address.osc ? ::connect(socket.get(), found->ai_addr, found->ai_addrlen) == 0
-                                                      : ::bind(socket.get(), found->ai_addr, found->ai_addrlen) == 0 &&
-                                                            ::listen(socket.get(), 8) == 0);
-  if (!done) throw Error("--stream", text, std::strerror(errno), "a port that is free and allowed");
-  return socket;
+/// Programs that this process starts do not inherit the socket.
+void close_on_exec(int socket) {
+  ::fcntl(socket, F_SETFD, FD_CLOEXEC);
 }
 
-/// A program that is connected to the WebSocket.
-struct Reader {
-  Socket socket;
-  std::string asked;     // the part of the request that has arrived
-  std::string waiting;   // data that is not yet sent
-  bool greeted = false;  // true: the WebSocket handshake is complete
-  // Start of the time without progress: the reader receives nothing, or its request is incomplete. Empty: not stuck.
-  std::optional<Nanos> stuck;
-  bool gone = false;
+/// A reader's socket.
+struct ReaderSocket : tcp::socket {
+  explicit ReaderSocket(tcp::socket socket) : tcp::socket(std::move(socket)) {}
 };
+/// Called by Beast at the end of a connection. Beast's version for tcp::socket reads until the reader closes.
+template <class Handler>
+void async_teardown(beast::role_type, ReaderSocket& socket, Handler&& handler) {
+  ErrorCode error;
+  socket.close(error);
+  asio::post(socket.get_executor(), beast::bind_front_handler(std::forward<Handler>(handler), error));
+}
+
+/// A program that is connected to the WebSocket. Each pending operation is an owner of its reader.
+struct Reader {
+  explicit Reader(tcp::socket socket) : stream(std::move(socket)) {
+    stream.auto_fragment(false);  // simple readers expect a message in one frame
+    request.header_limit(kMaxAsked);
+  }
+  bool connected() { return stream.next_layer().is_open(); }
+  /// Ends the pending operations, with errors.
+  void disconnect() {
+    ErrorCode ignored;
+    stream.next_layer().close(ignored);
+  }
+
+  beast::websocket::stream<ReaderSocket, /*deflateSupported=*/false> stream;
+  beast::flat_buffer received;
+  http::request_parser<http::empty_body> request;
+  std::queue<std::string> waiting;  // messages that are not completely sent
+  bool greeted = false;             // true: the WebSocket handshake is complete
+  // Start of the time without progress: a message is not sent, or the request is incomplete. Empty: not stuck.
+  std::optional<Nanos> stuck = now();
+};
+using ReaderPointer = std::shared_ptr<Reader>;
 
 /// True for an origin scheme://host[:port] on this computer. "null" is refused, because a frame in any web page can
 /// have it.
@@ -167,9 +161,11 @@ std::string state_text(const ServoTick& tick, const StreamedSession& session, st
 }  // namespace
 
 struct StateStream::Impl {
+  asio::io_context io;  // owns the pending operations, so it is destroyed after the readers
   StreamedSession session;
-  std::vector<Socket> osc, listening;
-  std::vector<Reader> readers;
+  std::vector<udp::socket> osc;
+  std::vector<tcp::acceptor> listening;
+  std::vector<ReaderPointer> readers;
   Counts counts;
   Nanos zero = 0;       // ns, monotonic clock at session time zero
   Nanos unix_zero = 0;  // ns since 1970 (UTC) at session time zero
@@ -188,102 +184,82 @@ struct StateStream::Impl {
                 {"clock", {{"zero_unix_ns", unix_zero}, {"zero_monotonic_ns", zero}}}}
         .dump(-1, ' ', false, Text::error_handler_t::replace);
   }
-  void tell(Reader& reader, const std::string& text, bool may_skip);
+  void greet(const ReaderPointer& reader);
+  void refuse(Reader& reader, http::status status);
+  void listen_to(const ReaderPointer& reader);
+  void tell(const ReaderPointer& reader, const std::string& text, bool may_skip);
+  void send_next(const ReaderPointer& reader);
   void tell_all(const std::string& text, bool may_skip) {
-    for (Reader& reader : readers) {
-      if (reader.greeted) tell(reader, text, may_skip);
+    for (const ReaderPointer& reader : readers) {
+      if (reader->greeted) tell(reader, text, may_skip);
     }
+    advance();
   }
-  void flush(Reader& reader);
-  void listen_to(Reader& reader);
-  void answer(Reader& reader);
+  /// Handles completed operations.
+  void advance() {
+    io.restart();
+    for (int i = 0; i < kMaxHandled && io.poll_one() > 0; ++i) continue;
+  }
 #ifdef TYPODONT_LIBLO
   void send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages);
 #endif
 };
 
-void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
-  const std::string frame = websocket_text_frame(text);
-  // Events are rare and important: they may use twice kMaxWaiting.
-  if (reader.waiting.size() + frame.size() > (may_skip ? kMaxWaiting : 2 * kMaxWaiting)) {
+/// Answers the request for a WebSocket. Refuses web pages from other computers (header Origin).
+void StateStream::Impl::greet(const ReaderPointer& reader) {
+  const auto answer = [this, reader](ErrorCode unreadable, std::size_t) {
+    if (unreadable) return refuse(*reader, http::status::bad_request);
+    const auto& request = reader->request.get();
+    const std::string origin(request[http::field::origin]);
+    if (!origin.empty() && !is_local(origin)) return refuse(*reader, http::status::forbidden);
+    reader->received.clear();
+    reader->stream.async_accept(request, [this, reader](ErrorCode refused) {
+      if (refused) return reader->disconnect();
+      reader->greeted = true;
+      tell(reader, hello(), /*may_skip=*/false);
+      listen_to(reader);
+    });
+  };
+  http::async_read_header(reader->stream.next_layer(), reader->received, reader->request, answer);
+}
+
+void StateStream::Impl::refuse(Reader& reader, http::status status) {
+  http::response<http::empty_body> response(status, 11);
+  response.keep_alive(false);
+  response.prepare_payload();
+  ErrorCode ignored;
+  http::write(reader.stream.next_layer(), response, ignored);
+  reader.disconnect();
+}
+
+/// Answers pings, ignores messages, and detects the end of the connection.
+void StateStream::Impl::listen_to(const ReaderPointer& reader) {
+  reader->stream.async_read_some(reader->received, kMaxAsked, [this, reader](ErrorCode ended, std::size_t) {
+    if (ended) return reader->disconnect();
+    reader->received.clear();
+    listen_to(reader);
+  });
+}
+
+void StateStream::Impl::tell(const ReaderPointer& reader, const std::string& text, bool may_skip) {
+  // Events are rare and important: twice as many messages may wait.
+  if (reader->waiting.size() >= (may_skip ? kMaxWaiting : 2 * kMaxWaiting)) {
     ++counts.skipped;
     return;
   }
-  reader.waiting += frame;
+  reader->waiting.push(text);
   ++counts.sent;
-  flush(reader);
+  if (reader->waiting.size() == 1) send_next(reader);
 }
 
-void StateStream::Impl::flush(Reader& reader) {
-  while (!reader.waiting.empty()) {
-    const ssize_t n = ::send(reader.socket.get(), reader.waiting.data(), reader.waiting.size(), MSG_NOSIGNAL);
-    if (n > 0) {
-      reader.waiting.erase(0, static_cast<std::size_t>(n));
-      reader.stuck.reset();
-      continue;
-    }
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) reader.gone = true;
-    if (!reader.stuck) reader.stuck = now();
-    return;
-  }
-}
-
-/// Answers a WebSocket handshake (RFC 6455, 4.2). Refuses web pages from other computers (header Origin).
-void StateStream::Impl::answer(Reader& reader) {
-  const std::size_t end = reader.asked.find("\r\n\r\n");
-  if (end == std::string::npos) {
-    if (reader.asked.size() > kMaxAsked) reader.gone = true;
-    return;
-  }
-  const auto field = [&](std::string_view name) -> std::string {
-    for (std::size_t at = reader.asked.find("\r\n"); at < end; at = reader.asked.find("\r\n", at + 2)) {
-      const std::size_t start = at + 2, stop = std::min(reader.asked.find("\r\n", start), end);
-      if (stop - start < name.size() + 1 || reader.asked[start + name.size()] != ':' ||
-          strncasecmp(reader.asked.data() + start, name.data(), name.size()) != 0)
-        continue;
-      std::string value = reader.asked.substr(start + name.size() + 1, stop - start - name.size() - 1);
-      value.erase(0, value.find_first_not_of(" \t"));
-      value.erase(value.find_last_not_of(" \t") + 1);
-      return value;
-    }
-    return "";
-  };
-  const std::string key = field("Sec-WebSocket-Key"), origin = field("Origin");
-  const bool local = origin.empty() || is_local(origin);
-  if (!reader.asked.starts_with("GET ") || key.empty() || !local) {
-    reader.waiting = local ? "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
-                           : "HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
-    flush(reader);
-    reader.gone = true;
-    return;
-  }
-  reader.asked.erase(0, end + 4);
-  reader.waiting =
-      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-      websocket_accept(key) + "\r\n\r\n";
-  reader.greeted = true;
-  tell(reader, hello(), /*may_skip=*/false);
-}
-
-/// Reads from a reader's connection: first the reader's request; after the handshake, only WebSocket control frames.
-void StateStream::Impl::listen_to(Reader& reader) {
-  char buffer[4096];
-  constexpr int kMaxReads = 16;  // largest number of reads per call, because a reader may send endlessly
-  for (int i = 0; i < kMaxReads; ++i) {
-    const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
-    constexpr char kClose = '\x88';
-    if (n <= 0 || (reader.greeted && buffer[0] == kClose)) {
-      reader.gone = true;
-      return;
-    }
-    if (reader.greeted) continue;
-    reader.asked.append(buffer, static_cast<std::size_t>(n));
-    answer(reader);
-    if (reader.gone) return;
-  }
+void StateStream::Impl::send_next(const ReaderPointer& reader) {
+  reader->stuck = now();
+  reader->stream.async_write(asio::buffer(reader->waiting.front()), [this, reader](ErrorCode failed, std::size_t) {
+    if (failed) return reader->disconnect();
+    reader->waiting.pop();
+    reader->stuck.reset();
+    if (!reader->waiting.empty()) send_next(reader);
+  });
 }
 
 #ifdef TYPODONT_LIBLO
@@ -297,12 +273,10 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   for (const auto& [path, message] : messages) lo_bundle_add_message(bundle, path, message);
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
-  for (const Socket& to : osc) {
-    // The message is lost if nobody listens, or if the system's buffer is full.
-    if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
-      ++counts.sent;
-    else
-      ++counts.skipped;
+  for (udp::socket& to : osc) {
+    ErrorCode lost;  // nobody listens, or the system's buffer is full
+    to.send(asio::buffer(bytes, size), 0, lost);
+    ++(lost ? counts.skipped : counts.sent);
   }
   std::free(bytes);
   lo_bundle_free_recursive(bundle);
@@ -317,13 +291,22 @@ StateStream::StateStream(const std::vector<std::string>& addresses, StreamedSess
 #ifndef TYPODONT_LIBLO
     if (address.osc) throw Error("--stream", "", text, "ws:[HOST:]PORT: this program was built without liblo");
 #endif
-    (address.osc ? impl_->osc : impl_->listening).push_back(open_socket(address, text));
-    if (address.osc || impl_->port != 0) continue;
-    sockaddr_storage own{};
-    socklen_t size = sizeof own;
-    ::getsockname(impl_->listening.back().get(), reinterpret_cast<sockaddr*>(&own), &size);
-    impl_->port = ntohs(own.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6&>(own).sin6_port
-                                                  : reinterpret_cast<sockaddr_in&>(own).sin_port);
+    try {
+      if (address.osc) {
+        udp::socket& socket = impl_->osc.emplace_back(impl_->io);
+        socket.connect(udp::resolver(impl_->io).resolve(address.host, address.port).begin()->endpoint());
+        socket.non_blocking(true);
+        close_on_exec(socket.native_handle());
+        continue;
+      }
+      tcp::acceptor& acceptor = impl_->listening.emplace_back(
+          impl_->io, tcp::resolver(impl_->io).resolve(address.host, address.port).begin()->endpoint());
+      acceptor.non_blocking(true);
+      close_on_exec(acceptor.native_handle());
+      if (impl_->port == 0) impl_->port = acceptor.local_endpoint().port();
+    } catch (const boost::system::system_error& e) {
+      throw Error("--stream", text, e.code().message(), "a host that is known, and a port that is free and allowed");
+    }
   }
 }
 StateStream::~StateStream() = default;
@@ -393,34 +376,36 @@ void StateStream::event(Nanos t, const std::string& kind, const std::string& tex
 }
 
 void StateStream::turn() {
-  for (const Socket& listening : impl_->listening) {
-    for (int fd; (fd = ::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) {
-      Reader reader{Socket(fd), "", "", false, now(), false};
-      const int yes = 1;
-      ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  auto& readers = impl_->readers;
+  for (tcp::acceptor& acceptor : impl_->listening) {
+    for (;;) {
+      ErrorCode error;
+      tcp::socket socket = acceptor.accept(error);
+      if (error) break;
+      close_on_exec(socket.native_handle());
+      socket.non_blocking(true, error);
+      socket.set_option(tcp::no_delay(true), error);
       // If there are too many readers, a connection without a finished handshake is closed to make room.
-      if (impl_->readers.size() >= kMaxReaders)
-        if (const auto silent = std::ranges::find(impl_->readers, false, &Reader::greeted);
-            silent != impl_->readers.end())
-          impl_->readers.erase(silent);
-      if (impl_->readers.size() < kMaxReaders) impl_->readers.push_back(std::move(reader));
+      if (readers.size() >= kMaxReaders)
+        if (const auto silent = std::ranges::find(readers, false, &Reader::greeted); silent != readers.end()) {
+          (*silent)->disconnect();
+          readers.erase(silent);
+        }
+      if (readers.size() < kMaxReaders) impl_->greet(readers.emplace_back(std::make_shared<Reader>(std::move(socket))));
     }
   }
-  for (Reader& reader : impl_->readers) {
-    impl_->listen_to(reader);
-    if (!reader.gone) impl_->flush(reader);
-    if (!reader.gone && reader.stuck && now() - *reader.stuck > kPatience) {
-      reader.gone = true;
-      ++impl_->counts.cut_off;
-    }
+  impl_->advance();
+  for (const ReaderPointer& reader : readers) {
+    if (!reader->connected() || !reader->stuck || now() - *reader->stuck <= kPatience) continue;
+    reader->disconnect();
+    ++impl_->counts.cut_off;
   }
-  std::erase_if(impl_->readers, [](const Reader& reader) { return reader.gone; });
+  std::erase_if(readers, [](const ReaderPointer& reader) { return !reader->connected(); });
 }
 
 StateStream::Counts StateStream::counts() const {
   Counts counts = impl_->counts;
-  counts.readers = static_cast<std::uint64_t>(
-      std::count_if(impl_->readers.begin(), impl_->readers.end(), [](const Reader& r) { return r.greeted; }));
+  counts.readers = static_cast<std::uint64_t>(std::ranges::count(impl_->readers, true, &Reader::greeted));
   return counts;
 }
 

@@ -2,12 +2,37 @@
 
 #include <fmt/format.h>
 
+#include <boost/beast/_experimental/test/stream.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/websocket.h"
-#include "haptics/devices/websocket.h"
-
 namespace typodont::test {
+
+namespace beast = boost::beast;
+
+struct HaplyService::Connection {
+  boost::asio::io_context io;
+  beast::test::stream client{io};
+  beast::websocket::stream<beast::test::stream, /*deflateSupported=*/false> server{io};
+  beast::flat_buffer received;
+};
+
+HaplyService::HaplyService() : connection_(std::make_unique<Connection>()) {
+  connection_->client.connect(connection_->server.next_layer());
+  connection_->server.control_callback([this](beast::websocket::frame_type type, beast::string_view) {
+    if (type == beast::websocket::frame_type::pong) ++pongs;
+  });
+  connection_->server.async_accept([this](beast::error_code refused) {
+    if (refused) return;
+    open = true;
+    send_state();
+    receive();
+  });
+}
+
+HaplyService::~HaplyService() = default;
 
 std::string HaplyService::frame(const std::string& text, int fragments, std::uint8_t opcode) {
   std::string out;
@@ -36,40 +61,34 @@ std::string HaplyService::state_text() const {
 }
 
 std::string HaplyService::feed(const std::string& bytes) {
-  in_ += bytes;
-  std::string out;
-  if (!open) {
-    const std::size_t end = in_.find("\r\n\r\n");
-    if (end == std::string::npos) return out;
-    const std::size_t key = in_.find("Sec-WebSocket-Key: ") + 19;
-    out = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-          websocket_accept(in_.substr(key, in_.find("\r\n", key) - key)) + "\r\n\r\n" + frame(state_text());
-    in_.erase(0, end + 4);
-    open = true;
-  }
-  for (;;) {
-    if (in_.size() < 2) return out;
-    const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(in_[i]); };
-    std::size_t size = byte(1) & 0x7f, head = 2;
-    if (size == 126) {
-      if (in_.size() < 4) return out;
-      size = static_cast<std::size_t>(byte(2)) << 8 | byte(3);
-      head = 4;
-    }
-    if (in_.size() < head + 4 + size) return out;
-    std::string text;
-    for (std::size_t i = 0; i < size; ++i) text += static_cast<char>(byte(head + 4 + i) ^ byte(head + i % 4));
-    const int opcode = byte(0) & 15;
-    in_.erase(0, head + 4 + size);
-    if (opcode == 0xA) {
-      ++pongs;
-      continue;
-    }
-    const auto json = nlohmann::json::parse(text);
+  connection_->client.write_some(boost::asio::buffer(bytes));
+  connection_->io.restart();
+  connection_->io.poll();
+  const std::string out(connection_->client.str());
+  connection_->client.clear();
+  return out;
+}
+
+void HaplyService::receive() {
+  connection_->server.async_read(connection_->received, [this](beast::error_code lost, std::size_t) {
+    if (lost) return;
+    const auto json = nlohmann::json::parse(beast::buffers_to_string(connection_->received.data()));
+    connection_->received.clear();
     const auto& values = json.at("inverse3").at(0).at("commands").at("set_cursor_force").at("values");
     force = {values.at("x").get<double>(), values.at("y").get<double>(), values.at("z").get<double>()};
     ++forces;
-    out += frame(state_text(), fragments);
+    send_state();
+    receive();
+  });
+}
+
+void HaplyService::send_state() {
+  const std::string text = state_text();
+  const std::size_t piece = text.size() / static_cast<std::size_t>(fragments);
+  for (int i = 0; i < fragments; ++i) {
+    const bool last = i + 1 == fragments;
+    const std::size_t at = static_cast<std::size_t>(i) * piece;
+    connection_->server.write_some(last, boost::asio::buffer(text.data() + at, last ? text.size() - at : piece));
   }
 }
 

@@ -1,7 +1,8 @@
-// Emulates the Haply service as a state machine over bytes, for a simulated link or a real socket.
+// Emulates the Haply service, with Boost.Beast, as a state machine over bytes for a simulated link or a real socket.
 #pragma once
 
-#include <functional>
+#include <cstdint>
+#include <memory>
 #include <string>
 
 #include "engine/base/pose.h"
@@ -10,6 +11,8 @@ namespace typodont::test {
 
 class HaplyService {
  public:
+  HaplyService();
+  ~HaplyService();
   /// Takes bytes from the client and returns bytes for the client.
   std::string feed(const std::string& bytes);
   /// Returns a text frame of the server, divided into `fragments` parts.
@@ -22,10 +25,14 @@ class HaplyService {
   int forces = 0;  // number of force commands
   int pongs = 0;
   bool open = false;
-  int fragments = 1;
+  int fragments = 1;  // number of frames of the next state
 
  private:
-  std::string in_;
+  void receive();
+  void send_state();
+
+  struct Connection;
+  std::unique_ptr<Connection> connection_;
 };
 
 }  // namespace typodont::test

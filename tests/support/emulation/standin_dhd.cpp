@@ -6,7 +6,7 @@ double place[3] = {0, 0, 0};
 double wrench[6] = {0, 0, 0, 0, 0, 0};
 unsigned int buttons = 0;
 unsigned char watchdog = 0;
-bool broken = false, force_on = false, is_open = false, locked = false;
+bool broken = false, force_on = false, is_open = false;
 int opened = 0;
 }  // namespace
 
@@ -17,7 +17,7 @@ int dhdGetDeviceCount() {
   return 1;
 }
 int dhdOpenID(char id) {
-  if (id != 0 || locked || is_open) return -1;
+  if (id != 0 || is_open) return -1;
   is_open = true;
   ++opened;
   return 0;
@@ -26,7 +26,7 @@ int dhdOpenSerial(int serial) {
   return serial == 4711 ? dhdOpenID(0) : -1;
 }
 const char* dhdErrorGetLastStr() {
-  return locked ? "device is in use" : "";
+  return "";
 }
 int dhdClose(char) {
   is_open = false;
@@ -81,9 +81,6 @@ void standin_dhd_place(double x, double y, double z) {
 }
 void standin_dhd_break(bool on) {
   broken = on;
-}
-void standin_dhd_lock(bool on) {
-  locked = on;
 }
 int standin_dhd_opened() {
   return opened;
