@@ -70,6 +70,13 @@ struct BrushMove {
 
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
+  /// Frees the data that no thread has received.
+  ~Wiring() {
+    for (MeshBatch* batch = nullptr; bricks.pop(batch) || bricks_to_watch.pop(batch);) delete batch;
+    for (haptics::TissueVolume* copy = nullptr; copies_to_watch.pop(copy);) delete copy;
+  }
+  Wiring(const Wiring&) = delete;
+  Wiring& operator=(const Wiring&) = delete;
 
   // Events of all threads. Any thread may read them.
   EventLogs event_logs;

@@ -90,6 +90,8 @@ struct Workbench::Impl {
 
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
+  int first_pictures = 0;  // number of pictures that were drawn before the session's time
+  Nanos begins_by = 0;     // ns, time at which the session's time starts even if the pictures do not show the tissue
   Nanos began = 0;
   /// Positions up to which the application thread has read the event logs.
   struct Places {
@@ -145,8 +147,14 @@ struct Workbench::Impl {
   // Declared last, so that the threads are joined before the members that they use are destroyed.
   std::jthread carver, servo, left, recorder, streamer;
 
-  Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
-  ~Impl() { end(); }
+  Impl(const Scene& s, const WorkbenchOptions& o, Progress* progress) : scene(s), options(o) { set_up(progress); }
+  ~Impl() {
+    if (!running) {  // the session has not begun, so its threads end now
+      session->wiring.stop = true;
+      gate.set(Gate::kClosed);
+    }
+    end();
+  }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
@@ -156,12 +164,13 @@ struct Workbench::Impl {
     if (!options.explain) return;
     for (; printed < summary.explanations.size(); ++printed) log::info("{}", summary.explanations[printed]);
   }
-  void set_up();
+  void set_up(Progress* progress);
   void start_headset(const std::string& hand_address);
-  void start(const std::function<glm::ivec2()>& show);
-  /// Draws until the pictures show the tissue and take less than kQuickPass, because the first ones create pipelines;
-  /// at most for kFirstPictures. The carver thread already runs.
-  void show_first_pictures(const std::function<glm::ivec2()>& show);
+  void open();
+  bool begin(glm::ivec2 picture_size);
+  /// Draws a picture. True: the pictures show the tissue and take less than kQuickPass, because the first ones create
+  /// pipelines; or kFirstPictures have passed. The carver thread already runs.
+  bool shows_tissue(glm::ivec2 picture_size);
   /// Sets the size in pixels of the picture in the operator's window.
   void fit(glm::ivec2 size) {
     if (options.embedded && picture->stage()->resize(size) && pointer) pointer->follow_rig(picture->stage()->rig());
@@ -211,8 +220,10 @@ struct Workbench::Impl {
   void end();
 };
 
-void Workbench::Impl::set_up() {
-  haptics::set_emergency_stop(false);  // ends an emergency stop of an earlier session
+void Workbench::Impl::set_up(Progress* progress) {
+  const auto reached = [&](double fraction) {
+    if (progress) progress->at(fraction);
+  };
   // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = usual_rig(scene, "window");
@@ -229,7 +240,9 @@ void Workbench::Impl::set_up() {
   HandChoice choice{options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)};
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
+  reached(0.1);
   LiveSession& s = session.emplace(scene, load_tissue(scene));
+  reached(0.4);
   places.emplace(s.wiring.event_logs);
   // Checks the file name now, so that an invalid name is reported before the session.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
@@ -308,6 +321,7 @@ void Workbench::Impl::set_up() {
     damage = damage_meter(scene);
   }
   if (scene.implant) implant.emplace(*scene.implant);
+  reached(0.6);
   if ((s.draw && window) || s.operated) {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
@@ -322,8 +336,8 @@ void Workbench::Impl::set_up() {
                     s, tool_at_start());
     picture->add_heat(hand.rate);
     picture->add_warnings(options.warnings);
-    if (s.draw && window) picture->open(*rig, summary.explanations);
   }
+  reached(0.9);
   // The recording has a temporary name until the session's threads exist. A session that cannot start leaves no file.
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
@@ -339,7 +353,7 @@ void Workbench::Impl::set_up() {
                       sound ? [this] { return sound->latency(); } : std::function<double()>());
     if (sound) recording->writer().event(0, session::EventKind::kNote, sound->about());
   }
-  print_explanations();
+  reached(1);
 }
 
 void Workbench::Impl::start_headset(const std::string& hand_address) {
@@ -366,9 +380,11 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
     explain("headset: not registered to the hand's device: what is seen is not where it is felt");
 }
 
-void Workbench::Impl::start(const std::function<glm::ivec2()>& show) {
-  // The carver thread offers the first tissue patch before the servo's first tick.
+void Workbench::Impl::open() {
   LiveSession& s = *session;
+  if (s.draw && !headset) picture->open(*rig, summary.explanations);
+  print_explanations();
+  // The carver thread offers the first tissue patch before the servo's first tick.
   tick = tool_at_start();
   s.wiring.patch.offer(s.carver, above);
 
@@ -378,22 +394,22 @@ void Workbench::Impl::start(const std::function<glm::ivec2()>& show) {
   on_interrupt.emplace(ask_to_stop);
   before = process_counts();
   before.desktop_requests = desktop_requests();
-  try {
-    // The carver thread makes the surface. The session's time starts when the user sees the tissue.
-    launch(carver, [&s] { carver_thread(s); });
-    gate.set(Gate::kOpen);
-    show_first_pictures(show);
-    gate.set(Gate::kShut);
-    launch(servo, [&] { servo_thread(s, *hands.right); });
-    if (hands.left) launch(left, [&] { left_hand_thread(s.wiring, *hands.left); });
-    if (recording) launch(recorder, [&] { recorder_thread(s, *recording); });
-    if (streaming) launch(streamer, [&] { stream_thread(s, *streaming); });
-    if (recording) recording->writer().start();
-  } catch (...) {
-    gate.set(Gate::kClosed);
-    s.wiring.stop = true;
-    throw;
-  }
+  // The carver thread makes the surface. The session's time starts when the user sees the tissue.
+  launch(carver, [&s] { carver_thread(s); });
+  gate.set(Gate::kOpen);
+  if (picture) picture->begin();
+  begins_by = now() + kFirstPictures;
+}
+
+bool Workbench::Impl::begin(glm::ivec2 picture_size) {
+  if (!shows_tissue(picture_size)) return false;
+  LiveSession& s = *session;
+  gate.set(Gate::kShut);
+  launch(servo, [&] { servo_thread(s, *hands.right); });
+  if (hands.left) launch(left, [&] { left_hand_thread(s.wiring, *hands.left); });
+  if (recording) launch(recorder, [&] { recorder_thread(s, *recording); });
+  if (streaming) launch(streamer, [&] { stream_thread(s, *streaming); });
+  if (recording) recording->writer().start();
   running = true;
   gate.set(Gate::kOpen);
   began = now();
@@ -405,24 +421,20 @@ void Workbench::Impl::start(const std::function<glm::ivec2()>& show) {
   if (picture && picture->world().debris() && picture->world().debris()->has_spray())
     keys.push_back(hud_text(language, "water"));
   if (tools > 1) keys.push_back(hud_text(language, "tools", tools));
+  return true;
 }
 
-void Workbench::Impl::show_first_pictures(const std::function<glm::ivec2()>& show) {
-  if (picture) picture->begin();
-  if (!session->draw || headset || !picture || !picture->stage()) return;
+bool Workbench::Impl::shows_tissue(glm::ivec2 picture_size) {
+  if (!session->draw || headset || !picture->stage()) return true;
+  const Nanos began_pass = now();
+  if (began_pass >= begins_by || thread_failed || g_asked_to_stop) return true;
+  if (!options.embedded) picture->stage()->output().poll();
+  picture->collect();
   const std::atomic<bool>& seen = session->wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)];
-  const Nanos latest = now() + kFirstPictures;
-  int drawn = 0;
-  for (Nanos began_pass = now(); began_pass < latest && !thread_failed && !g_asked_to_stop; began_pass = now()) {
-    if (!options.embedded) picture->stage()->output().poll();
-    picture->collect();
-    if (picture->has_surface() || !seen) {
-      picture->draw(told, summary.work);
-      if (show && picture->frames() > 0) fit(show());
-      if (++drawn > 1 && now() - began_pass < kQuickPass) return;
-    }
-    std::this_thread::sleep_for(1ms);
-  }
+  if (!picture->has_surface() && seen) return false;
+  if (picture->frames() > 0) fit(picture_size);
+  picture->draw(told, summary.work);
+  return ++first_pictures > 1 && now() - began_pass < kQuickPass;
 }
 
 /// Reads the servo's and the carver's events since the last call.
@@ -695,17 +707,12 @@ void Workbench::Impl::end() {
                                 fmt::format("sound: {} under-runs, the device lost {} times, {} ticks not played",
                                             heard.underruns, heard.losses, sound->unheard()));
   }
-  MeshBatch* batch = nullptr;
-  while (s.wiring.bricks.pop(batch)) delete batch;
-  while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
   if (picture) {
     try_to([&] { summary.debris = picture->settle_debris(); });
     if (summary.debris) summary.debris->events_lost = places->servo.lost();
     picture->close();
   }
   if (headset) summary.debris = headset->debris();
-  haptics::TissueVolume* copy = nullptr;
-  while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   on_interrupt.reset();
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { save_tissue(copy_of(s.carver), s.save); });
@@ -743,6 +750,7 @@ void Workbench::Impl::end() {
                     summary.frames, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-3),
                     1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
                     ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
+    explain(fmt::format("GPU memory in use: {:.0f} MB", 1e-6 * static_cast<double>(stage->device().memory_used())));
   }
   const auto times = headset ? headset->report() : picture ? picture->report().lines() : std::vector<std::string>{};
   for (const std::string& line : times) explain(line);
@@ -775,11 +783,18 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
             100 * (work.cpu_seconds - work.servo_cpu_seconds) / std::max(1e-9, to_seconds(now() - began)));
 }
 
-Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
-    : impl_(std::make_unique<Impl>(scene, options)) {}
+Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options, Progress* progress)
+    : impl_(std::make_unique<Impl>(scene, options, progress)) {}
 Workbench::~Workbench() = default;
-void Workbench::start(const std::function<glm::ivec2()>& show) {
-  impl_->start(show);
+void Workbench::open() {
+  impl_->open();
+}
+bool Workbench::begin(glm::ivec2 picture_size) {
+  return impl_->begin(picture_size);
+}
+void Workbench::start() {
+  open();
+  while (!begin()) std::this_thread::sleep_for(1ms);
 }
 bool Workbench::step() {
   return impl_->step(nullptr, {0, 0});

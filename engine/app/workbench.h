@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "engine/app/task/warnings.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
+#include "engine/base/progress.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
@@ -133,19 +133,26 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// A live session. One thread of the caller constructs, starts, steps and stops it, and draws. However the session
-/// ends, even by the destructor, the force is set to zero.
+/// A live session. One thread of the caller starts, steps and stops it, and draws. However the session ends, even by
+/// the destructor, the force is set to zero.
 class Workbench {
  public:
-  /// Sets up tissue, hand, sound, recording and picture. No thread runs yet. Throws Error.
-  Workbench(const Scene& scene, const WorkbenchOptions& options);
+  /// Sets up tissue, hand, sound and recording, without the GPU. No servo runs yet. `progress`: receives the progress
+  /// of this work, and can cancel it; may be null. An emergency stop stays in force. Any thread. Throws Error, and
+  /// Cancelled.
+  Workbench(const Scene& scene, const WorkbenchOptions& options, Progress* progress = nullptr);
   ~Workbench();
   Workbench(const Workbench&) = delete;
   Workbench& operator=(const Workbench&) = delete;
 
-  /// Draws until the pictures show the tissue, then starts the session's time. `show`: called after each of these
-  /// pictures; returns the size in pixels of the picture in the operator's window.
-  void start(const std::function<glm::ivec2()>& show = {});
+  /// Opens the pictures and the session's own window, if any, and starts the carver. Call once. Throws Error.
+  void open();
+  /// Call after open(), until it returns true. Draws a first picture; starts the session's time as soon as the pictures
+  /// show the tissue, and then returns true. `picture_size`: pixels, size of the picture in the operator's window. If a
+  /// call of open() or begin() throws, only the destructor may be called.
+  bool begin(glm::ivec2 picture_size = {0, 0});
+  /// Calls open(), and begin() until the session's time runs.
+  void start();
   /// Processes input and draws a frame; without a picture, waits for a short time. Returns false at the session's end:
   /// window closed, hand's script ended, time over, or the process asked to stop.
   bool step();

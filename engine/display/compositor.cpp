@@ -103,7 +103,6 @@ struct Compositor::Impl {
   }
   ~Impl() {
     vkDeviceWaitIdle(device.device);
-    destroy_pipelines();
     for (CpuJob& b : cpu_jobs) b.eyes.destroy(device);
     for (OnDevice& o : on_device) o.pixels.destroy(device), o.warp.destroy(device);
     vkDestroySampler(device.device, sampler, nullptr);
@@ -111,16 +110,6 @@ struct Compositor::Impl {
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
-
-  void destroy_pipelines() {
-    for (auto& of_mix : pipelines)
-      for (VkPipeline& p : of_mix) {
-        if (p) vkDestroyPipeline(device.device, p, nullptr);
-        p = VK_NULL_HANDLE;
-      }
-    if (writing_pipeline) vkDestroyPipeline(device.device, writing_pipeline, nullptr);
-    writing_pipeline = VK_NULL_HANDLE;
-  }
 
   /// Region of the target for an eye's picture. A stereo surface has one layer per eye instead of regions.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
@@ -266,8 +255,8 @@ struct Compositor::Impl {
 
   gpu::PipelineOptions pipeline_options(VkFormat target_format, std::span<const std::uint32_t> fragment_shader) {
     if (format != target_format) {
-      vkDeviceWaitIdle(device.device);
-      destroy_pipelines();
+      pipelines = {};
+      writing_pipeline = VK_NULL_HANDLE;
       format = target_format;
     }
     gpu::PipelineOptions o;
@@ -283,7 +272,7 @@ struct Compositor::Impl {
     VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][warp ? 2 : fits];
     if (made) return made;
     o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u, warp ? 1u : 0u};
-    return made = gpu::create_pipeline(device, o);
+    return made = gpu::get_pipeline(device, o);
   }
 
   /// Draws text panels, in the pass that composed their region.
@@ -293,7 +282,7 @@ struct Compositor::Impl {
     if (!writing_pipeline) {
       gpu::PipelineOptions o = pipeline_options(target_format, kSpirv_writing_frag);
       o.blend = true;
-      writing_pipeline = gpu::create_pipeline(device, o);
+      writing_pipeline = gpu::get_pipeline(device, o);
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, writing_pipeline);
     for (const std::size_t i : panels) {

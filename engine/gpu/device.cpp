@@ -255,6 +255,8 @@ void Device::destroy() {
     vkDeviceWaitIdle(device);
     for (Block& block : blocks_) vkFreeMemory(device, block.memory, nullptr);
     blocks_.clear();
+    for (const auto& [options, pipeline] : created_pipelines) vkDestroyPipeline(device, pipeline, nullptr);
+    created_pipelines.clear();
     close_pipelines(device, properties, std::exchange(pipelines, VK_NULL_HANDLE));
     vkDestroyDevice(device, nullptr);
     device = VK_NULL_HANDLE;

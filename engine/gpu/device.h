@@ -84,6 +84,8 @@ struct Device {
   int max_samples = 1;
   // pipelines stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
+  // graphics pipelines that were created, by their options (get_pipeline() in resources.h)
+  std::map<std::vector<std::uint64_t>, VkPipeline> created_pipelines;
 
   /// Throws Error with installation instructions if Vulkan 1.3 is missing.
   static Device create(const DeviceOptions& options);
@@ -99,6 +101,7 @@ struct Device {
   Allocation allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                       VkMemoryPropertyFlags preferred, bool image);
   void release(const Allocation& allocation);
+  /// Memory in use on the device, bytes.
   std::uint64_t memory_used() const;
 
  private:

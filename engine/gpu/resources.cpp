@@ -1,6 +1,7 @@
 #include "engine/gpu/resources.h"
 
 #include <array>
+#include <bit>
 #include <cstring>
 
 #include "engine/base/check.h"
@@ -295,6 +296,33 @@ VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t
   return pipeline;
 }
 
+namespace {
+
+/// All options except the layout.
+std::vector<std::uint64_t> key_of(const PipelineOptions& o) {
+  const auto number = [](const auto& value) { return static_cast<std::uint64_t>(value); };
+  std::vector<std::uint64_t> key{std::bit_cast<std::uintptr_t>(o.vertex_shader.data()),
+                                 std::bit_cast<std::uintptr_t>(o.fragment_shader.data()),
+                                 number(o.topology),
+                                 o.cull,
+                                 number(o.color),
+                                 number(o.depth),
+                                 o.depth_write,
+                                 number(o.depth_compare),
+                                 o.blend,
+                                 o.color_write,
+                                 std::bit_cast<std::uint32_t>(o.depth_bias),
+                                 std::bit_cast<std::uint32_t>(o.depth_bias_slope),
+                                 number(o.samples),
+                                 o.view_mask,
+                                 o.bindings.size(),
+                                 o.attributes.size()};
+  for (const auto& b : o.bindings) key.insert(key.end(), {b.binding, b.stride, number(b.inputRate)});
+  for (const VertexAttribute& a : o.attributes) key.insert(key.end(), {a.binding, number(a.format), a.offset});
+  key.insert(key.end(), o.constants.begin(), o.constants.end());
+  return key;
+}
+
 VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
   require_memory(kRoomToCompile);
   std::vector<VkSpecializationMapEntry> entries;
@@ -383,6 +411,14 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
   const VkResult result = vkCreateGraphicsPipelines(device.device, device.pipelines, 1, &info, nullptr, &pipeline);
   for (std::uint32_t i = 0; i < stage_count; ++i) vkDestroyShaderModule(device.device, stages[i].module, nullptr);
   check(result, "vkCreateGraphicsPipelines");
+  return pipeline;
+}
+
+}  // namespace
+
+VkPipeline get_pipeline(Device& device, const PipelineOptions& options) {
+  VkPipeline& pipeline = device.created_pipelines[key_of(options)];
+  if (!pipeline) pipeline = create_pipeline(device, options);
   return pipeline;
 }
 

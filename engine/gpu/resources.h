@@ -133,7 +133,9 @@ struct PipelineOptions {
   std::uint32_t view_mask = 0;
   std::vector<std::uint32_t> constants;  // specialisation constants 0, 1, 2 … of the shaders
 };
-VkPipeline create_pipeline(Device& device, const PipelineOptions& options);
+/// Returns the device's pipeline with these options, which the first call creates; this can take half a second. The
+/// pipeline exists as long as the device. The layouts of calls with the same shaders must be compatible.
+VkPipeline get_pipeline(Device& device, const PipelineOptions& options);
 VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout);
 
 }  // namespace typodont::gpu

@@ -99,7 +99,7 @@ struct Renderer::Impl {
   ~Impl() {
     vkDeviceWaitIdle(device.device);
     destroy_pictures();
-    destroy_passes();
+    particles.destroy(device);
     shadow.destroy(device);
     tool_body.mesh.destroy(device);
     handpiece_body.mesh.destroy(device);
@@ -139,14 +139,13 @@ struct Renderer::Impl {
     timer = FrameTimer::create(device);
   }
 
-  /// Destroys the pipelines, which depend on samples, views and quality.
-  void destroy_passes() {
-    surface.destroy(device);
-    tool.destroy(device);
-    background.destroy(device);
-    particles.destroy(device);
-    destroy_pipeline(device, hidden.pipeline);
-    destroy_pipeline(device, mask.pipeline);
+  /// Call after a change of samples, views or quality, on which the pipelines depend.
+  void forget_pipelines() {
+    surface.forget_pipelines();
+    for (VkPipeline* pipeline :
+         {&tool.pipeline, &tool.handpiece_pipeline, &background.pipeline, &particles.pipeline,
+          &particles.cloud_pipeline, &particles.streak_pipeline, &hidden.pipeline, &mask.pipeline})
+      *pipeline = VK_NULL_HANDLE;
   }
   void create_pictures(int views) {
     targets.create(size, views);
@@ -160,7 +159,7 @@ struct Renderer::Impl {
   void rebuild(int views) {
     vkDeviceWaitIdle(device.device);
     destroy_pictures();
-    destroy_passes();
+    forget_pipelines();
     create_pictures(views);
   }
 

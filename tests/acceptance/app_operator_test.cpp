@@ -33,10 +33,10 @@ constexpr const char* kScene = R"({"name": "block", "description": "A block of e
 /// `typodont` on this desktop. TYPODONT_TEST: Ctrl+F12 acts as if the GPU had been reset.
 class Program {
  public:
-  explicit Program(const ProgramFolder& folder, const std::string& arguments = "")
+  explicit Program(const ProgramFolder& folder, const std::string& arguments = "", const std::string& environment = "")
       : folder_(folder),
-        process_(folder.start(arguments, fmt::format("DISPLAY={} LC_ALL=C TYPODONT_HOME={} TYPODONT_TEST=1",
-                                                     std::getenv("DISPLAY"), folder / "home"))) {}
+        process_(folder.start(arguments, fmt::format("DISPLAY={} LC_ALL=C TYPODONT_HOME={} TYPODONT_TEST=1 {}",
+                                                     std::getenv("DISPLAY"), folder / "home", environment))) {}
   ~Program() {
     if (process_ > 0) folder_.finish(process_, SIGKILL);
   }
@@ -201,7 +201,9 @@ struct OperatorWindow : ProgramWindow {
   }
   /// The program with its window.
   struct Opened : Program {
-    explicit Opened(OperatorWindow& test) : Program(test.folder) { test.open(*this); }
+    explicit Opened(OperatorWindow& test, const std::string& environment = "") : Program(test.folder, "", environment) {
+      test.open(*this);
+    }
   };
   /// Returns the height of the start page's window in pixels; the screen limits it.
   static int window_height() {
@@ -328,6 +330,60 @@ TEST_F(OperatorWindow, TheKeysForCasesMakeOneWhileTheWindowTakesOtherKeysAndItIs
   type("script:" + (folder / "hand.csv"));
   press("F5");
   EXPECT_EQ(program.wait_for("session started: "), scene["name"].string());
+}
+
+TEST_F(OperatorWindow, WhileASessionIsSetUpTheWindowTakesKeysEscapeCancelsAndAnEmergencyStopHolds) {
+  // The exercise has a volume. The program that reads it waits for the file "go".
+  write_hand({{0, 19, 0}, {0.02, 19, 0}});
+  expect_ok(
+      folder.run(fmt::format("servo {0}/home/scenes/zz_block.json --hand {0}/hand.csv --out {0}/s.h5 --save "
+                             "{0}/home/scenes/block.vdb",
+                             folder.path().string())));
+  std::string scene = kScene;
+  const std::size_t tissue = scene.find(R"({"voxel_mm")");
+  scene.replace(tissue, scene.find(",\n", tissue) - tissue, R"({"volume": "block.vdb"})");
+  folder.write("home/scenes/zz_block.json", scene);
+  // With this picture of the exercise, the program reads the volume only for the session.
+  std::filesystem::copy_file("engine/app/operator/session.png", folder / "home/scenes/zz_block.png");
+  const std::string reader = folder.write(
+      "reader", fmt::format("#!/bin/sh\ncase \"$2\" in */block.vdb)\n  touch {0}/reads\n"
+                            "  while [ ! -e {0}/go ]; do sleep 0.05; done;;\nesac\nexec {1} \"$@\"\n",
+                            folder.path().string(),
+                            (std::filesystem::path(TYPODONT_PROGRAM).parent_path() / "typodont-openvdb").string()));
+  std::filesystem::permissions(reader, std::filesystem::perms::owner_all);
+  const auto wait_until_it_reads = [&] {
+    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(folder / "reads"); })) << "the volume is not read";
+  };
+  shorten_the_session();
+  Opened program(*this, fmt::format("TYPODONT_OPENVDB={} TYPODONT_CACHE={}", reader, folder / "cache"));
+  const glm::ivec2 lo{0, 0}, hi{1280, 800};
+  choose_block_and_script();
+  const render::Picture start = desktop.screen(kScreen);
+  press("F5");
+  wait_until_it_reads();
+  EXPECT_TRUE(eventually([&] { return differing(start, desktop.screen(kScreen), lo, hi) > 20'000; })) << "no new page";
+  const render::Picture loading = desktop.screen(kScreen);
+  const auto changed = [&] { return differing(loading, desktop.screen(kScreen), lo, hi); };
+  press("F1");
+  EXPECT_TRUE(eventually([&] { return changed() > 5'000; })) << "no list of keys";
+  press("Escape");
+  EXPECT_TRUE(eventually([&] { return changed() < 3'000; })) << "the list of keys does not close";
+  folder.write("go", "");
+  wait_for_choice();
+  EXPECT_EQ(program.said().find("session started"), std::string::npos) << program.said();
+
+  for (const char* file : {"reads", "go", "cache/volumes"}) std::filesystem::remove_all(folder / file);
+  press("F5");
+  wait_until_it_reads();
+  press("h");
+  folder.write("go", "");
+  EXPECT_EQ(program.wait_for("session started: "), "block");
+  const std::filesystem::path report = program.wait_for("report written: ");
+  const session::SessionReader recorded(std::filesystem::path(report).replace_extension(".h5"));
+  EXPECT_GT(recorded.tick_count(), 500u);
+  EXPECT_TRUE(std::ranges::all_of(recorded.ticks(), [](const ServoTick& tick) { return tick.spindle == 0; }));
+  press("F10");
+  quit(program);
 }
 
 TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {

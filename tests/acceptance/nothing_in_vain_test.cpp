@@ -1,6 +1,6 @@
 // Tests that work which a scene does not need is not done: `typodont run` counts its work for each kind. Work that the
-// picture leaves out (mono, invisible bodies, untouched bricks, frames equal to the previous one) is tested in
-// unit/render_frame_test.cpp.
+// picture leaves out (invisible bodies, untouched bricks, frames equal to the previous one) is tested in
+// unit/render_frame_test.cpp, and mono in unit/display_layout_test.cpp.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>
@@ -217,8 +217,8 @@ TEST_F(Work, ExplainStatesTheGpuTimeOfEachPassAndTheLateFramesOfAWindow) {
   const test::Desktop desktop;
   run(fmt::format("{} --rig {}", scene("\"haptics\", \"render\""), folder.write("rig.json", rig_at(25))), 3,
       "--explain");
-  for (const char* words : {"late frames: ", " of 1,000", "GPU time, whole frame: median ", "GPU time, shadow: median ",
-                            "GPU time, tissue: median ", "GPU time, picture: median "})
+  for (const char* words : {"GPU memory in use: ", "late frames: ", " of 1,000", "GPU time, whole frame: median ",
+                            "GPU time, shadow: median ", "GPU time, tissue: median ", "GPU time, picture: median "})
     EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
 }
 

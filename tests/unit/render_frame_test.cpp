@@ -5,6 +5,7 @@
 
 #include "engine/base/units.h"
 #include "engine/render/sight.h"
+#include "tests/support/default_colors.h"
 #include "tests/support/folder.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -37,6 +38,23 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
     EXPECT_EQ(stats.pipelines, 5 + shadow + (quality.light_per_vertex ? 0 : 1)) << quality.name;
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
   }
+}
+
+TEST(Frame, ARendererUsesThePipelinesOfAnEarlierOneOnTheSameDevice) {
+  Stage stage({160, 128});
+  const auto draw = [&] {
+    stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+    stage.renderer->set_tool(round_bur(1.4e-3));
+    EXPECT_TRUE(stage.draw(full_frame(desk(0.03, 0.024, 0.35), {})).drawn);
+    return stage.eye(0);
+  };
+  const render::Picture first = draw();
+  const std::size_t created = stage.device.created_pipelines.size();
+  EXPECT_GT(created, 3u);
+  stage.renderer.emplace(stage.device, stage.size, render::kQualityLadder[0], render::default_colors());
+  EXPECT_EQ(compare(draw(), first, 0).pixels, 0);
+  EXPECT_EQ(stage.device.created_pipelines.size(), created);
+  EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
 TEST(Frame, InvisibleMotionCausesNoNewFrameUntilItBecomesVisible) {
@@ -132,53 +150,23 @@ TEST(Frame, ABodyIsVisibleDirectlyInAMirrorOrByItsShadow) {
   EXPECT_FALSE(render::in_sight(frame, at(dvec3(0)))) << "mono: the second does not count";
 }
 
-TEST(Frame, TheShadowMapIsRedrawnOnlyWhenTheTissueChanges) {
+TEST(Frame, OnlyChangedBricksAreUploadedAndOnlyTheyHaveTheShadowMapRedrawn) {
   Stage stage({160, 128});
   const auto tooth = tooth_mesh(0, 0.6e-3);
   stage.renderer->update(0, tooth);
   stage.renderer->set_tool(round_bur(1.4e-3));
   render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
   const int eyes = stage.device.multiview ? 1 : 2;
-  EXPECT_EQ(stage.draw(frame).passes, eyes + 1);
+  const render::FrameStats first = stage.draw(frame);
+  EXPECT_EQ(first.passes, eyes + 1);
+  EXPECT_EQ(first.bricks_uploaded, static_cast<int>(tooth.size()));
   frame.tool.X_WG.p.x += 1e-4;
   EXPECT_EQ(stage.draw(frame).passes, eyes);
   stage.renderer->update(0, std::span(tooth).first(1));
-  EXPECT_EQ(stage.draw(frame).passes, eyes + 1);
-}
-
-TEST(Frame, OnlyChangedBricksAreUploaded) {
-  Stage stage({160, 128});
-  const auto sound = tooth_mesh(0, 0.5e-3), cut = tooth_mesh(2e-3, 0.5e-3);
-  stage.renderer->update(0, sound);
-  const render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
-  const render::FrameStats first = stage.draw(frame);
-  EXPECT_EQ(first.bricks_uploaded, static_cast<int>(sound.size()));
-
-  // Sends only the bricks that the cut changed. The picture must equal the picture in which the whole cut tooth is
-  // drawn at once.
-  std::vector<render::MeshUpdate> changed;
-  for (const auto& b : cut) {
-    const auto old = std::find_if(sound.begin(), sound.end(), [&](const auto& s) { return s.brick == b.brick; });
-    const bool same =
-        old != sound.end() && old->indices == b.indices && old->vertices.size() == b.vertices.size() &&
-        std::equal(b.vertices.begin(), b.vertices.end(), old->vertices.begin(),
-                   [](const auto& x, const auto& y) { return x.p == y.p && x.n == y.n && x.tissue == y.tissue; });
-    if (!same) changed.push_back(b);
-  }
-  for (const auto& s : sound)
-    if (std::none_of(cut.begin(), cut.end(), [&](const auto& b) { return b.brick == s.brick; }))
-      changed.push_back({s.brick, {}, {}});
-  ASSERT_LT(changed.size(), cut.size());
-  stage.renderer->update(0, changed);
-  const render::FrameStats second = stage.draw(frame);
-  EXPECT_EQ(second.bricks_uploaded, static_cast<int>(changed.size()));
-  EXPECT_LT(second.bytes_uploaded, first.bytes_uploaded);
-  const render::Picture incremental = stage.eye(0);
-
-  Stage fresh({160, 128});
-  fresh.renderer->update(0, cut);
-  fresh.draw(frame);
-  EXPECT_EQ(compare(incremental, fresh.eye(0), 0).pixels, 0);
+  const render::FrameStats changed = stage.draw(frame);
+  EXPECT_EQ(changed.passes, eyes + 1);
+  EXPECT_EQ(changed.bricks_uploaded, 1);
+  EXPECT_LT(changed.bytes_uploaded, first.bytes_uploaded);
 }
 
 TEST(Frame, RemovedBricksGiveTheirMemoryBack) {
@@ -329,17 +317,6 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
     stage.draw(frame);
     EXPECT_EQ(compare(stage.eye(0), without, 0).pixels, 0);
   }
-}
-
-TEST(Frame, AMonoFrameDrawsOneView) {
-  Stage stage({160, 128});
-  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  display::DisplayRig rig = desk(0.03, 0.024, 0.35);
-  rig.screen.layout = display::Layout::kMono;
-  const render::FrameStats stats = stage.draw(frame_of(rig));
-  EXPECT_EQ(stats.views, 1);
-  EXPECT_EQ(stage.renderer->pictures().options.layers, 1u);
-  EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
 TEST(Frame, AbsentPartsHaveNoPipeline) {

@@ -11,6 +11,7 @@
 #include "engine/base/clock.h"
 #include "engine/base/log.h"
 #include "engine/display/keys.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 
@@ -80,6 +81,7 @@ struct LiveSubject::Impl {
     choose_model(with_model, wanted);
     shown = std::move(with_model);
     model = wanted;
+    haptics::set_emergency_stop(false);  // ends an emergency stop of the session before
     bench.emplace(shown, options.workbench);
     bench->start();
   }

@@ -52,7 +52,6 @@ DrawListPainter::~DrawListPainter() {
     for (gpu::Buffer& buffer : *buffers)
       if (buffer.buffer) buffer.destroy(device_);
   font_.destroy(device_);
-  if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
   inputs_.destroy(device_);
   vkDestroySampler(device_.device, sampler_, nullptr);
 }
@@ -87,8 +86,6 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
                                                                   const display::Target& target, int slot,
                                                                   const std::array<float, 4>& clear, bool all) {
   if (format_ != target.format) {
-    vkDeviceWaitIdle(device_.device);
-    if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_interface_vert;
     o.fragment_shader = kSpirv_interface_frag;
@@ -101,7 +98,7 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
     o.color = target.format;
     o.depth_write = false;
     o.blend = true;
-    pipeline_ = gpu::create_pipeline(device_, o);
+    pipeline_ = gpu::get_pipeline(device_, o);
     format_ = target.format;
   }
 

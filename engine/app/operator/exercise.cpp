@@ -150,7 +150,7 @@ void validate_exercise(const std::string& text, const fs::path& file) {
       }
     }
   };
-  try_rules([](const Json& alone) { (void)session::stated_rules(alone); });
+  try_rules([](const Json& alone) { (void)session::task_rules(alone, {}); });
   const Scene scene = parse_scene(json, file);
   const haptics::TissueVolume start = load_tissue(scene);
   session::ScoreInput input;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "engine/gpu/device.h"
+
 namespace typodont {
 
 void BackgroundTask::begin(std::function<void(Progress&)> work, std::function<void()> then,
@@ -18,6 +20,7 @@ void BackgroundTask::cancel() {
 
 void BackgroundTask::drop() {
   job_.reset();
+  then_ = failed_ = {};
   s_.busy = false;
 }
 
@@ -33,6 +36,9 @@ bool BackgroundTask::look() {
     if (finished->failure() && failed) failed();
     if (finished->failure()) std::rethrow_exception(finished->failure());
     if (then) then();
+  } catch (const gpu::DeviceLost& e) {
+    s_.fail(e.what());
+    throw;
   } catch (const Cancelled&) {
     s_.say(s_.text("op.cancelled"));
   } catch (const std::exception& e) {

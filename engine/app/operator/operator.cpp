@@ -91,7 +91,7 @@ class Operator {
   void leave() noexcept {
     try {
       work_.drop();
-      if (desk_.running()) {
+      if (desk_.started()) {
         (void)desk_.end("");
         school_.hand_in(s_.outcome.recording);
       }
@@ -112,12 +112,13 @@ class Operator {
     }
     // Dropped files are ignored during sessions and long tasks.
     const std::vector<std::string>& dropped = window_.input().dropped;
-    if (!dropped.empty() && !desk_.running() && !s_.busy) {
+    if (!dropped.empty() && !desk_.running() && !work_.under_way()) {
       s_.dropped = joined_files(dropped);
       s_.ask(Ask::kDropped);
     }
     const bool drew = desk_.running() && step_session();
-    const bool finished = work_.look() || scan_desk_.look() || school_.look() || look_around() || look_at_started();
+    const bool finished =
+        work_.look() || plan_desk_.look() || scan_desk_.look() || school_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
       draw();
       carry_out();
@@ -177,10 +178,9 @@ class Operator {
   void draw() {
     window_.set_title(title());
     result_picture_.follow();
-    plan_desk_.follow();
     scan_desk_.follow();
     fuse_desk_.follow();
-    window_.begin(s_.page == Page::kSession);
+    window_.begin(s_.page == Page::kSession || s_.page == Page::kLoading);
     kPages.at(s_.page).draw(s_, window_);
     draw_help(s_, window_);
     draw_leaving(s_, window_);
@@ -191,7 +191,9 @@ class Operator {
     const std::vector<Request> asked = std::exchange(s_.asked, {});
     for (const Request& r : asked) {
       try {
-        if (s_.leaving) {
+        if (s_.page == Page::kLoading && displaces_start(r.ask)) {
+          continue;
+        } else if (s_.leaving) {
           answer(r.ask);
         } else if (leads_away(r.ask) && unsaved()) {
           s_.leaving = r;
@@ -202,9 +204,15 @@ class Operator {
         throw;
       } catch (const std::exception& e) {
         s_.fail(e.what());
-        if (s_.page == Page::kLoading) s_.page = Page::kStart;
       }
     }
+  }
+
+  /// True for a request of the page before, made in the same frame as the start of a session.
+  static bool displaces_start(Ask ask) {
+    constexpr std::array kPossible = {Ask::kCancel,   Ask::kEndSession, Ask::kEmergencyStop, Ask::kHold,
+                                      Ask::kLanguage, Ask::kLoseDevice, Ask::kQuit};
+    return std::ranges::find(kPossible, ask) == kPossible.end();
   }
 
   /// True if the request would discard an author's unsaved work.
@@ -232,7 +240,7 @@ class Operator {
     desk_.forget_authored();
     if (!kept.empty()) choices_.rescan();
     carry_out(wanted);
-    if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
+    if (!kept.empty() && s_.page != Page::kLoading) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
   /// Executes requests that do not concern a running session; SessionDesk executes the others.
@@ -394,6 +402,7 @@ class Operator {
         break;
       case Ask::kCancel:
         work_.cancel();
+        desk_.cancel_start();
         break;
       case Ask::kLoseDevice:
         window_.device().lose();
@@ -408,10 +417,13 @@ class Operator {
 
   /// Starts a session. `from`: session or preparation to continue; empty: the selected scene.
   void start_session(const fs::path& from) {
-    if (desk_.running()) return;
+    if (desk_.running() || s_.page == Page::kLoading) return;
+    // Ends an emergency stop of an earlier session. A stop during the set-up stays in force.
+    haptics::set_emergency_stop(false);
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
     const RigChoice& rig = s_.rigs.at(static_cast<std::size_t>(s_.rig));
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
+    const fs::path file = from.empty() ? choice.file : scene_file_of(from);
     choices_.remember();
     work_.drop();
     choices_.pictures().drop();  // the session needs all processors
@@ -419,16 +431,17 @@ class Operator {
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
     s_.scene_goal = from.empty() ? choice.description : "";
-    const Page before = s_.page;
-    s_.page = Page::kLoading;
-    draw();
-    s_.page = before;  // return to this page if the session cannot begin
-    Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     // A continued preparation keeps its contact model.
-    if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // The author's brush changes the distance field, so contact and picture must use the field.
-    if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
-    desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address, [this] { draw(); });
+    const std::string model = from.empty() && s_.model >= 0 ? s_.models[static_cast<std::size_t>(s_.model)] : "";
+    const auto read = [from, file, model, author = s_.author] {
+      Scene scene = file.empty() ? scene_of(session::SessionReader(from)) : read_scene(file);
+      if (!from.empty()) scene = with_resume(scene, from);
+      if (!model.empty()) choose_model(scene, model);
+      // The author's brush changes the distance field, so contact and picture must use the field.
+      if (author && draws_own_surface(scene)) scene.servo.method = nullptr;
+      return scene;
+    };
+    desk_.start(read, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 
   void begin_experiment() {
@@ -439,12 +452,12 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// The scene of a recorded session or of a saved preparation. A recording contains its scene; the file name of a
-  /// preparation states the name of its scene.
-  Scene scene_left_at(const fs::path& from) const {
-    if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
+  /// The scene file of a saved preparation, whose file name states the name of its scene. Empty for a recording, which
+  /// contains its scene.
+  fs::path scene_file_of(const fs::path& from) const {
+    if (from.extension() != ".vdb") return {};
     for (const SceneChoice& choice : s_.scenes)
-      if (choice.fault.empty() && file_name_of(choice.name) == chosen_session().scene) return read_scene(choice.file);
+      if (choice.fault.empty() && file_name_of(choice.name) == chosen_session().scene) return choice.file;
     throw Error(from.string(), "", fmt::format("no exercise \"{}\"", chosen_session().scene),
                 "the exercise in which it was made");
   }
@@ -460,6 +473,7 @@ class Operator {
   }
 
   void end_session(const std::string& why) {
+    if (!desk_.started()) return desk_.cancel_start();
     const auto unscored = desk_.end(why);
     school_.hand_in(s_.outcome.recording);
     if (!s_.outcome.recording.empty())
@@ -506,7 +520,6 @@ class Operator {
       .urgent = {{' ', display::keys::kEscape, 'H'}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;
   Choices choices_{s_, window_};
-  SessionDesk desk_{s_, window_};
   ResultPicture result_picture_{s_, window_};
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
@@ -514,6 +527,7 @@ class Operator {
   Started started_;
   // Declared last: this task ends before everything that it uses is destroyed.
   BackgroundTask work_{s_};
+  SessionDesk desk_{s_, window_, work_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
   Nanos revived_ = -gpu::kReviveInterval;

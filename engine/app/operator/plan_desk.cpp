@@ -1,6 +1,7 @@
 #include "engine/app/operator/plan_desk.h"
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -59,21 +60,44 @@ void PlanDesk::open(BackgroundTask& work, int bone_class) {
       });
 }
 
-void PlanDesk::follow() {
+bool PlanDesk::look() {
+  if (s_.page != Page::kPlan || !planner_) return false;
   PlanForm& form = s_.plan;
-  if (s_.page != Page::kPlan || !planner_ || !(form.changed || pictures_.empty())) return;
+  const bool finished = job_ && job_->done();
+  if (finished) {
+    if (const auto failure = std::exchange(job_, nullptr)->failure()) {
+      failed_ = true;
+      try {
+        std::rethrow_exception(failure);
+      } catch (const std::exception& e) {
+        s_.fail(e.what());
+      }
+      return true;
+    }
+    destroy();
+    form.findings = computed_->findings;
+    form.planes = computed_->planes;
+    for (const render::Picture& picture : computed_->pictures) pictures_.add(picture);
+    pictures_.list(form.pictures);
+    ++form.drawn;
+  }
   const ImplantProcedure& procedure = form.procedures[static_cast<std::size_t>(form.procedure)];
   form.plan.length = procedure.length;
   form.plan.diameter = procedure.diameter;
   form.plan.bed_diameter = procedure.bed_diameter;
-  form.findings = planner_->findings(form.plan);
-  destroy();
+  if (job_ || !(form.changed || (pictures_.empty() && !failed_))) return finished;
+  form.changed = failed_ = false;
+  computed_ = std::make_shared<Computed>();
   // While the implant is dragged, the section planes do not move: only the implant moves in the picture.
-  if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
-  for (const SectionPlane& plane : form.planes) pictures_.add(planner_->picture(plane, form.plan, kPlanSectionPixels));
-  pictures_.list(form.pictures);
-  ++form.drawn;
-  form.changed = false;
+  computed_->planes = form.planes;
+  job_ = std::make_unique<Job>([computed = computed_, planner = planner_, plan = form.plan, dragging = form.dragging,
+                                width = static_cast<double>(form.width_mm) * kMillimetre](Progress&) {
+    computed->findings = planner->findings(plan);
+    if (!dragging) computed->planes = planner->planes(plan, width);
+    for (std::size_t i = 0; i < computed->planes.size(); ++i)
+      computed->pictures[i] = planner->picture(computed->planes[i], plan, kPlanSectionPixels);
+  });
+  return finished;
 }
 
 void PlanDesk::destroy() {
@@ -83,7 +107,9 @@ void PlanDesk::destroy() {
 
 void PlanDesk::close() {
   destroy();
+  job_.reset();
   planner_.reset();
+  failed_ = false;
   s_.plan = {};
 }
 

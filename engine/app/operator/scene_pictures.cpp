@@ -1,6 +1,7 @@
 #include "engine/app/operator/scene_pictures.h"
 
 #include "engine/app/operator/child.h"
+#include "engine/app/picture/quality_ladder.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -12,6 +13,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".png";
+// A small picture at the level at which a session begins. If it exists, the caches are filled.
+constexpr const char* kPreparedSuffix = ".prepared";
+constexpr Nanos kPrepareAfter = kNanosPerSecond;  // of the same selection
 // Maximum picture cache size, bytes: over a hundred pictures.
 constexpr std::uintmax_t kMaxKept = 64 << 20;
 
@@ -55,6 +59,7 @@ void ScenePictures::destroy() {
 void ScenePictures::drop() {
   job_.reset();
   sought_.clear();
+  selected_.clear();
 }
 
 bool ScenePictures::take(SceneChoice& scene, const fs::path& picture) {
@@ -70,23 +75,37 @@ bool ScenePictures::take(SceneChoice& scene, const fs::path& picture) {
 
 bool ScenePictures::look() {
   if (job_ && job_->done()) {
-    if (job_->failure()) failed_.insert(drawn_);
+    if (job_->failure() && !preparing_) failed_.insert(drawn_);
     job_.reset();
     sought_.clear();
   }
   if (s_.scene < 0 || s_.scene >= std::ssize(s_.scenes)) return false;
   SceneChoice& scene = s_.scenes[static_cast<std::size_t>(s_.scene)];
-  if (scene.picture >= 0 || !scene.fault.empty() || scene.file == sought_) return false;
+  if (!scene.fault.empty()) return false;
+  if (scene.picture >= 0) prepare(scene.file);
+  if (scene.picture >= 0 || scene.file == sought_) return false;
   sought_ = scene.file;
   if (const fs::path picture = picture_of(scene.file); !picture.empty()) return take(scene, picture);
-  if (!job_ && !failed_.contains(scene.file)) begin(scene.file);
+  if (preparing_) job_.reset();  // the picture is more urgent
+  if (!job_ && !failed_.contains(scene.file)) draw(scene.file, kSuffix, "640x480", "medium");
   return false;
 }
 
-void ScenePictures::begin(const fs::path& scene) {
+void ScenePictures::prepare(const fs::path& scene) {
+  if (scene != selected_) selected_ = scene, selected_at_ = now();
+  if (selected_at_ == 0 || job_ || now() - selected_at_ < kPrepareAfter) return;
+  selected_at_ = 0;
+  if (!cache::find(folder(), key_of(scene), kPreparedSuffix).empty()) return;
+  const QualityLadder first = window_.device().processor ? QualityLadder::for_processor() : QualityLadder();
+  draw(scene, kPreparedSuffix, "64x48", first.step().name);
+  preparing_ = true;
+}
+
+void ScenePictures::draw(const fs::path& scene, const char* suffix, const char* size, std::string_view quality) {
   drawn_ = scene;
-  job_ = std::make_unique<Job>([scene](Progress& progress) {
-    const bool kept = cache::keep(folder(), key_of(scene), kSuffix, kMaxKept, [&](const fs::path& file) {
+  preparing_ = false;
+  job_ = std::make_unique<Job>([=](Progress& progress) {
+    const bool kept = cache::keep(folder(), key_of(scene), suffix, kMaxKept, [&](const fs::path& file) {
       struct Drawn {  // its destructor removes the folder, even after an exception
         fs::path folder;
         ~Drawn() {
@@ -94,9 +113,9 @@ void ScenePictures::begin(const fs::path& scene) {
           fs::remove_all(folder, ignored);
         }
       } drawn{fs::path(file).replace_extension()};
-      run_self({"render", scene.string(), "--eye", "left", "--size", "640x480", "--quality", "medium", "--out",
+      run_self({"render", scene.string(), "--eye", "left", "--size", size, "--quality", std::string(quality), "--out",
                 drawn.folder.string()},
-               progress);
+               progress, kLowestPriority);
       fs::rename(drawn.folder / "left.png", file);
     });
     if (!kept) throw RunFailure("no picture");

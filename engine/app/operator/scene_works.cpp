@@ -212,9 +212,13 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
   begin(
       s, work, choices, "op.exercise_saved", "plan saved",
       [name = std::string(form.name.data()), plan = form.plan,
-       procedure = form.procedures[static_cast<std::size_t>(form.procedure)],
-       planner = std::move(planner)](Progress& progress) {
+       procedure = form.procedures[static_cast<std::size_t>(form.procedure)], planner = std::move(planner),
+       leaves = s.text("op.plan_leaves"), language = s.language](Progress& progress) {
         progress.stage("op.saving_exercise");
+        // The page may show the findings of an earlier plan.
+        if (const PlanFindings found = planner->findings(plan); !found.fits())
+          throw RunFailure(
+              fmt::format("{} {} mm", leaves, session::number_text(found.leaves_depth / kMillimetre, 1, language)));
         const fs::path folder = user_folder() / "scenes", file = folder / (file_name_of(name) + ".json");
         make_folder(folder);
         write_planned_exercise({name, planner.get(), procedure, plan}, file, Over::kItsInput, progress);

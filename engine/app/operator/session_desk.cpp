@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/app/operator/exercise.h"
@@ -17,6 +18,7 @@
 #include "engine/app/picture/picture_stage.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 
@@ -43,83 +45,141 @@ void SessionDesk::show_task(const Scene& scene) {
   window_.announce_text(texts);
 }
 
-void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::string& hand,
-                        const std::function<void()>& draw_page) {
-  const Page before = s_.page;
-  show_task(scene);
-  s_.exam = scene.exam;
+/// A session that was set up in the background.
+struct SessionDesk::SetUp {
+  Scene scene;
+  fs::path recording, written, saved;  // as in SessionDesk
+  bool embedded = false;               // as in RigChoice
+  std::unique_ptr<Workbench> bench;
+};
+
+void SessionDesk::start(std::function<Scene()> read, const RigChoice& rig, const std::string& hand) {
+  wanted_ = true;
+  // The handler of crashes gets its stack in the thread that calls this first: the window's, which ends last.
+  haptics::install_exit_guard();
   WorkbenchOptions options;
   options.rig = rig.file.string();
   options.hand = hand;
   options.trainee = s_.trainee.data();
   options.language = hud_language(s_.language);
-  if (!s_.author) options.warnings = warning_levels(scene, options.trainee);
   options.no_real_time = s_.no_real_time;
   options.operated = true;
   options.embedded = rig.embedded;
   options.device = &window_.device();
   options.monitor = rig.embedded ? -1 : s_.monitor;
-  brush_down_ = false;
-  scene_ = scene;
-  // Every session is recorded from its beginning, so that the user can decide at the end to keep the recording.
-  s_.keep = s_.record && !s_.author;
-  recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
-  written_ = s_.keep || s_.author ? recording_ : temporary_recording_file();
-  options.record = written_;
-  saved_ = new_session_file(options.trainee, scene.name).replace_extension(".vdb");
-  options.save = saved_;
   options.save_at_end = false;
+  work_.make(
+      [read = std::move(read), options, author = s_.author, record = s_.record](Progress& progress) mutable {
+        progress.stage("op.loading");
+        SetUp made;
+        made.embedded = options.embedded;
+        made.scene = read();
+        const Scene& scene = made.scene;
+        if (!author) options.warnings = warning_levels(scene, options.trainee);
+        // Every session is recorded from its beginning, so that the user can decide at the end to keep the recording.
+        if (!author) made.recording = new_session_file(options.trainee, scene.name);
+        made.written = record || author ? made.recording : temporary_recording_file();
+        made.saved = new_session_file(options.trainee, scene.name).replace_extension(".vdb");
+        options.record = made.written;
+        options.save = made.saved;
+        made.bench = std::make_unique<Workbench>(scene, options, &progress);
+        return made;
+      },
+      [this](SetUp made) {
+        try {
+          if (!wanted_) throw Cancelled();
+          open(std::move(made));
+        } catch (...) {
+          give_up();
+          throw;
+        }
+      },
+      [this] { give_up(); });
+  page_before_ = std::exchange(s_.page, Page::kLoading);
+}
+
+/// Takes a session that is set up, and opens its pictures.
+void SessionDesk::open(SetUp made) {
+  bench_ = std::move(made.bench);
+  recording_ = made.recording;
+  written_ = made.written;
+  saved_ = made.saved;
+  scene_ = std::move(made.scene);
+  const Scene& scene = *scene_;
+  bench_->open();
+  show_task(scene);
+  s_.exam = scene.exam;
+  s_.keep = s_.record && !s_.author;
   s_.outcome = {};
-  try {
-    bench_.emplace(scene, options);
-    s_.settings = {};
-    s_.stiffness.fill(1);
-    for (std::size_t i = 0; i < s_.brush_colors.size(); ++i)
-      s_.brush_colors[i] = glm::vec3(scene.servo.materials[i].color);
-    s_.tools.clear();
-    for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
-    s_.device = bench_->hand();
-    take_step_tool();
-    if (s_.device.address == "mouse:") s_.device.model = s_.text("op.mouse");
-    s_.recording = bench_->recording();
-    s_.score = {};
-    s_.score_known = s_.score_current = false;
-    s_.forces.fill(0);
-    s_.curve_at = 0;
-    score_time_ = 0;
-    if (PictureStage* stage = bench_->stage()) {
-      const display::Screen& screen = stage->rig().screen;
-      s_.live_aspect =
-          glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
-      s_.live_upright = display::upright(stage->rig());
-    }
-    begin_views(scene);
-    s_.live_is_own = rig.embedded;
-    bench_->start([&] {
-      s_.page = Page::kSession;
-      s_.status = bench_->status();
-      s_.live = &bench_->stage()->pictures();
-      draw_page();
-      return s_.live_size;
-    });
-    authored_.reset();
-  } catch (...) {
-    window_.wait_idle();
-    bench_.reset();
-    s_.live = nullptr;
-    s_.page = before;
-    throw;
+  s_.settings = {};
+  s_.stiffness.fill(1);
+  for (std::size_t i = 0; i < s_.brush_colors.size(); ++i)
+    s_.brush_colors[i] = glm::vec3(scene.servo.materials[i].color);
+  s_.tools.clear();
+  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
+  s_.device = bench_->hand();
+  take_step_tool();
+  if (s_.device.address == "mouse:") s_.device.model = s_.text("op.mouse");
+  s_.recording = bench_->recording();
+  s_.score = {};
+  s_.score_known = s_.score_current = false;
+  s_.forces.fill(0);
+  s_.curve_at = 0;
+  score_time_ = 0;
+  brush_down_ = at_rest_ = false;
+  s_.status = bench_->status();
+  if (PictureStage* stage = bench_->stage()) {
+    const display::Screen& screen = stage->rig().screen;
+    s_.live_aspect =
+        glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
+    s_.live_upright = display::upright(stage->rig());
   }
-  if (!rig.embedded && s_.trainee_seen) {
+  begin_views(scene);
+  s_.live_is_own = made.embedded;
+}
+
+/// Draws a first picture. Starts the session's time when the pictures show the tissue.
+SessionDesk::Turn SessionDesk::begin() {
+  const std::uint64_t frames = s_.status.frames;
+  try {
+    started_ = bench_->begin(s_.live_size);
+  } catch (const std::exception& e) {
+    give_up();
+    s_.fail(e.what());
+    if (dynamic_cast<const gpu::DeviceLost*>(&e)) throw;
+    return Turn::kChanged;
+  }
+  s_.held = bench_->held();
+  s_.status = bench_->status();
+  if (s_.status.frames > 0) s_.live = &bench_->stage()->pictures();
+  if (s_.status.frames > 0 || started_) s_.page = Page::kSession;
+  if (!started_) return s_.status.frames != frames ? Turn::kChanged : Turn::kSame;
+  if (!s_.live_is_own && s_.trainee_seen) {
     window_.output().leave_monitor(s_.monitor);
     window_.output().take_focus();
   }
-  s_.page = Page::kSession;
-  log::info("session started: {}", scene.name);
-  if (!scene.resume.empty()) log::info("continued from {}", scene.resume);
+  authored_.reset();
+  log::info("session started: {}", scene_->name);
+  if (!scene_->resume.empty()) log::info("continued from {}", scene_->resume);
+  return Turn::kChanged;
+}
+
+/// Removes a session that has not started. Shows the page from before, but no result, whose score may be dropped.
+void SessionDesk::give_up() {
+  s_.live = nullptr;
+  bench_.reset();
+  s_.page = page_before_ == Page::kResult ? Page::kStart : page_before_;
+}
+
+void SessionDesk::cancel_start() {
+  wanted_ = false;
+  if (!bench_ || started_) return;
+  give_up();
+  s_.say(s_.text("op.cancelled"));
 }
 
 SessionDesk::Turn SessionDesk::step() {
+  if (!started_) return begin();
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   if (s_.viewpoint != seen_from_) ++s_.viewpoint_changes;
@@ -325,6 +385,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
     tissue = bench_->take_tissue();
   }
   bench_.reset();
+  started_ = false;
   log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
   keep_recording();
   s_.outcome.scored = false;

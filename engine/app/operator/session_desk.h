@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/app/operator/interface_window.h"
+#include "engine/app/operator/long_work.h"
 #include "engine/app/operator/state.h"
 #include "engine/app/scene.h"
 #include "engine/app/workbench.h"
@@ -33,19 +34,25 @@ struct Unscored {
 
 class SessionDesk {
  public:
-  SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
+  SessionDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), window_(w), work_(work) {}
 
-  bool running() const { return bench_.has_value(); }
-  /// Starts a session. `draw_page`: draws the page with the first pictures. If this function throws, no session runs.
-  void start(const Scene& scene, const RigChoice& rig, const std::string& hand, const std::function<void()>& draw_page);
+  /// Shows the loading page, and sets up a session in the background. `read`: reads the scene, on another thread. If
+  /// this fails or is cancelled, shows the page from before, with the reason.
+  void start(std::function<Scene()> read, const RigChoice& rig, const std::string& hand);
+  /// Cancels start(), if the session's time does not run yet.
+  void cancel_start();
+  /// True from the end of the set-up to the end of the session: step() must be called.
+  bool running() const { return bench_ != nullptr; }
+  /// True while the session's time runs.
+  bool started() const { return started_; }
   enum class Turn { kSame, kChanged, kOver };
-  /// Runs one step. kChanged: the trainee's picture has changed, or a second has passed. kOver: the session must be
-  /// ended.
+  /// Runs one step: draws a first picture, or continues the session. kChanged: the trainee's picture has changed, or a
+  /// second has passed. kOver: the session must be ended.
   Turn step();
   /// True after step() if nothing on the page moves except the clock.
   bool at_rest() const { return at_rest_; }
-  /// Ends the session; moves its recording to its folder or deletes it. `why`: reason of an abnormal end. Returns the
-  /// data for a score if no recording is kept. Returns null if one is kept, and after authoring mode or a failure.
+  /// Ends a started session; moves its recording to its folder or deletes it. `why`: reason of an abnormal end. Returns
+  /// the data for a score if no recording is kept. Returns null if one is kept, and after authoring mode or a failure.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request that concerns the session. False: a request of another kind; nothing was done.
@@ -61,6 +68,10 @@ class SessionDesk {
   void make_picture();
 
  private:
+  struct SetUp;
+  void open(SetUp made);
+  Turn begin();
+  void give_up();
   void show_task(const Scene& scene);
   void begin_views(const Scene& scene);
   void change_look();
@@ -73,14 +84,17 @@ class SessionDesk {
 
   OperatorState& s_;
   InterfaceWindow& window_;
-  std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // empty: no session runs
+  BackgroundTask& work_;  // sets up the session
+  std::unique_ptr<Workbench> bench_;
+  std::optional<Scene> scene_;       // the scene of `bench_`
+  Page page_before_ = Page::kStart;  // page from which the session was started
+  bool wanted_ = false;              // false: the user has cancelled the start
+  bool started_ = false;
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};
-  std::filesystem::path recording_, written_,
-      /// recording_: final path of the recording; written_: its path during the session; saved_: path of saved tissue.
-      saved_;
+  // recording_: final path of the recording; written_: its path during the session; saved_: path of saved tissue.
+  std::filesystem::path recording_, written_, saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   Nanos picture_time_ = 0;  // ns, time of the last new picture
   bool at_rest_ = false;

@@ -314,16 +314,26 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
 
 void draw_loading_page(OperatorState& s, InterfaceWindow& w) {
   begin_page(w);
+  const float u = w.style().unit, bar = 20 * u, button = 9 * u;
   const ImVec2 room = ImGui::GetContentRegionAvail();
+  const auto in_the_middle = [&](float width) { ImGui::SetCursorPosX((room.x - width) / 2); };
   const std::string text = fmt::format("{} …", s.text("op.loading"));
   ImGui::PushFont(w.style().large);
   const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  ImGui::SetCursorPos({(room.x - size.x) / 2, (room.y - size.y) / 2});
+  ImGui::SetCursorPosY((room.y - size.y) / 2);
+  in_the_middle(size.x);
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopFont();
-  const ImVec2 title = ImGui::CalcTextSize(s.scene_title.c_str());
-  ImGui::SetCursorPosX((room.x - title.x) / 2);
+  in_the_middle(ImGui::CalcTextSize(s.scene_title.c_str()).x);
   dim(s.scene_title);
+  in_the_middle(bar);
+  ImGui::ProgressBar(s.busy ? static_cast<float>(s.busy_fraction) : 1, {bar, 0}, "");
+  in_the_middle(button);
+  const bool cancelled = ImGui::Button(s.text("op.cancel"), {button, 0});
+  // The emergency keys also cancel.
+  if (cancelled || ImGui::IsKeyPressed(display::keys::kEscape, false) || ImGui::IsKeyPressed(' ', false))
+    s.ask(Ask::kCancel);
+  if (key(display::keys::kF1)) s.help = true;
   end_page();
 }
 

@@ -191,7 +191,7 @@ struct FuseForm {
   std::uint64_t drawn = 0;                      // number of times that the surfaces were drawn
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
-/// The planning page. The page changes the plan; PlanDesk evaluates and draws it between frames.
+/// The planning page. The page changes the plan; PlanDesk evaluates and draws it on another thread.
 struct PlanForm {
   bool ready = false;  // true after the jaw is loaded
   std::array<char, 96> name{};

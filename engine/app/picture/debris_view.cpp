@@ -51,19 +51,16 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
   const int every = std::max(
       1, static_cast<int>(water.nozzles ? std::round(kFilm / frame.voxel) : std::floor(kCoarse / frame.voxel)));
   const glm::ivec3 size = hi - lo + 1;
-  std::vector<float> fine(static_cast<std::size_t>(size.x) * size.y * size.z);
+  std::vector<float> fine(voxel_count(size));
   tissue.copy(lo, size, fine.data(), nullptr);
   field_.size = (size + every - 1) / every;
   field_.origin = frame.to_world(dvec3(lo));
   field_.spacing = every * frame.voxel;
-  distance_.reserve(static_cast<std::size_t>(field_.size.x) * field_.size.y * field_.size.z);
+  distance_.reserve(voxel_count(field_.size));
   for (int x = 0; x < size.x; x += every) {
     for (int y = 0; y < size.y; y += every) {
-      for (int z = 0; z < size.z; z += every) {
-        const std::size_t i =
-            (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
-        distance_.push_back(fine[i] * static_cast<float>(frame.voxel));
-      }
+      for (int z = 0; z < size.z; z += every)
+        distance_.push_back(fine[voxel_index({x, y, z}, size)] * static_cast<float>(frame.voxel));
     }
   }
   field_.distance = distance_.data();
@@ -178,8 +175,7 @@ void DebrisView::carve_pending() {
                    hi = glm::min(sample(X_WB.p + reach) + 1, field_.size - 1);
   bool changed = false;
   for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
-    float& d = distance_[(static_cast<std::size_t>(x) * field_.size.y + static_cast<std::size_t>(y)) * field_.size.z +
-                         static_cast<std::size_t>(z)];
+    float& d = distance_[voxel_index({x, y, z}, field_.size)];
     const auto outside =
         static_cast<float>(-water.head.distance(X_BW * (field_.origin + field_.spacing * dvec3(x, y, z))));
     if (outside <= d) return;

@@ -53,14 +53,11 @@ bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
 
 FilmPicture::FilmPicture(const debris::CoarseField& field, std::uint64_t version)
     : grid_{field.origin, field.spacing, field.size}, blocks_((field.size + kBlock - 1) / kBlock), version_(version) {
-  const std::size_t samples = static_cast<std::size_t>(grid_.size.x) * static_cast<std::size_t>(grid_.size.y) *
-                              static_cast<std::size_t>(grid_.size.z);
+  const std::size_t samples = voxel_count(grid_.size);
   own_.resize(samples);
   texels_.resize(samples);
   queued_.resize(samples);
-  block_version_.resize(
-      static_cast<std::size_t>(blocks_.x) * static_cast<std::size_t>(blocks_.y) * static_cast<std::size_t>(blocks_.z),
-      version);
+  block_version_.resize(voxel_count(blocks_), version);
 }
 
 void FilmPicture::update(debris::Film& film) {
@@ -74,11 +71,9 @@ void FilmPicture::update(debris::Film& film) {
     render::FilmTexel& own = own_[index(sample)];
     if (!differ(own, texel) && (texel != render::FilmTexel{} || own == texel)) continue;
     own = texel;
-    glm::ivec3 d;
-    for (d.x = -1; d.x <= 1; ++d.x)
-      for (d.y = -1; d.y <= 1; ++d.y)
-        for (d.z = -1; d.z <= 1; ++d.z)
-          if (std::exchange(queued_[index(sample + d)], std::uint8_t{1}) == 0) queue_.push_back(sample + d);
+    for_each_voxel_between(sample - 1, sample + 1, [&](const glm::ivec3& s) {
+      if (std::exchange(queued_[index(s)], std::uint8_t{1}) == 0) queue_.push_back(s);
+    });
   }
   if (queue_.empty()) return;
   ++version_;
@@ -95,15 +90,12 @@ void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   if (!film.has_cell(sample)) {
     int count = 0;
     glm::ivec4 sum(0);
-    glm::ivec3 d;
-    for (d.x = -1; d.x <= 1; ++d.x)
-      for (d.y = -1; d.y <= 1; ++d.y)
-        for (d.z = -1; d.z <= 1; ++d.z) {
-          if (!film.has_cell(sample + d)) continue;
-          const render::FilmTexel& t = own_[index(sample + d)];
-          sum += glm::ivec4(t.water, t.cover, t.colour, t.blood);
-          ++count;
-        }
+    for_each_voxel_between(sample - 1, sample + 1, [&](const glm::ivec3& s) {
+      if (!film.has_cell(s)) return;
+      const render::FilmTexel& t = own_[index(s)];
+      sum += glm::ivec4(t.water, t.cover, t.colour, t.blood);
+      ++count;
+    });
     sum = count > 0 ? (sum + count / 2) / count : glm::ivec4(0);
     texel = {static_cast<std::uint8_t>(sum.x), static_cast<std::uint8_t>(sum.y), static_cast<std::uint8_t>(sum.z),
              static_cast<std::uint8_t>(sum.w)};
@@ -112,8 +104,7 @@ void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   if (shown == texel) return;
   shown = texel;
   ++texels_written_;
-  const glm::ivec3 block = sample / kBlock;
-  block_version_[static_cast<std::size_t>((block.x * blocks_.y + block.y) * blocks_.z + block.z)] = version_;
+  block_version_[voxel_index(sample / kBlock, blocks_)] = version_;
 }
 
 void FilmPicture::show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown) {
@@ -123,14 +114,10 @@ void FilmPicture::show(const FilmPicture* picture, render::Renderer& renderer, S
   }
   if (!picture || picture->version_ == shown.version) return;
   std::vector<render::CellBox> boxes;
-  glm::ivec3 b;
-  for (b.x = 0; b.x < picture->blocks_.x; ++b.x)
-    for (b.y = 0; b.y < picture->blocks_.y; ++b.y)
-      for (b.z = 0; b.z < picture->blocks_.z; ++b.z) {
-        const auto at = static_cast<std::size_t>((b.x * picture->blocks_.y + b.y) * picture->blocks_.z + b.z);
-        if (picture->block_version_[at] > shown.version)
-          boxes.push_back({b * kBlock, glm::min(b * kBlock + kBlock, picture->grid_.size) - 1});
-      }
+  for_each_voxel(picture->blocks_, [&](const glm::ivec3& b) {
+    if (picture->block_version_[voxel_index(b, picture->blocks_)] > shown.version)
+      boxes.push_back({b * kBlock, glm::min(b * kBlock + kBlock, picture->grid_.size) - 1});
+  });
   shown.version = picture->version_;
   if (!boxes.empty()) renderer.update_film(picture->texels_, boxes);
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/debris/film.h"
 #include "engine/render/renderer.h"
 
@@ -34,11 +35,7 @@ class FilmPicture {
   /// Side of a block, samples. Changes are sent to the renderer block by block.
   static constexpr int kBlock = 8;
 
-  std::size_t index(const glm::ivec3& s) const {
-    return (static_cast<std::size_t>(s.x) * static_cast<std::size_t>(grid_.size.y) + static_cast<std::size_t>(s.y)) *
-               static_cast<std::size_t>(grid_.size.z) +
-           static_cast<std::size_t>(s.z);
-  }
+  std::size_t index(const glm::ivec3& s) const { return voxel_index(s, grid_.size); }
   void write(const debris::Film& film, const glm::ivec3& sample);
 
   render::FilmGrid grid_;

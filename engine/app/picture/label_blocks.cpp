@@ -43,22 +43,18 @@ void LabelBlocks::look_at(const haptics::TissueVolume& volume, const glm::ivec3&
   origin_ = kSide * first;
   count_ = last - first + 1;
   around_.clear();
-  cubes_.resize(8 * static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) *
-                static_cast<std::size_t>(count_.z));
+  cubes_.resize(voxel_count(2 * count_));
   unsigned all = 0;
-  glm::ivec3 key;
-  for (key.x = first.x; key.x <= last.x; ++key.x)
-    for (key.y = first.y; key.y <= last.y; ++key.y)
-      for (key.z = first.z; key.z <= last.z; ++key.z) {
-        Block& b = block(volume, key);
-        around_.push_back(&b);
-        for (int cube = 0; cube < 8; ++cube) {
-          const Tissues tissues = b.cubes[static_cast<std::size_t>(cube)];
-          const glm::ivec3 at = 2 * (key - first) + glm::ivec3(cube >> 2, cube >> 1 & 1, cube & 1);
-          cubes_[static_cast<std::size_t>((at.x * 2 * count_.y + at.y) * 2 * count_.z + at.z)] = tissues;
-          all |= tissues;
-        }
-      }
+  for_each_voxel_between(first, last, [&](const glm::ivec3& key) {
+    Block& b = block(volume, key);
+    around_.push_back(&b);
+    for (int cube = 0; cube < 8; ++cube) {
+      const Tissues tissues = b.cubes[static_cast<std::size_t>(cube)];
+      const glm::ivec3 at = 2 * (key - first) + glm::ivec3(cube >> 2, cube >> 1 & 1, cube & 1);
+      cubes_[voxel_index(at, 2 * count_)] = tissues;
+      all |= tissues;
+    }
+  });
   all_ = static_cast<Tissues>(all);
 }
 

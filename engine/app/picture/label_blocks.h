@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/app/tissue/drawn_as.h"
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -26,7 +27,7 @@ class LabelBlocks {
   /// Label of a voxel in the current blocks. `volume` must be the one passed to look_at().
   Tissue at(const haptics::TissueVolume& volume, const glm::ivec3& i) {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
-    Block& block = *around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)];
+    Block& block = *around_[voxel_index(b, count_)];
     if (!block.labels) read(volume, block);
     return (*block.labels)[static_cast<std::size_t>(in.x << 2 * kShift | in.y << kShift | in.z)];
   }
@@ -47,12 +48,9 @@ class LabelBlocks {
 
  private:
   unsigned tissues_in(const glm::ivec3& low, const glm::ivec3& high) const {
-    const glm::ivec3 first = low >> kCubeShift, last = high >> kCubeShift;
     unsigned found = 0;
-    for (int x = first.x; x <= last.x; ++x)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int z = first.z; z <= last.z; ++z)
-          found |= cubes_[static_cast<std::size_t>((x * 2 * count_.y + y) * 2 * count_.z + z)];
+    for_each_voxel_between(low >> kCubeShift, high >> kCubeShift,
+                           [&](const glm::ivec3& cube) { found |= cubes_[voxel_index(cube, 2 * count_)]; });
     return found;
   }
 

@@ -8,10 +8,23 @@
 #include "engine/app/tissue/field_mesh.h"
 #include "engine/app/tissue/plane_face.h"
 #include "engine/app/tissue/tooth_field.h"
+#include "engine/base/voxels.h"
 
 namespace typodont {
 
-namespace {}  // namespace
+namespace {
+
+/// Fraction of the 27 points around p, `h` (m) apart, where here(p) is true; with binomial weights.
+template <class Here>
+double fraction_around(const dvec3& p, double h, const Here& here) {
+  double fraction = 0;
+  for_each_voxel_between(glm::ivec3(-1), glm::ivec3(1), [&](const glm::ivec3& i) {
+    if (here(p + h * dvec3(i))) fraction += (i.x ? 1 : 2) * (i.y ? 1 : 2) * (i.z ? 1 : 2) / 64.0;
+  });
+  return fraction;
+}
+
+}  // namespace
 
 bool can_show(const Scene& scene, render::View view) {
   if (view == render::View::kDifference) return scene.task && scene.task->ideal;
@@ -47,27 +60,17 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   const dvec3 lo = origin + h * glm::floor((field.low() - origin) / h);
   glm::dvec3 first(1e9), last(-1e9);
   const glm::ivec3 size(glm::ceil((field.high() - lo) / h));
-  glm::ivec3 i;
-  for (i.x = 0; i.x <= size.x; ++i.x)
-    for (i.y = 0; i.y <= size.y; ++i.y)
-      for (i.z = 0; i.z <= size.z; ++i.z)
-        if (const dvec3 p = lo + h * dvec3(i); here(p)) {
-          first = glm::min(first, p);
-          last = glm::max(last, p);
-        }
+  for_each_voxel(size + 1, [&](const glm::ivec3& i) {
+    const dvec3 p = lo + h * dvec3(i);
+    if (!here(p)) return;
+    first = glm::min(first, p);
+    last = glm::max(last, p);
+  });
   if (first.x > last.x) return {};
   first -= 3 * h;
   last += 3 * h;
   std::vector<render::MeshUpdate> updates = mesh_of_field(
-      first, last, h, 0.15f,
-      [&](const dvec3& p) {
-        double fraction = 0;  // fraction of this tissue in 27 samples, with binomial weights
-        for (int x = -1; x <= 1; ++x)
-          for (int y = -1; y <= 1; ++y)
-            for (int z = -1; z <= 1; ++z)
-              if (here(p + h * dvec3(x, y, z))) fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        return (0.5 - fraction) * 2 * h;
-      },
+      first, last, h, 0.15f, [&](const dvec3& p) { return (0.5 - fraction_around(p, h, here)) * 2 * h; },
       [&](const dvec3&) { return tissue; });
   for (render::MeshUpdate& update : updates)
     for (render::Vertex& vertex : update.vertices) vertex.p += glm::vec3(first - origin);
@@ -85,12 +88,7 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
       [&](const dvec3& p) {
         const double whole = field.distance(p);
         if (whole > h) return whole;
-        double fraction = 0;  // fraction of remaining tissue in 27 samples, with binomial weights
-        for (int x = -1; x <= 1; ++x)
-          for (int y = -1; y <= 1; ++y)
-            for (int z = -1; z <= 1; ++z)
-              if (left(field.tissue(p + h * dvec3(x, y, z))))
-                fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
+        const double fraction = fraction_around(p, h, [&](const dvec3& q) { return left(field.tissue(q)); });
         // Outside the tissue, only few samples have labels, so `fraction` is unreliable. The returned distance is at
         // least `whole`, the distance to the surface of all tissues together.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
@@ -99,10 +97,9 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
         const Tissue here = field.tissue(p);
         if (left(here)) return here;
         std::array<int, kTissueCount> around{};
-        for (int x = -1; x <= 1; ++x)
-          for (int y = -1; y <= 1; ++y)
-            for (int z = -1; z <= 1; ++z)
-              if (const Tissue t = field.tissue(p + h * dvec3(x, y, z)); left(t)) ++around[static_cast<std::size_t>(t)];
+        for_each_voxel_between(glm::ivec3(-1), glm::ivec3(1), [&](const glm::ivec3& i) {
+          if (const Tissue t = field.tissue(p + h * dvec3(i)); left(t)) ++around[static_cast<std::size_t>(t)];
+        });
         const auto most = std::max_element(around.begin(), around.end());
         return *most ? static_cast<Tissue>(most - around.begin()) : Tissue::kAir;
       });

@@ -10,7 +10,7 @@ void BackgroundPass::record(PassContext& context, VkCommandBuffer commands, Fram
     o.cull = VK_CULL_MODE_NONE;
     o.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
     o.depth_write = false;
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   vkCmdDraw(commands, 4, 1, 0, 0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/base/voxels.h"
 #include "engine/render/drawn_matter.h"
 
 namespace typodont::render {
@@ -321,15 +322,12 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
-      glm::ivec3 i;
-      for (i.x = 0; i.x < pieces.x; ++i.x)
-        for (i.y = 0; i.y < pieces.y; ++i.y)
-          for (i.z = 0; i.z < pieces.z; ++i.z) {
-            const glm::vec3 lo = b.lo + glm::vec3(i) * step, hi = lo + step;
-            if (pieces != glm::ivec3(1) && !lit_otherwise(lo, hi)) continue;
-            for (std::size_t e = 0; e < views; ++e)
-              tiles[e].mark(seen_in(clip_from_world[e] * world_from_mesh, lo, hi, size));
-          }
+      for_each_voxel(pieces, [&](const glm::ivec3& i) {
+        const glm::vec3 lo = b.lo + glm::vec3(i) * step, hi = lo + step;
+        if (pieces != glm::ivec3(1) && !lit_otherwise(lo, hi)) return;
+        for (std::size_t e = 0; e < views; ++e)
+          tiles[e].mark(seen_in(clip_from_world[e] * world_from_mesh, lo, hi, size));
+      });
     }
   }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/nearest.h"
+
 namespace typodont::render {
 
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size) {
@@ -107,13 +109,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// Distance from the origin to the segment p–q.
-float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
-  const glm::vec3 d = q - p;
-  const float dd = glm::dot(d, d);
-  const float s = dd > 1e-14f ? glm::clamp(-glm::dot(p, d) / dd, 0.0f, 1.0f) : 0.0f;
-  return glm::length(p + s * d);
-}
+constexpr glm::vec3 kOrigin(0);
 
 // Distance by which light inside tissue widens a tool's shadow, m, as in lighting.glsl.
 constexpr float kShadowScatter = 1.4e-3f;
@@ -132,7 +128,7 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
       const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
       if (way <= 0 || std::min(f, t) - radius > kHandpieceReach) continue;
       const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
-      if (distance_to_segment(from - f * l, to - t * l) - radius < std::max(a.w, b.w) + soft) return true;
+      if (distance_to_segment(from - f * l, to - t * l, kOrigin) - radius < std::max(a.w, b.w) + soft) return true;
     }
   }
   return false;
@@ -151,17 +147,15 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   // Fast test first, because most objects are far from shadow and occlusion.
   const float most = std::max(
       kToolReach, kToolShadowReach + thick + 0.08e-3f + kShadowScatter + data.lamp.x * (kToolShadowReach + 2 * radius));
-  const glm::vec3 axis = e - a;
-  const float along = glm::clamp(glm::dot(center - a, axis) / std::max(glm::dot(axis, axis), 1e-14f), 0.0f, 1.0f);
-  if (glm::length(a + along * axis - center) - radius > most) return false;
+  if (distance_to_segment(a, e, center) - radius > most) return false;
   for (int k = 0; k < kPieces; ++k) {
     const glm::vec3 from = glm::mix(a, e, static_cast<float>(k) / kPieces) - center,
                     to = glm::mix(a, e, static_cast<float>(k + 1) / kPieces) - center;
-    if (distance_to_segment(from, to) - radius < kToolReach) return true;
+    if (distance_to_segment(from, to, kOrigin) - radius < kToolReach) return true;
     const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
     if (way <= 0 || std::min(f, t) - radius > kToolShadowReach) continue;
     const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
-    if (distance_to_segment(from - f * l, to - t * l) - radius < thick + soft) return true;
+    if (distance_to_segment(from - f * l, to - t * l, kOrigin) - radius < thick + soft) return true;
   }
   return false;
 }

@@ -91,9 +91,4 @@ inline void draw_vertices(VkCommandBuffer commands, VkBuffer vertices, std::uint
   ++stats.commands;
 }
 
-inline void destroy_pipeline(gpu::Device& device, VkPipeline& pipeline) {
-  if (pipeline) vkDestroyPipeline(device.device, pipeline, nullptr);
-  pipeline = VK_NULL_HANDLE;
-}
-
 }  // namespace typodont::render

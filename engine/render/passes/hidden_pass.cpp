@@ -21,14 +21,13 @@ void HiddenPass::record(PassContext& context, VkCommandBuffer commands, FrameSta
     o.bindings = {{0, sizeof(glm::vec3), VK_VERTEX_INPUT_RATE_VERTEX}};
     o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, 0}};
     o.cull = VK_CULL_MODE_NONE;
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   draw_vertices(commands, corners.buffer, count, stats);
 }
 
 void HiddenPass::destroy(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
   corners.destroy(device);
 }
 

@@ -35,14 +35,13 @@ void MaskPass::record(PassContext& context, VkCommandBuffer commands, int slot, 
     o.cull = VK_CULL_MODE_NONE;
     o.depth_compare = VK_COMPARE_OP_ALWAYS;
     o.color_write = false;
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   draw_vertices(commands, corners.buffers[static_cast<std::size_t>(slot)].buffer, count[e], stats, first[e]);
 }
 
 void MaskPass::destroy(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
   corners.destroy(device);
 }
 

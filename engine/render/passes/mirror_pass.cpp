@@ -27,7 +27,7 @@ void MirrorPass::record_glass(PassContext& context, VkCommandBuffer commands, co
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_mirror_vert, kSpirv_mirror_frag);
     o.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, mirror.X_WM);
@@ -36,7 +36,7 @@ void MirrorPass::record_glass(PassContext& context, VkCommandBuffer commands, co
 }
 
 void MirrorPass::destroy_pictures(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
+  pipeline = VK_NULL_HANDLE;
   picture.destroy(device);
 }
 

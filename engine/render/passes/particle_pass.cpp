@@ -77,7 +77,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       o.blend = true;
       // Values of the constants kView, kGlass, kHolds, kCorners.
       o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
-      own = gpu::create_pipeline(context.device, o);
+      own = gpu::get_pipeline(context.device, o);
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, own);
   };
@@ -95,7 +95,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
       o.cull = VK_CULL_MODE_NONE;
       o.depth_write = false;
       o.blend = true;
-      streak_pipeline = gpu::create_pipeline(context.device, o);
+      streak_pipeline = gpu::get_pipeline(context.device, o);
     }
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, streak_pipeline);
     draw_vertices(commands, streak_corners.buffers[static_cast<std::size_t>(slot)].buffer, 6 * streaks, stats);
@@ -111,9 +111,6 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
 }
 
 void ParticlePass::destroy(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
-  destroy_pipeline(device, cloud_pipeline);
-  destroy_pipeline(device, streak_pipeline);
   corners.destroy(device);
   streak_corners.destroy(device);
 }

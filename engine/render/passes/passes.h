@@ -49,10 +49,11 @@ struct SurfacePass {
                             static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
            (glass_pipeline ? 1 : 0) + (depth[0] ? 1 : 0) + (depth[1] ? 1 : 0);
   }
-  void destroy(gpu::Device& device) {
-    for (VkPipeline& p : solid) destroy_pipeline(device, p);
-    for (VkPipeline& p : depth) destroy_pipeline(device, p);
-    destroy_pipeline(device, glass_pipeline);
+  /// Call after a change of the pipelines' options.
+  void forget_pipelines() {
+    solid = {};
+    depth = {};
+    glass_pipeline = VK_NULL_HANDLE;
   }
 };
 
@@ -93,10 +94,6 @@ struct ToolPass {
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
                         FrameStats& stats);
-  void destroy(gpu::Device& device) {
-    destroy_pipeline(device, pipeline);
-    destroy_pipeline(device, handpiece_pipeline);
-  }
 };
 
 /// Draws the mouth mirror. Its glass shows the reflected scene, which was drawn before.
@@ -116,7 +113,6 @@ struct MirrorPass {
 struct BackgroundPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
-  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
 };
 
 struct ParticlePass {

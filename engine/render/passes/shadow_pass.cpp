@@ -58,7 +58,7 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
     o.depth = kDepthFormat;
     o.depth_bias = 1.0f;
     o.depth_bias_slope = 1.5f;
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   const VkExtent2D size = map.options.size;
   const glm::vec2 side(static_cast<float>(size.width), static_cast<float>(size.height));
@@ -85,7 +85,6 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
 }
 
 void ShadowPass::destroy(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
   map.destroy(device);
 }
 

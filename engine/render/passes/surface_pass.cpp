@@ -18,7 +18,7 @@ void SurfacePass::record_depth(PassContext& context, VkCommandBuffer commands, B
       o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)}};
       o.color_write = false;
       if (both) o.cull = VK_CULL_MODE_NONE;
-      chosen = gpu::create_pipeline(context.device, o);
+      chosen = gpu::get_pipeline(context.device, o);
     }
     std::size_t end = i + 1;
     while (end < wanted.size() && (wanted[end].kind == BrickKind::kTwoSided) == both) ++end;
@@ -45,8 +45,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
                      [](const DrawGroup& a, const DrawGroup& b) { return a.kind < b.kind; });
   }
   if (view != made_for || frame.cursor.visible != with_cursor || effects != with_effects) {
-    vkDeviceWaitIdle(context.device.device);
-    destroy(context.device);
+    forget_pipelines();
     made_for = view;
     with_cursor = frame.cursor.visible;
     with_effects = effects;
@@ -76,7 +75,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
       o.constants.push_back(effects.spot ? 1u : 0u);              // value of the constant kSpot
       o.constants.push_back(effects.film ? 1u : 0u);              // value of the constant kFilm
       o.constants.push_back(effects.light_grid ? 1u : 0u);        // value of the constant kLightGrid
-      chosen = gpu::create_pipeline(context.device, o);
+      chosen = gpu::get_pipeline(context.device, o);
     }
     std::size_t end = i + 1;
     while (end < wanted.size() && (glass || wanted[end].kind == kind)) ++end;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/render/passes/changed.h"
 #include "engine/render/passes/context.h"
 #include "engine/render/passes/volume_image.h"
@@ -40,21 +41,15 @@ struct TexelStore {
   void update(const At& texel, std::span<const CellBox> boxes) {
     // If the list of changed texels is longer than the grid, the whole grid is copied once.
     const CellBox whole{glm::ivec3(0), size - 1};
-    if (texels.size() >
-        static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)) {
+    if (texels.size() > voxel_count(size)) {
       parts.clear();
       texels.clear();
       boxes = {&whole, 1};
     }
     for (const CellBox& box : boxes) {
       parts.push_back({box.lo, box.hi - box.lo + 1, texels.size()});
-      for (int x = box.lo.x; x <= box.hi.x; ++x)
-        for (int y = box.lo.y; y <= box.hi.y; ++y) {
-          const std::size_t row =
-              (static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)) *
-              static_cast<std::size_t>(size.z);
-          for (int z = box.lo.z; z <= box.hi.z; ++z) texels.push_back(texel(row + static_cast<std::size_t>(z)));
-        }
+      for_each_voxel_between(box.lo, box.hi,
+                             [&](const glm::ivec3& i) { texels.push_back(texel(voxel_index(i, size))); });
     }
   }
   /// Marks the tiles in which changed parts are visible.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "engine/render/passes/passes.h"
 #include "shaders/handpiece_frag.h"
@@ -69,11 +70,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
 void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
                       bool light_grid, FrameStats& stats) {
   if (!body.mesh.index_count) return;
-  if (pipeline && light_grid != with_light_grid) {
-    vkDeviceWaitIdle(context.device.device);
-    destroy_pipeline(context.device, pipeline);
-  }
-  with_light_grid = light_grid;
+  if (std::exchange(with_light_grid, light_grid) != light_grid) pipeline = VK_NULL_HANDLE;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
     o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -84,7 +81,7 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
     // Constants of frame.glsl: the first seven are unused here, the last is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
-    pipeline = gpu::create_pipeline(context.device, o);
+    pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, X_WB);
@@ -141,7 +138,7 @@ void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, 
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
     // Constants of frame.glsl, unused here: 0; the last is kPerPixel of handpiece.glsl.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
-    handpiece_pipeline = gpu::create_pipeline(context.device, o);
+    handpiece_pipeline = gpu::get_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
   push(commands, context.layout, X_WH);
