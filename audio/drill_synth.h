@@ -54,8 +54,6 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Number of models whose filters computed the last sample: 0 silent, 1 idle, 2 cutting.
-  int active_filters() const noexcept;
 
  private:
   struct Impl;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/pose.h"
+#include "engine/base/voxels.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 
@@ -52,7 +53,7 @@ struct FilePlace {
   PatientAxes axes = PatientAxes::kUnknown;
 };
 
-/// Tissue as dense arrays, created by importers and solids. Index of a sample: (x·size.y + y)·size.z + z.
+/// Tissue as dense arrays, created by importers and solids.
 struct DenseTissue {
   VoxelFrame frame;  // voxel (0,0,0) is at frame.origin
   glm::ivec3 size{0};
@@ -67,9 +68,7 @@ struct DenseTissue {
   bool exact_outside = true;      // false: outside, the stored distance may be smaller than the true one, never larger
   FilePlace place;
 
-  std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
-  }
+  std::size_t at(int x, int y, int z) const { return voxel_index({x, y, z}, size); }
 };
 
 /// Hardness byte of a voxel with the full stiffness and specific energy of its Material. A byte b stands for the

@@ -11,6 +11,7 @@
 
 #include "engine/base/clock.h"
 #include "engine/base/pose.h"
+#include "engine/base/voxels.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -74,22 +75,16 @@ class SoftSurface {
   /// Calls `visit(point)` for all points in the cells that overlap the box `lo` to `hi`.
   template <class Visit>
   void each_near(const dvec3& lo, const dvec3& hi, Visit&& visit) const noexcept {
-    const glm::ivec3 first = cell_of(lo), last = cell_of(hi);
-    for (int x = first.x; x <= last.x; ++x)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int z = first.z; z <= last.z; ++z) {
-          const std::size_t cell = cell_index({x, y, z});
-          for (std::uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; ++i) visit(cell_points_[i]);
-        }
+    for_each_voxel_between(cell_of(lo), cell_of(hi), [&](const glm::ivec3& c) {
+      const std::size_t cell = cell_index(c);
+      for (std::uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; ++i) visit(cell_points_[i]);
+    });
   }
 
  private:
   void build_cells();
   glm::ivec3 cell_of(const dvec3& p_W) const noexcept;
-  std::size_t cell_index(const glm::ivec3& cell) const noexcept {
-    return (static_cast<std::size_t>(cell.x) * cells_.y + static_cast<std::size_t>(cell.y)) * cells_.z +
-           static_cast<std::size_t>(cell.z);
-  }
+  std::size_t cell_index(const glm::ivec3& cell) const noexcept { return voxel_index(cell, cells_); }
 
   SoftLaw law_;
   std::vector<Point> points_;

@@ -20,6 +20,7 @@
 #include "audio/ar_fit.h"
 #include "audio/sound_file.h"
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 
 namespace typodont::audio {
@@ -41,14 +42,6 @@ constexpr double kConstantSpeed = 0.002;
 constexpr double kMaxHeldOut = 0.9;
 // Length of the Welch window, s. Its resolution is about that of a model of order 300 at 48 kHz.
 constexpr double kWelchWindow = 1024.0 / 48000;
-
-double mean_power(std::span<const double> x) {
-  return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
-}
-
-double in_dB(double power) {
-  return 10 * std::log10(power + 1e-30);
-}
 
 void refuse_what_is_not_finite(const std::filesystem::path& file, const Recording& recording) {
   for (std::size_t c = 0; c < recording.channels.size(); ++c) {
@@ -101,25 +94,12 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   }
 }
 
-std::vector<double> frame_levels(std::span<const double> x, std::size_t frame) {
-  std::vector<double> levels;
-  for (std::size_t at = 0; at + frame <= x.size(); at += frame)
-    levels.push_back(in_dB(mean_power(x.subspan(at, frame))));
-  return levels;
-}
-
-double quantile(std::vector<double> values, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 /// Index of the first audible sample, and the index after the last one.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
   if (levels.size() < 3) return {0, x.size()};
-  const double floor = quantile(levels, 0.95) - kQuietBelowLoud;
+  const double floor = lower_quantile(levels, 0.95) - kQuietBelowLoud;
   const auto sounds = [&](double level) { return level > floor; };
   const auto first = std::find_if(levels.begin(), levels.end(), sounds) - levels.begin();
   const auto last = std::find_if(levels.rbegin(), levels.rend(), sounds).base() - levels.begin();
@@ -133,9 +113,9 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   const auto levels = frame_levels(x, frame);
   if (levels.size() < 3) return {0, x.size()};
   std::vector<double> loud;
-  const double limit = quantile(levels, 0.9) - 6;
+  const double limit = lower_quantile(levels, 0.9) - 6;
   std::copy_if(levels.begin(), levels.end(), std::back_inserter(loud), [&](double v) { return v >= limit; });
-  const double level = quantile(loud, 0.5);
+  const double level = lower_quantile(loud, 0.5);
   std::size_t best_from = 0, best_length = 0, run = 0;
   for (std::size_t i = 0; i < levels.size(); ++i) {
     run = std::abs(levels[i] - level) <= kSteadyWithin ? run + 1 : 0;
@@ -162,7 +142,7 @@ double detected_hum(std::span<const double> x, double rate) {
       if (away <= 1.5 + bin) line = std::max(line, power[i]);
       if (away > 4 + 2 * bin && away < 25) around.push_back(power[i]);
     }
-    if (!around.empty() && line > 100 * quantile(around, 0.5)) return mains;
+    if (!around.empty() && line > 100 * lower_quantile(around, 0.5)) return mains;
   }
   return 0;
 }

@@ -11,6 +11,7 @@
 #include "audio/ar/noise.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 
 namespace typodont::audio {
@@ -156,9 +157,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
     const double away = std::abs(static_cast<double>(i) * bin - frequency);
     if (away >= nearest && away <= nearest + kFloorReach) around.push_back(power[i]);
   }
-  if (around.empty()) return 0;
-  std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2), around.end());
-  return around[around.size() / 2];
+  return around.empty() ? 0 : nth(around, around.size() / 2);
 }
 
 /// Returns the noise of a line's amplitude, with its variance reduced by `variance`.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "audio/ar/spectrum.h"
+
 namespace typodont::audio {
 
 namespace {
@@ -18,17 +20,6 @@ constexpr std::ptrdiff_t kEvenOver = 6;
 constexpr double kUnderLoad = 2.5;     // dB, rise of the level above the idle level that counts as load
 constexpr double kShortestPart = 0.2;  // s, shorter parts of a recording are merged with a neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
-
-/// Returns the level of each frame in dB.
-std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
-  std::vector<double> levels;
-  for (std::size_t at = 0; at + frame <= x.size(); at += frame) {
-    const auto part = x.subspan(at, frame);
-    const double power = std::inner_product(part.begin(), part.end(), part.begin(), 0.0) / static_cast<double>(frame);
-    levels.push_back(10 * std::log10(power + 1e-30));
-  }
-  return levels;
-}
 
 /// Level that separates quiet from loud frames (Otsu 1979), dB; nullopt if their levels do not differ.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
@@ -62,7 +53,7 @@ std::optional<DrillPart> drill_part_named(std::string_view name) noexcept {
 
 std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(kFrame * rate);
-  const std::vector<double> levels = levels_of(x, frame);
+  const std::vector<double> levels = frame_levels(x, frame);
   const auto count = static_cast<std::ptrdiff_t>(levels.size());
   if (count < 10) return {};
   std::vector<double> sorted = levels;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "audio/ar/spectrum.h"
+#include "engine/base/quantile.h"
 
 namespace typodont::audio {
 
@@ -19,9 +20,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     const auto at = power.begin() + i;
     if (*std::max_element(at - 3, at + 4) > *at) continue;
     around.assign(power.begin() + std::max<std::ptrdiff_t>(1, i - reach), power.begin() + std::min(size, i + reach));
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), middle, around.end());
-    const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
+    const double prominence = 10 * std::log10((*at + 1e-30) / (nth(around, around.size() / 2) + 1e-30));
     if (prominence < at_least_dB) continue;
     // Position of the peak in bins, from a parabola through the logarithms of the power in three bins.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <numeric>
 
 #include "engine/base/units.h"
 
@@ -146,6 +147,21 @@ std::vector<double> expected_welch(const std::vector<double>& power, std::size_t
     density[i] = std::max(0.0, fft.re(2 * i)) * (i == 0 || 2 * i == n ? 1.0 : 2.0) / rate;
   }
   return density;
+}
+
+double mean_power(std::span<const double> x) {
+  return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
+}
+
+double in_dB(double power) {
+  return 10 * std::log10(power + 1e-30);
+}
+
+std::vector<double> frame_levels(std::span<const double> x, std::size_t frame) {
+  std::vector<double> levels;
+  for (std::size_t at = 0; at + frame <= x.size(); at += frame)
+    levels.push_back(in_dB(mean_power(x.subspan(at, frame))));
+  return levels;
 }
 
 double log_spectral_distance(std::span<const double> a, std::span<const double> b) {

@@ -10,6 +10,11 @@ namespace typodont::audio {
 enum class Window { kNone, kHann, kHamming, kBlackman };
 std::vector<double> window_samples(Window window, std::size_t n);
 
+double mean_power(std::span<const double> x);
+double in_dB(double power);
+/// Level of each whole frame of `frame` samples, dB.
+std::vector<double> frame_levels(std::span<const double> x, std::size_t frame);
+
 /// Welch's method: one-sided power density (1/Hz) at the frequencies i·rate/n, i = 0…n/2. Mean over Hann windows of n
 /// samples that overlap by half. A shorter sound is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);

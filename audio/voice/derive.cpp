@@ -10,6 +10,16 @@
 namespace typodont::audio {
 
 namespace {
+
+/// How a tissue changes the idle sound. Brittle tissue changes level and slope, bone and dentin add a lower resonance,
+/// soft tissue damps. See audio/README.md.
+struct TissueColour {
+  double level_dB;       // dB, power of the sound in this tissue relative to that of the idle sound, both at free speed
+  double slope_dB;       // dB per octave, slope of the gain from 200 Hz to 16 kHz, 0 dB at 3 kHz
+  double centre;         // Hz, centre frequency of the tissue's resonance
+  double resonance_dB;   // dB, gain at the centre of the resonance
+  double width_octaves;  // octaves, standard deviation of the Gaussian resonance curve
+};
 constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {0.0, 0.0, 3000, 0.0, 1.0},   // air: the idle sound, unchanged
     {6.0, 1.6, 9000, 4.0, 0.5},   // enamel
@@ -32,10 +42,6 @@ double power_factor(const TissueColour& colour, double frequency) {
 }
 
 }  // namespace
-
-const TissueColour& colour_of(Tissue tissue) noexcept {
-  return kColours[static_cast<std::size_t>(tissue)];
-}
 
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;

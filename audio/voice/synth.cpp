@@ -263,11 +263,7 @@ struct DrillSynth::Impl {
     }
 
     bool active[kTissueCount];
-    filters = 0;
-    for (std::size_t t = 0; t < weights.size(); ++t) {
-      active[t] = turning && !weights[t].zero();
-      filters += active[t];
-    }
+    for (std::size_t t = 0; t < weights.size(); ++t) active[t] = turning && !weights[t].zero();
     // Levels change per sample, because the length of chunks depends on the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
@@ -411,7 +407,6 @@ struct DrillSynth::Impl {
   float slip = 0, low = 0;
   double last_force = 0;
   Tissue last_tissue = Tissue::kEnamel;
-  int filters = 0;
 };
 
 DrillSynth::DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options)
@@ -444,9 +439,6 @@ std::uint64_t DrillSynth::late() const noexcept {
 }
 std::uint64_t DrillSynth::dropped() const noexcept {
   return impl_->dropped;
-}
-int DrillSynth::active_filters() const noexcept {
-  return impl_->filters;
 }
 
 }  // namespace typodont::audio

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "calibration/statistics.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
@@ -163,9 +164,7 @@ class Consensus {
       residuals(candidate.X_DH, r2);
       std::tie(candidate.score, candidate.count) = best_nfa(r2);
       keep(top, candidate);
-      const auto median = r2.begin() + static_cast<std::ptrdiff_t>(std::min(n_ - 1, n_ / 2 + 1));
-      std::nth_element(r2.begin(), median, r2.end());
-      keep(by_median_, {candidate.X_DH, *median, 0});
+      keep(by_median_, {candidate.X_DH, nth(r2, std::min(n_ - 1, n_ / 2 + 1)), 0});
       return static_cast<double>(top.front().count) / static_cast<double>(n_);
     });
     Agreement best;

@@ -297,9 +297,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   }
   dvec3 middle(0);
   for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const dvec3& p : points) scatter += eigen(p - middle) * eigen(p - middle).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  const auto axes = eigen_of(scatter_about(middle, points));
   if (axes.eigenvalues()[1] < 1e-4 * axes.eigenvalues()[2]) {
     result.not_determined = "the touched points lie on one line: the turn about it is not determined";
     return result;

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
+#include <span>
 #include <vector>
 
 #include "engine/base/pose.h"
+#include "engine/base/quantile.h"
 
 namespace typodont::calibration {
 
@@ -20,6 +20,13 @@ inline Eigen::Matrix3d eigen(const dquat& q) {
 }
 inline dvec3 vec(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
+}
+
+/// Sum of d dᵀ over the vectors d from `centre` to the points.
+inline Eigen::Matrix3d scatter_about(const dvec3& centre, std::span<const dvec3> points) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const dvec3& p : points) sum += eigen(p - centre) * eigen(p - centre).transpose();
+  return sum;
 }
 
 /// The matrix [v] with [v] w = v × w.
@@ -46,10 +53,7 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M);
 
 /// The value in the middle of the sorted values; 0 if there are none.
 inline double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0 : nth(values, values.size() / 2);
 }
 
 /// Standard deviation per component of normally distributed errors with 1, 2 or 3 components, from the median of their

@@ -15,6 +15,7 @@
 #include "calibration/solver/eigen_math.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
@@ -250,10 +251,8 @@ class Solver {
       turns.push_back(r.head<3>().squaredNorm()), shifts.push_back(r.tail<3>().squaredNorm());
     }
     const auto scale = [&](std::vector<double>& squares) {
-      const auto half = static_cast<std::ptrdiff_t>(kept_half() - 1);
-      std::nth_element(squares.begin(), squares.begin() + half, squares.end());
       const double fraction = (static_cast<double>(kept_half()) - 0.5) / static_cast<double>(n_);
-      return std::max(kFloor, std::sqrt(squares[static_cast<std::size_t>(half)] / chi_squared_quantile(fraction, 3)));
+      return std::max(kFloor, std::sqrt(nth(squares, kept_half() - 1) / chi_squared_quantile(fraction, 3)));
     };
     return rows_within(at, scale(turns), scale(shifts), n_);
   }

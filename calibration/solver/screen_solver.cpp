@@ -89,9 +89,7 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
   }
   dvec3 centre(0);
   for (const dvec3& p : touches) centre += p / static_cast<double>(touches.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const dvec3& p : touches) scatter += eigen(p - centre) * eigen(p - centre).transpose();
-  const auto axes = eigen_of(scatter);
+  const auto axes = eigen_of(scatter_about(centre, touches));
   dvec3 normal = vec(axes.eigenvectors().col(0));
   const dvec3 e1 = vec(axes.eigenvectors().col(1)), e2 = vec(axes.eigenvectors().col(2));
   if (glm::dot(normal, seen_from - centre) < 0) normal = -normal;

@@ -9,6 +9,7 @@
 
 #include "calibration/solver/eigen_math.h"
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
@@ -35,12 +36,6 @@ constexpr double kOffsetRidge = 1e-3;
 dquat rotation(const dvec3& vector) {
   const double angle = glm::length(vector);
   return angle > 0 ? glm::angleAxis(angle, vector / angle) : dquat(1, 0, 0, 0);
-}
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 struct Residual {
@@ -105,7 +100,7 @@ class SurfaceFit {
       if (d <= limit_) within.push_back(d);
     }
     const double least = 0.25 * options_.resolution;
-    return std::max(least, kTukey * kPerMedian * quantile(std::move(within), 0.5));
+    return std::max(least, kTukey * kPerMedian * lower_quantile(std::move(within), 0.5));
   }
 
   double weight(double residual) const {
@@ -161,8 +156,8 @@ class SurfaceFit {
     if (residuals_.empty()) return;
     result_.agreement = static_cast<double>(agreeing.size()) / static_cast<double>(residuals_.size());
     result_.area = static_cast<double>(agreeing.size()) * options_.point_area;
-    result_.median = quantile(agreeing, 0.5);
-    result_.most_of = quantile(agreeing, 0.95);
+    result_.median = lower_quantile(agreeing, 0.5);
+    result_.most_of = lower_quantile(agreeing, 0.95);
 
     // Cluster-robust sandwich estimator: residuals are first summed over cells, because errors of neighbours are
     // correlated.

@@ -1,14 +1,12 @@
 #include "engine/debris/debris.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
 
-#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "engine/debris/film.h"
 #include "engine/debris/motion/contact.h"
@@ -391,23 +389,6 @@ std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
 
 glm::vec3 Debris::velocity(std::size_t i) const noexcept {
   return state_->velocity(state_->slot(i));
-}
-double Debris::chip(std::size_t i) const noexcept {
-  return state_->chips[state_->slot(i)].diameter;
-}
-double Debris::mass(std::size_t i) const noexcept {
-  return state_->left(state_->slot(i));
-}
-
-std::uint64_t Debris::hash() const noexcept {
-  const State& s = *state_;
-  Fnv1a hash;
-  for (std::size_t i = 0; i < s.count; ++i) {
-    const std::size_t at = s.slot(i);
-    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz}) hash.add((*array)[at]);
-    hash.add(s.chips[at].mass0);
-  }
-  return hash.value;
 }
 
 }  // namespace typodont::debris

@@ -132,10 +132,6 @@ class Debris {
   /// Returns the velocity (m/s, frame W) of the particle that write_points() wrote at `i`. Indices are valid until
   /// suction removes a particle.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// Returns the diameter (m) of one chip of particle i, on which its drag depends.
-  double chip(std::size_t i) const noexcept;
-  double mass(std::size_t i) const noexcept;  // returns the mass (kg) of particle i
-  std::uint64_t hash() const noexcept;
 
  private:
   struct State;

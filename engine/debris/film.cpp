@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "engine/base/dispatch.h"
-#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "engine/base/vectors.h"
+#include "engine/base/voxels.h"
 
 namespace typodont::debris {
 namespace {
@@ -97,11 +97,7 @@ struct Film::State {
   std::uint64_t stepped = 0;
   FilmLedger ledger;
 
-  std::size_t index(const glm::ivec3& s) const {
-    return (static_cast<std::size_t>(s.x) * static_cast<std::size_t>(field.size.y) + static_cast<std::size_t>(s.y)) *
-               static_cast<std::size_t>(field.size.z) +
-           static_cast<std::size_t>(s.z);
-  }
+  std::size_t index(const glm::ivec3& s) const { return voxel_index(s, field.size); }
   bool inner(const glm::ivec3& s) const {
     return glm::all(glm::greaterThan(s, glm::ivec3(0))) && glm::all(glm::lessThan(s, field.size - 1));
   }
@@ -136,15 +132,12 @@ struct Film::State {
     for (int reach = 1; reach <= 2; ++reach) {
       std::int32_t best = -1;
       double least = 1e9;
-      glm::ivec3 d;
-      for (d.x = -reach; d.x <= reach; ++d.x)
-        for (d.y = -reach; d.y <= reach; ++d.y)
-          for (d.z = -reach; d.z <= reach; ++d.z) {
-            const std::int32_t i = slot(middle + d);
-            if (i < 0) continue;
-            const double far = glm::length(glm::dvec3(cells[static_cast<std::size_t>(i)].p) - p);
-            if (far < least) least = far, best = i;
-          }
+      for_each_voxel_between(middle - reach, middle + reach, [&](const glm::ivec3& s) {
+        const std::int32_t i = slot(s);
+        if (i < 0) return;
+        const double far = glm::length(glm::dvec3(cells[static_cast<std::size_t>(i)].p) - p);
+        if (far < least) least = far, best = i;
+      });
       if (best >= 0) return best;
     }
     return -1;
@@ -199,20 +192,17 @@ void Film::State::link(std::int32_t i) {
   // for each neighbour: x², xy, y² of its vector d_k = (x, y), in grid spacings
   std::array<glm::dvec3, kMaxNeighbours> products;
   double squares = 0;
-  glm::ivec3 d;
-  for (d.x = -1; d.x <= 1; ++d.x)
-    for (d.y = -1; d.y <= 1; ++d.y)
-      for (d.z = -1; d.z <= 1; ++d.z) {
-        const std::int32_t j = d == glm::ivec3(0) ? -1 : slot(cell.sample + d);
-        if (j < 0 || count == kMaxNeighbours) continue;
-        const Cell& other = cells[static_cast<std::size_t>(j)];
-        if (glm::dot(cell.n, other.n) < -0.5f) continue;  // skips a cell on a thin wall's opposite face
-        const glm::dvec3 offset = glm::dvec3(other.p - cell.p) / field.spacing;
-        const double x = glm::dot(offset, e), y = glm::dot(offset, f);
-        products[count] = {x * x, x * y, y * y};
-        squares += x * x + y * y;
-        to.to[count++] = j;
-      }
+  for_each_voxel_between(cell.sample - 1, cell.sample + 1, [&](const glm::ivec3& s) {
+    const std::int32_t j = s == cell.sample ? -1 : slot(s);
+    if (j < 0 || count == kMaxNeighbours) return;
+    const Cell& other = cells[static_cast<std::size_t>(j)];
+    if (glm::dot(cell.n, other.n) < -0.5f) return;  // skips a cell on a thin wall's opposite face
+    const glm::dvec3 offset = glm::dvec3(other.p - cell.p) / field.spacing;
+    const double x = glm::dot(offset, e), y = glm::dot(offset, f);
+    products[count] = {x * x, x * y, y * y};
+    squares += x * x + y * y;
+    to.to[count++] = j;
+  });
   to.used = (count + 7) / 8 * 8;
   if (!(squares > 0)) return to.to.fill(i);
   const double area = cell.area / (field.spacing * field.spacing), mean = 4 * area / squares;
@@ -238,47 +228,43 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
   // Cells up to one sample outside the changed box are computed again, and links up to two samples outside.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
-  glm::ivec3 s;
-  for (s.x = first.x; s.x <= last.x; ++s.x)
-    for (s.y = first.y; s.y <= last.y; ++s.y)
-      for (s.z = first.z; s.z <= last.z; ++s.z) {
-        std::int32_t& at = slot_at[index(s)];
-        const std::optional<Cell> made = made_at(s);
-        if (made) {
-          if (at < 0) {
-            if (free_slots.empty()) {
-              at = static_cast<std::int32_t>(cells.size());
-              cells.emplace_back(), links.emplace_back(), surface.emplace_back();
-              load.emplace_back(), gain.push_back(0), content.push_back(0), rate.push_back(0);
-              for (std::vector<double>& gain_of : gain_solids) gain_of.push_back(0);
-              is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
-            } else {
-              at = free_slots.back();
-              free_slots.pop_back();
-            }
-          }
-          cells[static_cast<std::size_t>(at)] = *made;
-          surface[static_cast<std::size_t>(at)] = {made->height, std::max(made->tilt, 0.0f) / made->area};
-          mark(at);
-        } else if (at >= 0) {
-          const auto i = static_cast<std::size_t>(at);
-          if (is_loaded[i]) {
-            homeless.emplace_back(glm::dvec3(cells[i].p), load[i]);
-            load[i] = {};
-            std::erase(loaded, at);
-            is_loaded[i] = has_solids[i] = 0;
-          }
-          mark(at);
-          is_changed[i] = 0;  // so that a new cell in this slot can be listed as changed, too
-          free_slots.push_back(at);
-          at = -1;
+  for_each_voxel_between(first, last, [&](const glm::ivec3& s) {
+    std::int32_t& at = slot_at[index(s)];
+    const std::optional<Cell> made = made_at(s);
+    if (made) {
+      if (at < 0) {
+        if (free_slots.empty()) {
+          at = static_cast<std::int32_t>(cells.size());
+          cells.emplace_back(), links.emplace_back(), surface.emplace_back();
+          load.emplace_back(), gain.push_back(0), content.push_back(0), rate.push_back(0);
+          for (std::vector<double>& gain_of : gain_solids) gain_of.push_back(0);
+          is_loaded.push_back(0), is_changed.push_back(0), has_solids.push_back(0);
+        } else {
+          at = free_slots.back();
+          free_slots.pop_back();
         }
       }
+      cells[static_cast<std::size_t>(at)] = *made;
+      surface[static_cast<std::size_t>(at)] = {made->height, std::max(made->tilt, 0.0f) / made->area};
+      mark(at);
+    } else if (at >= 0) {
+      const auto i = static_cast<std::size_t>(at);
+      if (is_loaded[i]) {
+        homeless.emplace_back(glm::dvec3(cells[i].p), load[i]);
+        load[i] = {};
+        std::erase(loaded, at);
+        is_loaded[i] = has_solids[i] = 0;
+      }
+      mark(at);
+      is_changed[i] = 0;  // so that a new cell in this slot can be listed as changed, too
+      free_slots.push_back(at);
+      at = -1;
+    }
+  });
   const glm::ivec3 low = glm::max(first - 1, glm::ivec3(1)), high = glm::min(last + 1, field.size - 2);
-  for (s.x = low.x; s.x <= high.x; ++s.x)
-    for (s.y = low.y; s.y <= high.y; ++s.y)
-      for (s.z = low.z; s.z <= high.z; ++s.z)
-        if (const std::int32_t at = slot(s); at >= 0) link(at);
+  for_each_voxel_between(low, high, [&](const glm::ivec3& s) {
+    if (const std::int32_t at = slot(s); at >= 0) link(at);
+  });
   for (const auto& [p, content_of] : homeless) {
     const std::int32_t to = nearest(p);
     if (to < 0)
@@ -430,9 +416,7 @@ Film::Film(const CoarseField& field, const MaterialTable& materials, const FilmO
   s.field = field;
   for (std::size_t t = 0; t < kTissueCount; ++t)
     s.volume_of_kg[t] = materials[t].density > 0 ? 1 / materials[t].density : 0;
-  s.slot_at.assign(static_cast<std::size_t>(field.size.x) * static_cast<std::size_t>(field.size.y) *
-                       static_cast<std::size_t>(field.size.z),
-                   -1);
+  s.slot_at.assign(voxel_count(field.size), -1);
   if (field.distance && glm::all(glm::greaterThan(field.size, glm::ivec3(2)))) s.rebuild(glm::ivec3(0), field.size - 1);
   s.changed.clear();
   std::fill(s.is_changed.begin(), s.is_changed.end(), std::uint8_t{0});
@@ -468,18 +452,15 @@ Load Film::fling(const glm::dvec3& p_W, double reach, double fraction) {
   if (s.loaded.empty() || !(fraction > 0)) return out;
   const glm::ivec3 lo(glm::floor((p_W - reach - s.field.origin) / s.field.spacing)),
       hi(glm::ceil((p_W + reach - s.field.origin) / s.field.spacing));
-  glm::ivec3 at_sample;
-  for (at_sample.x = lo.x; at_sample.x <= hi.x; ++at_sample.x)
-    for (at_sample.y = lo.y; at_sample.y <= hi.y; ++at_sample.y)
-      for (at_sample.z = lo.z; at_sample.z <= hi.z; ++at_sample.z) {
-        const std::int32_t i = s.slot(at_sample);
-        if (i < 0 || !s.is_loaded[static_cast<std::size_t>(i)]) continue;
-        const auto at = static_cast<std::size_t>(i);
-        if (s.load[at].water <= 0 || glm::length(glm::dvec3(s.cells[at].p) - p_W) > reach) continue;
-        add(out, s.load[at], fraction);
-        s.load[at] = scaled(s.load[at], 1 - fraction);
-        s.mark(i);
-      }
+  for_each_voxel_between(lo, hi, [&](const glm::ivec3& sample) {
+    const std::int32_t i = s.slot(sample);
+    if (i < 0 || !s.is_loaded[static_cast<std::size_t>(i)]) return;
+    const auto at = static_cast<std::size_t>(i);
+    if (s.load[at].water <= 0 || glm::length(glm::dvec3(s.cells[at].p) - p_W) > reach) return;
+    add(out, s.load[at], fraction);
+    s.load[at] = scaled(s.load[at], 1 - fraction);
+    s.mark(i);
+  });
   add(s.ledger.flung, out);
   return out;
 }
@@ -528,17 +509,6 @@ FilmLedger Film::ledger() const {
   FilmLedger out = state_->ledger;
   for (const std::int32_t i : state_->loaded) add(out.on_surface, state_->load[static_cast<std::size_t>(i)]);
   return out;
-}
-
-std::uint64_t Film::hash() const {
-  Fnv1a hash;
-  for (const std::int32_t i : state_->loaded) {
-    const Load& load = state_->load[static_cast<std::size_t>(i)];
-    hash.add(i);
-    hash.add(load.water);
-    for (const double kg : load.solids) hash.add(kg);
-  }
-  return hash.value;
 }
 
 void Film::take_changed(std::vector<glm::ivec3>& out) {

@@ -87,7 +87,6 @@ class Film {
   FilmCell cell(const glm::ivec3& sample) const;
   bool has_cell(const glm::ivec3& sample) const;
   FilmLedger ledger() const;
-  std::uint64_t hash() const;
   /// Returns the samples whose cells changed since the last call, each one once.
   void take_changed(std::vector<glm::ivec3>& out);
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "engine/debris/motion/contact.h"
 #include "engine/debris/motion/motion.h"
@@ -242,15 +241,6 @@ std::size_t Spray::write_points(std::span<DebrisPoint> points) const {
                          .streak_W = glm::vec3(drop.v * std::min(state_->options.exposure, drop.age))};
   }
   return written;
-}
-
-std::uint64_t Spray::hash() const {
-  Fnv1a hash;
-  for (const Droplet& drop : state_->droplets) {
-    for (int a = 0; a < 3; ++a) hash.add(drop.p[a]), hash.add(drop.v[a]);
-    hash.add(drop.load.water);
-  }
-  return hash.value;
 }
 
 }  // namespace typodont::debris

@@ -76,7 +76,6 @@ class Spray {
   SprayLedger ledger() const;
   /// Writes the droplets and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;
-  std::uint64_t hash() const;
 
  private:
   struct State;

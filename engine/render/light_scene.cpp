@@ -9,6 +9,7 @@
 #include "engine/base/cached_result.h"
 #include "engine/base/in_parallel.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/render/light_passes.h"
 #include "engine/render/shared.h"
 #include "engine/render/sphere_directions.h"
@@ -345,10 +346,9 @@ struct LightScene::Impl {
       const glm::vec3 hi = (glm::max(glm::max(c[0], c[1]), c[2]) - origin) * scale + ahead + kCurved;
       const glm::ivec3 first = glm::max(glm::ivec3(glm::floor(lo)), 0);
       const glm::ivec3 last = glm::min(glm::ivec3(glm::ceil(hi)), empty.size - 1);
-      for (int x = first.x; x <= last.x; ++x)
-        for (int y = first.y; y <= last.y; ++y)
-          for (int z = first.z; z <= last.z; ++z)
-            wanted[empty.index(0, {x, y, z})] |= t.metal || tissue_mirrors ? kWanted | kImage : kWanted;
+      for_each_voxel_between(first, last, [&](const glm::ivec3& i) {
+        wanted[empty.index(0, i)] |= t.metal || tissue_mirrors ? kWanted | kImage : kWanted;
+      });
     }
     // In the open space between bodies, where the tool is drawn, light changes slowly. So only each `step`-th sample
     // there is computed; fill() interpolates the others.
@@ -359,12 +359,10 @@ struct LightScene::Impl {
     };
     mark(kOpenStep, kWanted);
     mark(kImageStep, kImage);
-    for (int x = 0; x < empty.size.x; ++x)
-      for (int y = 0; y < empty.size.y; ++y)
-        for (int z = 0; z < empty.size.z; ++z) {
-          const std::size_t at = empty.index(0, {x, y, z});
-          if (wanted[at]) samples.push_back({at, place({x, y, z}), (wanted[at] & kImage) != 0});
-        }
+    for_each_voxel(empty.size, [&](const glm::ivec3& i) {
+      const std::size_t at = empty.index(0, i);
+      if (wanted[at]) samples.push_back({at, place(i), (wanted[at] & kImage) != 0});
+    });
   }
 
   /// Casts a ray from each start in each direction. `any`: as in body_rays.h.
@@ -472,10 +470,9 @@ struct LightScene::Impl {
   template <class Mean>
   void fill(std::vector<std::uint8_t> known, const Mean& mean) const {
     std::vector<glm::ivec3> missing, next, neighbours;
-    for (int x = 0; x < empty.size.x; ++x)
-      for (int y = 0; y < empty.size.y; ++y)
-        for (int z = 0; z < empty.size.z; ++z)
-          if (!known[empty.index(0, {x, y, z})]) missing.push_back({x, y, z});
+    for_each_voxel(empty.size, [&](const glm::ivec3& i) {
+      if (!known[empty.index(0, i)]) missing.push_back(i);
+    });
     while (!missing.empty()) {
       next.clear();
       std::vector<std::size_t> found;
@@ -483,10 +480,7 @@ struct LightScene::Impl {
         neighbours.clear();
         for (const glm::vec3& face : kFaces) {
           const glm::ivec3 j = i + glm::ivec3(face);
-          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, empty.size)) ||
-              !known[empty.index(0, j)])
-            continue;
-          neighbours.push_back(j);
+          if (in_grid(j, empty.size) && known[empty.index(0, j)]) neighbours.push_back(j);
         }
         if (neighbours.empty()) {
           next.push_back(i);

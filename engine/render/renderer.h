@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/base/pose.h"
+#include "engine/base/voxels.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/contract/suction_tip.h"
 #include "engine/contract/tissue.h"
@@ -136,14 +137,9 @@ struct LightGrid {
   static constexpr int kImageSide = shared::kImageSide;
   std::vector<glm::vec3> images;
 
-  std::size_t samples() const {
-    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
-  }
+  std::size_t samples() const { return voxel_count(size); }
   std::size_t index(int face, const glm::ivec3& i) const {
-    return ((static_cast<std::size_t>(face) * size.x + static_cast<std::size_t>(i.x)) * size.y +
-            static_cast<std::size_t>(i.y)) *
-               size.z +
-           static_cast<std::size_t>(i.z);
+    return static_cast<std::size_t>(face) * samples() + voxel_index(i, size);
   }
   /// Index in `images`. The map of each cell is spread over the axes y and z, because devices limit an axis' size.
   std::size_t image_index(const glm::ivec2& node, const glm::ivec3& i) const {

@@ -174,19 +174,12 @@ struct TissueLight::Impl {
   static constexpr std::uint8_t kForLight = 1, kForWalk = 2, kListed = 3;
   std::vector<std::uint8_t> waits;  // for each cell: number of the list in which it waits; 0: none
 
-  std::size_t index(const glm::ivec3& i) const {
-    return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(grid.size.y) + static_cast<std::size_t>(i.y)) *
-               static_cast<std::size_t>(grid.size.z) +
-           static_cast<std::size_t>(i.z);
-  }
-  glm::ivec3 cell_of(std::size_t at) const {
-    const auto z = static_cast<std::size_t>(grid.size.z), y = static_cast<std::size_t>(grid.size.y);
-    return {static_cast<int>(at / (z * y)), static_cast<int>(at / z % y), static_cast<int>(at % z)};
-  }
+  std::size_t index(const glm::ivec3& i) const { return voxel_index(i, grid.size); }
+  glm::ivec3 cell_of(std::size_t at) const { return voxel_at(at, grid.size); }
   glm::vec3 place(const glm::ivec3& i) const { return origin + spacing * glm::vec3(i); }
   template <class Each>
   static void each_cell(const CellBox& box, const Each& each) {
-    for_each_voxel_between(box.lo, box.hi, [&](int x, int y, int z) { each(glm::ivec3(x, y, z)); });
+    for_each_voxel_between(box.lo, box.hi, each);
   }
   CellBox all() const { return {glm::ivec3(0), grid.size - 1}; }
   CellBox clipped(const CellBox& box) const {
@@ -296,7 +289,7 @@ struct TissueLight::Impl {
         for (int side = 0; side < 6; ++side) {
           glm::ivec3 j = i;
           j[side / 2] += side % 2 ? 1 : -1;
-          if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size))) continue;
+          if (!in_grid(j, grid.size)) continue;
           const std::size_t at = index(j);
           if (!box.meets({j, j}) || known[at] == kByTriangle)
             inside += result[at] < 0 ? 1 : -1;
@@ -460,9 +453,7 @@ struct TissueLight::Impl {
     return element_of[at] == kNone ? nullptr : &elements[static_cast<std::size_t>(element_of[at])];
   }
 
-  std::size_t block(const glm::ivec3& b) const {
-    return static_cast<std::size_t>((b.x * blocks.y + b.y) * blocks.z + b.z);
-  }
+  std::size_t block(const glm::ivec3& b) const { return voxel_index(b, blocks); }
   /// Computes `clear` again, after `distance` has changed in a box of cells.
   void find_clear_blocks(const CellBox& changed) {
     each_cell({changed.lo / kBlock, changed.hi / kBlock}, [&](const glm::ivec3& b) {

@@ -339,7 +339,7 @@ std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
   const auto reach = [&](const glm::ivec3& p) {
-    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, field.size))) return;
+    if (!in_grid(p, field.size)) return;
     const std::size_t i = field.at(p.x, p.y, p.z);
     if (open[i] || field.distance[i] < 0) return;
     open[i] = true;
@@ -494,7 +494,7 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;
         const glm::ivec3 v(glm::round(q));
-        if (glm::any(glm::lessThan(v, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(v, after.size))) break;
+        if (!in_grid(v, after.size)) break;
         const double d = after.sample(q);
         if (d >= 0) {
           thickness.emplace_back(std::max(0.0, s - (last < 0 ? 0.5 * d / (d - last) : 0.0)), f.area);
@@ -533,10 +533,8 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
     }
     m.pulp_exposed = exposed * h2;
     double nearest = kPulpReach / h;
-    const auto nz = static_cast<std::size_t>(after.size.z), nyz = static_cast<std::size_t>(after.size.y) * nz;
     for (const Facet& f : fresh) {
-      const std::size_t i = known.to_pulp[f.inside];
-      const dvec3 center(static_cast<double>(i / nyz), static_cast<double>(i % nyz / nz), static_cast<double>(i % nz));
+      const dvec3 center(voxel_at(known.to_pulp[f.inside], after.size));
       const double distance = std::max(0.0, glm::length(f.p - center) - 0.5);
       if (distance < nearest) nearest = distance, m.nearest_pulp_W = in.frame.to_world(f.p);
     }
@@ -546,10 +544,6 @@ CavityMeasures measure(const Preparation& in, const CavityReference& known, cons
 }
 
 }  // namespace
-
-CavityMeasures measure_cavity(const Preparation& preparation) {
-  return measure(preparation, without_measures(preparation), preparation.after);
-}
 
 CavityReference cavity_reference(const Preparation& preparation) {
   CavityReference reference = without_measures(preparation);

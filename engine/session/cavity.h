@@ -75,8 +75,6 @@ struct CavityMeasures {
 /// Largest distance from the pulp that is measured, m.
 inline constexpr double kPulpReach = 2e-3;
 
-CavityMeasures measure_cavity(const Preparation& preparation);
-
 /// Measures of the user's result, and for comparison those of the target shape.
 struct CavityAndIdeal {
   CavityMeasures result;

@@ -132,7 +132,7 @@ class NearestSeeds {
  public:
   explicit NearestSeeds(const glm::ivec3& size)
       : size_(size),
-        count_(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z)),
+        count_(voxel_count(size)),
         bounds_(count_, kNoBound),
         points_(3 * count_, kNoPoint),
         seeds_(count_, kNone) {}
@@ -266,8 +266,7 @@ const std::optional<glm::dvec3>& TrueDistances::normal_of(Seed& seed) const {
 }
 
 bool TrueDistances::is_beside_surface(std::size_t at) const {
-  const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
-  const glm::ivec3 p(at / nyz, at % nyz / nz, at % nz);
+  const glm::ivec3 p = voxel_at(at, field_.size);
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(0)), hi = glm::min(p + 1, field_.size - 1);
   for (int x = lo.x; x <= hi.x; ++x) {
     for (int y = lo.y; y <= hi.y; ++y) {
@@ -288,8 +287,7 @@ float TrueDistances::computed(std::size_t at) const {
   if (reach_[at] > kRefineLimit) return std::copysign(reach_[at], given);
   // Moves the surface point of the seed (nearest voxel beside the surface) along the surface to the voxel's own closest
   // point. Many voxels share a seed, so its normal is computed once.
-  const auto nz = static_cast<std::size_t>(field_.size.z), nyz = static_cast<std::size_t>(field_.size.y) * nz;
-  const glm::dvec3 p(static_cast<double>(at / nyz), static_cast<double>(at % nyz / nz), static_cast<double>(at % nz));
+  const glm::dvec3 p(voxel_at(at, field_.size));
   Seed& seed = seeds_[nearest_[at]];
   glm::dvec3 c(seed.closest);
   double reach = static_cast<double>(reach_[at]);

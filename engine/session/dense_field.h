@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/contract/field_brick.h"
 
 namespace typodont::session {
@@ -16,11 +17,7 @@ struct DenseField {
   glm::ivec3 size{0};
   std::vector<float> distance;
 
-  std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(size.z) +
-           static_cast<std::size_t>(z);
-  }
+  std::size_t at(int x, int y, int z) const { return voxel_index({x, y, z}, size); }
   /// Trilinear interpolation at p (voxels). Outside of the box: the value at the nearest point of the box.
   double sample(const glm::dvec3& p) const;
   /// Gradient at p (voxels), not normalised: central differences over `reach` voxels to either side.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/nearest.h"
 #include "engine/base/voxels.h"
 
 namespace typodont::session {
@@ -83,9 +84,8 @@ void ExploreMeter::probe(const ServoTick& tick, bool pressed) {
   std::size_t nearest = 0;
   double least = 1e300;
   for (std::size_t i = 0; i < sites_.size(); ++i) {
-    const dvec3 along = sites_[i].floor_W - sites_[i].margin_W, from = tip - sites_[i].margin_W;
-    const double t = std::clamp(glm::dot(from, along) / glm::dot(along, along), 0.0, 1.0);
-    if (const double d = glm::length(from - t * along); d < least) least = d, nearest = i;
+    const double d = distance_to_segment(sites_[i].margin_W, sites_[i].floor_W, tip);
+    if (d < least) least = d, nearest = i;
   }
   const double depth = glm::dot(sites_[nearest].margin_W - tip, axis_W_);
   if (least > kSiteReach || depth < 0) return;

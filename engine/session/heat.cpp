@@ -110,7 +110,7 @@ void HeatGrid::heat(const dvec3& p_W, double energy) noexcept {
   const glm::ivec3 lo(low);
   for (int corner = 0; corner < 8; ++corner) {
     const glm::ivec3 d(corner & 1, corner >> 1 & 1, corner >> 2), q = lo + d;
-    if (glm::any(glm::lessThan(q, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(q, size_))) continue;
+    if (!in_grid(q, size_)) continue;
     const dvec3 w = glm::mix(dvec3(1) - fraction, fraction, dvec3(d));
     heat(at(q.x, q.y, q.z), energy * w.x * w.y * w.z);
   }

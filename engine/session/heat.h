@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/json.h"
+#include "engine/base/voxels.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 
@@ -63,11 +64,7 @@ class HeatGrid {
 
   const VoxelFrame& frame() const { return frame_; }
   const glm::ivec3& size() const { return size_; }
-  std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(size_.z) +
-           static_cast<std::size_t>(z);
-  }
+  std::size_t at(int x, int y, int z) const { return voxel_index({x, y, z}, size_); }
   Tissue tissue(std::size_t cell) const { return tissue_[cell]; }
   double temperature(std::size_t cell) const { return temperature_[cell]; }  // the cell's temperature, °C
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 
 namespace typodont::session {
@@ -39,16 +40,6 @@ constexpr double kOffAxisFrom = 1e-3;
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
-}
-
-double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
-  double best = 1e9;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const dvec3 segment = path[i + 1] - path[i], from = p - path[i];
-    const double s = std::clamp(glm::dot(from, segment) / std::max(glm::dot(segment, segment), 1e-18), 0.0, 1.0);
-    best = std::min(best, glm::length(from - s * segment));
-  }
-  return best;
 }
 
 }  // namespace
@@ -128,7 +119,7 @@ ImplantNote ImplantMeter::note_of(const ServoTick& tick, const dvec3& tip_W, con
       return ImplantNote::kOffAxis;
   }
   if (!task_.canal_W.empty() && touches && turns &&
-      distance_to(task_.canal_W, tip_W) - task_.canal_radius < task_.canal_clearance)
+      distance_to_path(task_.canal_W, tip_W) - task_.canal_radius < task_.canal_clearance)
     return ImplantNote::kNearCanal;
   if (temperature_ > HeatModel::harmful) return ImplantNote::kHeat;
   if (touches && glm::length(tick.f_T_W) > task_.max_force) return ImplantNote::kOverForce;

@@ -14,15 +14,6 @@
 namespace typodont::surface {
 namespace {
 
-struct KeyHash {
-  std::size_t operator()(const glm::ivec3& k) const noexcept {
-    auto h = static_cast<std::uint64_t>(static_cast<std::uint32_t>(k.x)) * 0x9e3779b97f4a7c15u;
-    h = (h ^ static_cast<std::uint32_t>(k.y)) * 0xbf58476d1ce4e5b9u;
-    h = (h ^ static_cast<std::uint32_t>(k.z)) * 0x94d049bb133111ebu;
-    return static_cast<std::size_t>(h ^ h >> 31);
-  }
-};
-
 struct Brick {
   glm::ivec3 key{0};
   BrickContour contour;
@@ -408,30 +399,6 @@ std::vector<glm::ivec3> SurfaceMesher::keys() const {
   }
   std::sort(keys.begin(), keys.end(), LessByAxes{});
   return keys;
-}
-
-std::size_t SurfaceMesher::triangle_count() const {
-  std::size_t count = 0;
-  for (const auto& [key, brick] : state_->bricks) count += brick->mesh.indices.size() / 3;
-  return count;
-}
-
-std::uint64_t SurfaceMesher::hash() const {
-  std::uint64_t h = 0xcbf29ce484222325u;  // FNV-1a hash over 32-bit words
-  auto mix = [&h](std::uint32_t word) { h = (h ^ word) * 0x100000001b3u; };
-  auto mix_float = [&mix](float f) { mix(std::bit_cast<std::uint32_t>(f)); };
-  for (const glm::ivec3& key : keys()) {
-    const BrickMesh& mesh = *find(key);
-    for (int a = 0; a < 3; ++a) mix(static_cast<std::uint32_t>(key[a]));
-    for (const SurfaceVertex& v : mesh.vertices) {
-      for (int a = 0; a < 3; ++a) mix_float(v.position[a]);
-      for (int a = 0; a < 3; ++a) mix_float(v.normal[a]);
-      mix(static_cast<std::uint32_t>(v.tissue[0]) | static_cast<std::uint32_t>(v.tissue[1]) << 8 |
-          static_cast<std::uint32_t>(v.second) << 16);
-    }
-    for (const std::uint32_t index : mesh.indices) mix(index);
-  }
-  return h;
 }
 
 }  // namespace typodont::surface

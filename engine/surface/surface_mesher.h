@@ -73,9 +73,6 @@ class SurfaceMesher {
   const BrickMesh* find(const glm::ivec3& key) const;
   /// Returns the sorted keys of all bricks with triangles.
   std::vector<glm::ivec3> keys() const;
-  std::size_t triangle_count() const;
-  /// Returns a hash of all vertices and triangles.
-  std::uint64_t hash() const;
 
  private:
   struct State;

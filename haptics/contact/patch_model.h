@@ -26,6 +26,15 @@ class PatchModel : public ContactModel {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
+  /// Writes the volumes of a cut to `cut`, and adds the energy that it needed, J. `removed`: voxels³. `hardened`: for
+  /// each tissue, removed volume × hardness, voxels³.
+  void book(const PerTissue& removed, const PerTissue& hardened, Cut& cut, double& energy) const noexcept {
+    const double h = voxel();
+    for (std::size_t i = 1; i < removed.size(); ++i) {
+      cut.removed[i] = removed[i] * h * h * h;
+      energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
+    }
+  }
 
   /// Repeats a cut in the new patch `fresh`, whose tissue an undo, a redo or the removal of a loose piece has changed.
   /// Returns the removed volume in voxels³; negative: filling.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/voxels.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -29,7 +30,7 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const double edge = 2 * (reach + static_cast<double>(Sweep::kMargin) + 4);
   const int across = static_cast<int>(std::ceil(edge / kRows)) + 1 + 2 * kBorder;
   size_ = {across, across, static_cast<int>(std::ceil(edge / kRowLength)) + 1 + 2 * kBorder};
-  const std::size_t count = static_cast<std::size_t>(size_.x) * size_.y * size_.z;
+  const std::size_t count = voxel_count(size_);
   due_.assign(count + 8, 0);
   moved_ = due_;
   heights_.assign(static_cast<std::size_t>(3 * (size_.z * kRowLength + kBeyond)), 0);
@@ -130,20 +131,6 @@ void CutFront::keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexce
   if (listed_n_ != n || (listed_lo_ != patch_lo && !holds)) drop_listed();
   listed_lo_ = patch_lo;
   listed_n_ = n;
-}
-
-std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int n) const {
-  const glm::ivec3 origin = first_ * glm::ivec3(kRows, kRows, kRowLength) - patch_lo;
-  const std::ptrdiff_t first = (static_cast<std::ptrdiff_t>(origin.x) * n + origin.y) * n + origin.z;
-  std::vector<Place> list;
-  for (const Groups& part : parts_) {
-    for (int r = 0; r < part.run_count; ++r) {
-      const Run& run = part.runs[static_cast<std::size_t>(r)];
-      for (int i = run.from; i < run.to; ++i)
-        list.push_back({first + part.at[static_cast<std::size_t>(i)], run.narrow ? kNarrowest : lanes_});
-    }
-  }
-  return list;
 }
 
 int CutFront::outdated() const noexcept {

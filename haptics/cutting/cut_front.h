@@ -61,12 +61,6 @@ class CutFront {
 
   /// Call it after a filling, an undo or cuts by another tool: samples may then change earlier than is stored here.
   void forget() noexcept { known_ = false; }
-  /// A group in a tissue patch: index of its first sample (`at`), and number of its samples (`lanes`).
-  struct Place {
-    std::ptrdiff_t at;
-    int lanes;
-  };
-  std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// Call it if only labels have changed, because the lists contain labels.
   void renew_lists() noexcept { drop_listed(); }
   /// Number of parts without a valid list. Such parts are cut without a list, which takes longer.

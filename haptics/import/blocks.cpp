@@ -214,9 +214,7 @@ class Spread {
 
  private:
   std::size_t leave_block(std::size_t b, std::int32_t id) {
-    const auto cz = static_cast<std::size_t>(set_.count.z), cy = static_cast<std::size_t>(set_.count.y);
-    const glm::ivec3 lo =
-        kEdge * glm::ivec3(static_cast<int>(b / (cz * cy)), static_cast<int>(b / cz % cy), static_cast<int>(b % cz));
+    const glm::ivec3 lo = kEdge * voxel_at(b, set_.count);
     const glm::ivec3 hi = glm::min(lo + kEdge, set_.size);
     for (int a = 0; a < 3; ++a) {
       const int u = (a + 1) % 3, v = (a + 2) % 3;
@@ -229,7 +227,7 @@ class Spread {
         }
       }
     }
-    return Grid<char>::count(hi - lo);
+    return voxel_count(hi - lo);
   }
 
   const SparseMask& mask_;
@@ -267,8 +265,7 @@ class WallFlood {
   }
 
   Reached run() {
-    for_each_voxel(set_.count, [&](int x, int y, int z) {
-      const glm::ivec3 b(x, y, z);
+    for_each_voxel(set_.count, [&](const glm::ivec3& b) {
       if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
     });
     for (std::size_t k = 0; k < queue_.size(); ++k) {
@@ -444,15 +441,10 @@ Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
 
 BlockSet::BlockSet(const glm::ivec3& box, const std::vector<std::uint8_t>& wanted)
     : size(box), count(blocks_of(box)), slot(wanted.size(), kOutside) {
-  std::size_t b = 0;
-  for (int x = 0; x < count.x; ++x) {
-    for (int y = 0; y < count.y; ++y) {
-      for (int z = 0; z < count.z; ++z, ++b) {
-        if (!wanted[b]) continue;
-        slot[b] = static_cast<std::int32_t>(first.size());
-        first.push_back(kEdge * glm::ivec3(x, y, z));
-      }
-    }
+  for (std::size_t b = 0; b < wanted.size(); ++b) {
+    if (!wanted[b]) continue;
+    slot[b] = static_cast<std::int32_t>(first.size());
+    first.push_back(kEdge * voxel_at(b, count));
   }
 }
 
@@ -529,7 +521,7 @@ static void for_each_smoothed_block(const Grid<float>& g, double sigma, Take tak
   Grid<char> blocks;
   blocks.size = BlockSet::blocks_of(g.size);
   tbb::enumerable_thread_specific<SmoothScratch> scratch;
-  for_each_in_parallel(Grid<char>::count(blocks.size), [&](std::size_t b) {
+  for_each_in_parallel(voxel_count(blocks.size), [&](std::size_t b) {
     auto& [first, second] = scratch.local();
     float smooth[BlockSet::kSamples];
     const glm::ivec3 lo = kEdge * blocks.place(b);
@@ -548,7 +540,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
 }
 
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound) {
-  std::vector<std::uint8_t> above(Grid<char>::count(BlockSet::blocks_of(g.size)), 0);
+  std::vector<std::uint8_t> above(voxel_count(BlockSet::blocks_of(g.size)), 0);
   for_each_smoothed_block(g, sigma, [&](std::size_t b, const glm::ivec3&, const glm::ivec3& n, const float* smooth) {
     for (int x = 0; x < n.x && !above[b]; ++x) {
       for (int y = 0; y < n.y; ++y) {
@@ -771,26 +763,19 @@ SparseComponents components(const SparseMask& mask, bool corners) {
   SparseComponents c{Sparse<std::int32_t>(mask.set, 0, 0), {0}, std::vector<std::int32_t>(mask.set->slot.size(), 0)};
   Spread spread(mask, corners, c.label, c.blocks);
   for (std::size_t b = 0; b < mask.set->first.size(); ++b) {
-    const glm::ivec3 lo = mask.set->first[b], hi = glm::min(lo + kEdge, mask.set->size);
-    for (int x = lo.x; x < hi.x; ++x) {
-      for (int y = lo.y; y < hi.y; ++y) {
-        std::size_t i = b * BlockSet::kSamples + BlockSet::within({x, y, lo.z});
-        for (int z = lo.z; z < hi.z; ++z, ++i) {
-          if (!mask.v[i] || c.label.v[i]) continue;
-          const auto id = static_cast<std::int32_t>(c.voxels.size());
-          spread.visit({x, y, z}, id);
-          c.voxels.push_back(spread.run(id));
-        }
-      }
-    }
+    for_each_sample_of(*mask.set, b, [&](const glm::ivec3& p, std::size_t i) {
+      if (!mask.v[i] || c.label.v[i]) return;
+      const auto id = static_cast<std::int32_t>(c.voxels.size());
+      spread.visit(p, id);
+      c.voxels.push_back(spread.run(id));
+    });
   }
   return c;
 }
 
 SparseComponents components(const Mask& mask) {
-  const std::vector<std::uint8_t> all(Mask::count(BlockSet::blocks_of(mask.size)), 1);
-  return components(where(std::make_shared<const BlockSet>(mask.size, all), false, false,
-                          [&](std::size_t, const glm::ivec3& p) { return mask[p]; }));
+  return components(
+      where(whole_box(mask.size), false, false, [&](std::size_t, const glm::ivec3& p) { return mask[p]; }));
 }
 
 Reached reached_from_walls(const SparseMask& open) {

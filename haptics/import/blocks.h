@@ -33,15 +33,8 @@ struct BlockSet {
   BlockSet(const glm::ivec3& size, const std::vector<std::uint8_t>& wanted);
   static glm::ivec3 blocks_of(const glm::ivec3& size) { return (size + kEdge - 1) / kEdge; }
 
-  std::size_t block(const glm::ivec3& p) const {
-    return (static_cast<std::size_t>(p.x >> 4) * static_cast<std::size_t>(count.y) +
-            static_cast<std::size_t>(p.y >> 4)) *
-               static_cast<std::size_t>(count.z) +
-           static_cast<std::size_t>(p.z >> 4);
-  }
-  bool holds(const glm::ivec3& p) const {
-    return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < size.x && p.y < size.y && p.z < size.z;
-  }
+  std::size_t block(const glm::ivec3& p) const { return voxel_index(p >> 4, count); }
+  bool holds(const glm::ivec3& p) const { return in_grid(p, size); }
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
@@ -51,6 +44,11 @@ struct BlockSet {
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
   }
 };
+
+/// Stores all blocks of a box of `size` samples.
+inline std::shared_ptr<const BlockSet> whole_box(const glm::ivec3& size) {
+  return std::make_shared<const BlockSet>(size, std::vector<std::uint8_t>(voxel_count(BlockSet::blocks_of(size)), 1));
+}
 
 /// Returns the marked blocks and all blocks that touch them.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
@@ -106,23 +104,26 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// Calls work(position, index) or work(index) for every stored sample, on all cores.
+/// Calls work(position, index) or work(index) for every sample of stored block `b`.
 template <class Work>
-void for_each_sample(const BlockSet& set, Work work) {
-  for_each_in_parallel(set.first.size(), [&](std::size_t b) {
-    const glm::ivec3 lo = set.first[b], hi = glm::min(lo + BlockSet::kEdge, set.size);
-    for (int x = lo.x; x < hi.x; ++x) {
-      for (int y = lo.y; y < hi.y; ++y) {
-        std::size_t i = b * BlockSet::kSamples + BlockSet::within({x, y, lo.z});
-        for (int z = lo.z; z < hi.z; ++z, ++i) {
-          if constexpr (std::invocable<Work, std::size_t>)
-            work(i);
-          else
-            work(glm::ivec3(x, y, z), i);
-        }
+void for_each_sample_of(const BlockSet& set, std::size_t b, const Work& work) {
+  const glm::ivec3 lo = set.first[b], hi = glm::min(lo + BlockSet::kEdge, set.size);
+  for (int x = lo.x; x < hi.x; ++x) {
+    for (int y = lo.y; y < hi.y; ++y) {
+      std::size_t i = b * BlockSet::kSamples + BlockSet::within({x, y, lo.z});
+      for (int z = lo.z; z < hi.z; ++z, ++i) {
+        if constexpr (std::invocable<const Work&, std::size_t>)
+          work(i);
+        else
+          work(glm::ivec3(x, y, z), i);
       }
     }
-  });
+  }
+}
+/// Calls work(position, index) or work(index) for every stored sample, on all cores.
+template <class Work>
+void for_each_sample(const BlockSet& set, const Work& work) {
+  for_each_in_parallel(set.first.size(), [&](std::size_t b) { for_each_sample_of(set, b, work); });
 }
 
 /// Mask of the stored samples for which test(index, position) or test(index) is true. `outside`, `inside`: values of

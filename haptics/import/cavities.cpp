@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "engine/base/quantile.h"
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::importing {
 
 std::vector<bool> Hollows::operator()(const SparseComponents& spaces) const {
@@ -69,7 +72,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
       if (id == 0) continue;
       const glm::ivec3 p = pocket.place(i);
-      for (const glm::ivec3& f : kFaces) {
+      for (const glm::ivec3& f : kFaceSteps) {
         const glm::ivec3 q = p + f;
         if (!pocket.holds(q) || (outside[q] && !pocket[q] && !cavity[q])) {
           ++faces[id].mouth;

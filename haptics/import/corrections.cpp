@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "engine/base/error.h"
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
@@ -20,19 +21,7 @@ namespace typodont::haptics {
 namespace {
 
 using importing::Grid;
-using importing::kFaces;
 using importing::Mask;
-
-double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
-  double least = glm::length(p - path.front());
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const dvec3 along = path[i + 1] - path[i], from = p - path[i];
-    const double square = glm::dot(along, along);
-    const double t = square > 0 ? std::clamp(glm::dot(from, along) / square, 0.0, 1.0) : 0;
-    least = std::min(least, glm::length(from - t * along));
-  }
-  return least;
-}
 
 /// Tissue of a kind at a sample. Its grey value decides between enamel and dentin, or cortical and cancellous bone.
 Tissue tissue_of(const Imported& imported, LabelKind kind, std::size_t at) {
@@ -110,7 +99,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
   if (box.empty()) return {};
   BoxContent before = copy_of(t, box);
   const auto capsule = [&](const glm::ivec3& p) {
-    return distance_to(stroke.path, t.frame.to_world(dvec3(p))) - stroke.radius;
+    return distance_to_path(stroke.path, t.frame.to_world(dvec3(p))) - stroke.radius;
   };
   if (stroke.kind == LabelKind::kNothing) {
     remove(t, box, capsule);
@@ -150,7 +139,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
-    for (const glm::ivec3& f : kFaces) {
+    for (const glm::ivec3& f : kFaceSteps) {
       const glm::ivec3 q = glm::clamp(p + f, glm::ivec3(0), t.size - 1);
       sum += static_cast<double>(imported.grey[at(q)]), count += 1;
     }
@@ -167,7 +156,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     const glm::ivec3 p = open.front();
     open.pop_front();
     replaced[static_cast<std::size_t>(t.tissue[at(p)])] = true;
-    for (const glm::ivec3& f : kFaces) {
+    for (const glm::ivec3& f : kFaceSteps) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
       // Without grey values (mesh), samples with the label of the seed are similar.
@@ -183,7 +172,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
-    const bool beside = std::ranges::any_of(kFaces, [&](const glm::ivec3& f) {
+    const bool beside = std::ranges::any_of(kFaceSteps, [&](const glm::ivec3& f) {
       const glm::ivec3 q = p + f - room.lo;
       return core.holds(q) && core[q];
     });

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/nearest.h"
 #include "engine/base/voxels.h"
 
 namespace typodont::haptics::importing {
@@ -306,28 +307,6 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   return field;
 }
 
-glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
-  // Tests the Voronoi regions of the triangle (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
-  const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
-  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return t.a;
-  const glm::dvec3 bp = p - t.b;
-  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return t.b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + d1 / (d1 - d3) * ab;
-  const glm::dvec3 cp = p - t.c;
-  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return t.c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return t.b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t.c - t.b);
-  const double sum = va + vb + vc;
-  if (!(std::abs(sum) > 0)) return t.a;
-  return t.a + vb / sum * ab + vc / sum * ac;
-}
-
 WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   // Shifts the grid lines by a tiny irrational amount, because some meshes have vertices exactly on the grid.
@@ -448,7 +427,7 @@ Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3
   nearest.fill(std::numeric_limits<float>::max());
   const auto squared_from = [&](std::int32_t f) {
     return [&triangle = mesh[static_cast<std::size_t>(f)]](const glm::ivec3& i) {
-      const glm::dvec3 p(i), off = p - closest_on(triangle, p);
+      const glm::dvec3 p(i), off = p - nearest_on_triangle(triangle.a, triangle.b, triangle.c, p).p;
       return glm::dot(off, off);
     };
   };

@@ -31,8 +31,6 @@ struct DistanceField {
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
-glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
-
 /// Six times the generalized winding number of a mesh (Jacobson et al. 2013), from rays along the six axis directions:
 /// 6 inside, 0 outside, values between near holes. Memory grows with the surface, not with the box.
 class WindingNumbers {

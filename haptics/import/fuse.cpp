@@ -457,7 +457,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   constexpr double kEqual = 0.005;
   progress(0.9);
 
-  out.distance.resize(Grid<float>::count(out.size));
+  out.distance.resize(voxel_count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (!ct.hardness.empty()) out.hardness.assign(out.distance.size(), 255);
   importing::for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {

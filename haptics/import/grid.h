@@ -9,11 +9,9 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-namespace typodont::haptics::importing {
+#include "engine/base/voxels.h"
 
-/// Steps from a sample to its six neighbours.
-inline constexpr std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
-                                                     {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
+namespace typodont::haptics::importing {
 
 /// Dense volume of values; z runs fastest, as in DenseTissue.
 template <class T>
@@ -22,22 +20,12 @@ struct Grid {
   std::vector<T> v;
 
   Grid() = default;
-  explicit Grid(const glm::ivec3& n, T fill = T{}) : size(n), v(count(n), fill) {}
+  explicit Grid(const glm::ivec3& n, T fill = T{}) : size(n), v(voxel_count(n), fill) {}
 
-  static std::size_t count(const glm::ivec3& n) {
-    return static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
-  }
-  std::size_t index(int x, int y, int z) const {
-    return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
-  }
-  std::size_t index(const glm::ivec3& p) const { return index(p.x, p.y, p.z); }
-  glm::ivec3 place(std::size_t i) const {
-    const auto nz = static_cast<std::size_t>(size.z), ny = static_cast<std::size_t>(size.y);
-    return {static_cast<int>(i / (nz * ny)), static_cast<int>(i / nz % ny), static_cast<int>(i % nz)};
-  }
-  bool holds(const glm::ivec3& p) const {
-    return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < size.x && p.y < size.y && p.z < size.z;
-  }
+  std::size_t index(int x, int y, int z) const { return voxel_index({x, y, z}, size); }
+  std::size_t index(const glm::ivec3& p) const { return voxel_index(p, size); }
+  glm::ivec3 place(std::size_t i) const { return voxel_at(i, size); }
+  bool holds(const glm::ivec3& p) const { return in_grid(p, size); }
   T& operator()(int x, int y, int z) { return v[index(x, y, z)]; }
   const T& operator()(int x, int y, int z) const { return v[index(x, y, z)]; }
   T& operator[](const glm::ivec3& p) { return v[index(p)]; }
@@ -69,12 +57,6 @@ inline std::array<double, 4> cubic_weights(double t) {
 inline std::array<double, 4> cubic_slopes(double t) {
   const double t2 = t * t;
   return {0.5 * (-3 * t2 + 4 * t - 1), 0.5 * (9 * t2 - 10 * t), 0.5 * (-9 * t2 + 8 * t + 1), 0.5 * (3 * t2 - 2 * t)};
-}
-
-/// The value with the index `k` after sorting. Reorders the values.
-inline double nth(std::vector<float>& values, std::size_t k) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return static_cast<double>(values[k]);
 }
 
 struct Jet {

@@ -12,6 +12,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/lower_case.h"
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "haptics/dense_tissue.h"
@@ -116,9 +117,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
       margin[s] = 1e300;
       continue;
     }
-    const auto k = static_cast<std::ptrdiff_t>(heights[s].size() / 50);
-    std::nth_element(heights[s].begin(), heights[s].begin() + k, heights[s].end());
-    margin[s] = heights[s][static_cast<std::size_t>(k)] + 0.3e-3 / t.frame.voxel;
+    margin[s] = nth(heights[s], heights[s].size() / 50) + 0.3e-3 / t.frame.voxel;
   }
   double crown = 0, dentin = 0;
   for (const glm::ivec3& p : skin) {
@@ -139,8 +138,8 @@ void measure(Imported& imported, ImportPreset preset) {
   report.hardness.fill(0);
   dvec3 lo(1e300), hi(-1e300);
   const double h = t.frame.voxel;
-  for_each_voxel(t.size, [&](int x, int y, int z) {
-    const std::size_t i = t.at(x, y, z);
+  for_each_voxel(t.size, [&](const glm::ivec3& p) {
+    const std::size_t i = t.at(p.x, p.y, p.z);
     const double d = t.distance[i];
     if (d > h) return;
     // Fraction of the voxel inside the tissue, as if the surface were a plane at the distance d from its centre.
@@ -150,7 +149,6 @@ void measure(Imported& imported, ImportPreset preset) {
     if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
     if (d > 0) return;
     // The bounding box must contain the surface point between this voxel and each neighbour outside the tissue.
-    const glm::ivec3 p(x, y, z);
     for (int a = 0; a < 3; ++a) {
       for (const int side : {-1, 1}) {
         glm::ivec3 q = p;

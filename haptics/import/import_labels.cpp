@@ -146,9 +146,9 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   out.band = options.band;
   out.frame = {scan.origin + dvec3(lo) * scan.spacing, voxel};
   constexpr double kPerMapVoxel = 13, kPerVoxel = 42;  // bytes of memory per voxel of the map; per voxel of the result
-  require_memory(kPerMapVoxel * static_cast<double>(Grid<float>::count(box)) +
-                     kPerVoxel * static_cast<double>(Grid<float>::count(out.size)),
-                 options, report);
+  require_memory(
+      kPerMapVoxel * static_cast<double>(voxel_count(box)) + kPerVoxel * static_cast<double>(voxel_count(out.size)),
+      options, report);
 
   // For each voxel of the box: its tissue (`label`); 1 for tissue and 0 for air (`inside`).
   Grid<Tissue> label(box, Tissue::kAir);
@@ -166,15 +166,14 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
   }();
   inside = gaussian(inside, kBorderBlur);
   const dvec3 ratio = voxel / scan.spacing;
-  const std::vector<std::uint8_t> all(Mask::count(BlockSet::blocks_of(out.size)), 1);
-  const auto set = std::make_shared<const BlockSet>(out.size, all);
+  const auto set = whole_box(out.size);
   Sparse<float> phi(set, -0.5F, 0.5F);
   for_each_sample(*set,
                   [&](const glm::ivec3& p, std::size_t i) { phi.v[i] = sample(inside, dvec3(p) * ratio) - 0.5F; });
   inside = Grid<float>();
   const DistanceField field = signed_distance(phi, out.size, {}, options.band / voxel, options.band / voxel);
 
-  out.distance.resize(Grid<float>::count(out.size));
+  out.distance.resize(voxel_count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (options.greys) result.grey.resize(out.distance.size());
   for_each_voxel_in_parallel(out.size, [&](int x, int y, int z) {
@@ -190,8 +189,7 @@ Imported import_labels(const std::filesystem::path& file, const Scan& scan, cons
     const glm::ivec3 near = glm::ivec3(glm::round(p));
     double least = 1e9;
     constexpr int kSearch = 2;
-    for_each_voxel_between(near - kSearch, near + kSearch, [&](int vx, int vy, int vz) {
-      const glm::ivec3 v(vx, vy, vz);
+    for_each_voxel_between(near - kSearch, near + kSearch, [&](const glm::ivec3& v) {
       if (!label.holds(v) || label[v] == Tissue::kAir) return;
       const double away = glm::length((dvec3(v) - p) * scan.spacing);
       if (away < least) least = away, out.tissue[i] = label[v];

@@ -290,9 +290,10 @@ static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
   for_each_voxel_between(glm::ivec3(1), t.size - 2, [&](int x, int y, int z) {
     const std::size_t i = t.at(x, y, z);
     if (t.distance[i] >= 0) return;
-    for (const std::size_t j : {t.at(x + 1, y, z), t.at(x - 1, y, z), t.at(x, y + 1, z), t.at(x, y - 1, z),
-                                t.at(x, y, z + 1), t.at(x, y, z - 1)})
+    for (const glm::ivec3& step : kFaceSteps) {
+      const std::size_t j = t.at(x + step.x, y + step.y, z + step.z);
       faces[static_cast<std::size_t>(t.tissue[i])] += t.distance[j] >= 0 || t.tissue[j] != t.tissue[i];
+    }
   });
   // Mean ratio of the area of voxel faces to the area of the true surface.
   constexpr double kFacesPerArea = 1.5;
@@ -462,7 +463,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;
   const Tissue soft = tooth ? Tissue::kDentin : levels.dense ? Tissue::kCancellousBone : Tissue::kCorticalBone;
   const Tissue cavity = tooth ? Tissue::kPulp : Tissue::kCancellousBone;
-  out.distance.resize(Grid<float>::count(out.size));
+  out.distance.resize(voxel_count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (options.greys) result.grey.resize(out.distance.size());
   if (options.hardness || jaw) out.hardness.assign(out.distance.size(), kOwnHardness);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/quantile.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 
@@ -56,7 +57,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     double sum = std::max(1e-9, static_cast<double>(into_bone.v[i])), known = 0;
     for (std::size_t f = 0; f < 6; ++f) {
       rows[k].to[f] = -1, rows[k].weight[f] = 0;
-      const glm::ivec3 q = p + kFaces[f];
+      const glm::ivec3 q = p + kFaceSteps[f];
       if (!set.holds(q)) continue;
       const std::ptrdiff_t j = grey.index(q);
       if (j < 0 || !bright.v[static_cast<std::size_t>(j)]) continue;
@@ -452,7 +453,7 @@ std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crow
   for (const std::size_t i : order) {
     const glm::ivec3 p = set->place(i);
     std::int32_t mine = -1;
-    for (const glm::ivec3& face : kFaces) {
+    for (const glm::ivec3& face : kFaceSteps) {
       const glm::ivec3 q = p + face;
       if (!set->holds(q) || part_of[q] < 0) continue;
       const std::int32_t other = root(part_of[q]);

@@ -30,7 +30,7 @@ DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const I
   out.size = hi - lo;
   const dvec3 size(out.size);
   importing::require_memory(kept + kBytesPerVoxel * size.x * size.y * size.z, options, report);
-  out.distance.assign(importing::Grid<float>::count(out.size), static_cast<float>(out.band));
+  out.distance.assign(voxel_count(out.size), static_cast<float>(out.band));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   std::size_t shared = 0;
   for (const DenseTissue& v : volumes) {

@@ -8,12 +8,9 @@
 #include <numeric>
 
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 
 namespace typodont::haptics::importing {
-
-static double quantile(std::vector<float>& values, double fraction) {
-  return nth(values, static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
-}
 
 // Grey values at the volume's walls (outer faces), which are mostly surroundings.
 static std::vector<float> walls(const Grid<float>& g) {
@@ -30,7 +27,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
   // Estimates the standard deviation from the median of absolute deviations.
-  return 1.4826 * quantile(values, 0.5);
+  return 1.4826 * lower_quantile(values, 0.5);
 }
 
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
@@ -246,10 +243,10 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
                    const ImportOptions& options, std::vector<std::string>& notes) {
   Levels levels;
   std::vector<float> wall = walls(grey);
-  double middle = quantile(wall, 0.5);
+  double middle = lower_quantile(wall, 0.5);
   levels.noise = spread(wall, middle);
   std::vector<float> smooth_wall = walls(smoothed);
-  levels.smoothed_noise = spread(smooth_wall, quantile(smooth_wall, 0.5));
+  levels.smoothed_noise = spread(smooth_wall, lower_quantile(smooth_wall, 0.5));
 
   const std::vector<Peak> peaks = peaks_of(smoothed, levels.smoothed_noise);
   const auto [lo, hi] = std::minmax_element(smoothed.v.begin(), smoothed.v.end());

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "engine/base/voxels.h"
+
 namespace typodont::haptics::importing {
 
 std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMask& tissue, std::size_t enough,
@@ -13,7 +15,7 @@ std::optional<LocalGrey> reference_grey(const Grid<float>& grey, const SparseMas
     const auto here = static_cast<double>(grey[p]);
     if (blur == 0) return here;
     double rise = 0;
-    for (const glm::ivec3& f : kFaces) rise += static_cast<double>(grey[p + f]) - here;
+    for (const glm::ivec3& f : kFaceSteps) rise += static_cast<double>(grey[p + f]) - here;
     // Distance of the sample from the border, in units of `blur`. The border is 0.5 voxel from the next sample outside.
     const double z = std::clamp((std::sqrt(static_cast<double>(away[p])) - 0.5) / blur, 0.5, 6.0);
     const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI);

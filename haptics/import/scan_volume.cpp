@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 #include "haptics/import/import_labels.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/scan.h"
@@ -45,11 +46,8 @@ ScanVolume::ScanVolume(const std::filesystem::path& file, const ImportOptions& o
   const std::vector<float>& greys = content_->scan.grey.v;
   std::vector<float> some;
   for (std::size_t i = 0; i < greys.size(); i += 1 + greys.size() / kEnough) some.push_back(greys[i]);
-  const auto quantile = [&](double fraction) {
-    return importing::nth(some, static_cast<std::size_t>(fraction * static_cast<double>(some.size() - 1)));
-  };
-  black_ = quantile(kDarkest);
-  white_ = std::max(quantile(kBrightest), black_ + 1e-6);
+  black_ = lower_quantile(some, kDarkest);
+  white_ = std::max(lower_quantile(some, kBrightest), black_ + 1e-6);
 }
 
 ScanVolume::~ScanVolume() = default;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <optional>
 
+#include "engine/base/quantile.h"
+#include "engine/base/voxels.h"
 #include "haptics/import/cavities.h"
 #include "haptics/import/local_grey.h"
 #include "haptics/import/tooth_borders.h"
@@ -436,7 +438,7 @@ class Segmenter {
     for (std::size_t i = 0; i < pulp_.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
       if (id == 0) continue;
-      for (const glm::ivec3& f : kFaces) {
+      for (const glm::ivec3& f : kFaceSteps) {
         const glm::ivec3 q = pulp_.place(i) + f;
         if (!pulp_.holds(q) || pulp_[q]) continue;
         ++faces[id].wall;
@@ -473,7 +475,7 @@ class Segmenter {
     for (std::size_t i = 0; i < soft.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
       if (id == 0 || keep[id]) continue;
-      for (const glm::ivec3& f : kFaces) {
+      for (const glm::ivec3& f : kFaceSteps) {
         const glm::ivec3 q = soft.place(i) + f;
         if (!soft.holds(q)) continue;
         faces[id].dense += s_.dense[q] > 0;

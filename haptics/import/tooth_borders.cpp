@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/voxels.h"
 #include "haptics/import/partial_volume.h"
 
 namespace typodont::haptics::importing {
@@ -14,7 +15,7 @@ double curvature_at(const Sparse<float>& distance, const glm::ivec3& p) {
   constexpr double kMost = 0.5;
   const glm::ivec3 hi = distance.set->size - 1;
   double sum = 0;
-  for (const glm::ivec3& f : kFaces)
+  for (const glm::ivec3& f : kFaceSteps)
     sum += static_cast<double>(distance[glm::clamp(p + f, glm::ivec3(0), hi)]) - static_cast<double>(distance[p]);
   return std::clamp(0.5 * sum, -kMost, kMost);
 }

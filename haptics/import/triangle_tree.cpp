@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/nearest.h"
+
 namespace typodont::haptics::importing {
 
 using glm::dvec3;
@@ -69,7 +71,8 @@ std::optional<TriangleTree::Nearest> TriangleTree::nearest(const dvec3& p, doubl
 void TriangleTree::nearest(std::size_t index, const dvec3& p, Nearest& best) const {
   const Node& node = nodes_[index];
   for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-    const dvec3 c = closest_on(triangles_[i], p), off = p - c;
+    const Triangle& t = triangles_[i];
+    const dvec3 c = nearest_on_triangle(t.a, t.b, t.c, p).p, off = p - c;
     if (const double d2 = glm::dot(off, off); d2 < best.distance_squared) best = {i, c, d2};
   }
   if (node.count > 0) return;

@@ -61,11 +61,10 @@ void turn(Imported& imported, const glm::dmat3& by) {
   out.tissue.resize(in.tissue.size());
   out.hardness.resize(in.hardness.size());
   std::vector<float> grey(imported.grey.size());
-  for_each_voxel(out.size, [&](int x, int y, int z) {
-    const glm::ivec3 to(x, y, z);
+  for_each_voxel(out.size, [&](const glm::ivec3& to) {
     glm::ivec3 old;
     for (int w = 0; w < 3; ++w) old[from[w]] = sign[w] > 0 ? to[w] : out.size[w] - 1 - to[w];
-    const std::size_t i = out.at(x, y, z), was = in.at(old.x, old.y, old.z);
+    const std::size_t i = out.at(to.x, to.y, to.z), was = in.at(old.x, old.y, old.z);
     out.distance[i] = in.distance[was];
     out.tissue[i] = in.tissue[was];
     if (!out.hardness.empty()) out.hardness[i] = in.hardness[was];

@@ -109,13 +109,8 @@ std::size_t TriangleTable::keep_possible(const Corners& t, std::uint32_t* at, st
 }
 
 bool cross_each_other(const Corners& a, const Corners& b) noexcept {
-  int shared = 0, of_a = 0, of_b = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (a.v[i] == b.v[j]) ++shared, of_a = i, of_b = j;
-    }
-  }
-  if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
+  const SharedCorners shared(a, b);
+  if (shared.count >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
   // Computes the signed volume of triangle t and a corner once for both edges that meet at this corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
@@ -126,7 +121,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     const int k = (i + 1) % 3;
     return v[i] * v[k] < 0 && passes_between(from.p[i], from.p[k], v[i], v[k], t.p[0], t.p[1], t.p[2]);
   };
-  if (shared == 1) return edge(a, (of_a + 1) % 3, in_a, b) || edge(b, (of_b + 1) % 3, in_b, a);
+  if (shared.count == 1) return edge(a, (shared.of_a + 1) % 3, in_a, b) || edge(b, (shared.of_b + 1) % 3, in_b, a);
   for (int i = 0; i < 3; ++i) {
     if (edge(a, i, in_a, b) || edge(b, i, in_b, a)) return true;
   }

@@ -16,6 +16,17 @@ struct Corners {
   Index v[3];
   dvec3 p[3];
 };
+/// Corners that two faces share: their number, and the index in each face of the last one.
+struct SharedCorners {
+  int count = 0, of_a = 0, of_b = 0;
+  SharedCorners(const Corners& a, const Corners& b) noexcept {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        if (a.v[i] == b.v[j]) ++count, of_a = i, of_b = j;
+      }
+    }
+  }
+};
 inline Corners corners(const EditableMesh& mesh, Index f) {
   const Face& face = mesh.face(f);
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};

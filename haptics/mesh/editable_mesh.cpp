@@ -332,23 +332,6 @@ void EditableMesh::take_changes(std::vector<Index>& faces) {
   changed_.clear();
 }
 
-std::uint64_t EditableMesh::hash() const noexcept {
-  std::uint64_t h = 0xcbf29ce484222325u;
-  const auto mix = [&](std::uint64_t word) { h = (h ^ word) * 0x100000001b3u; };
-  for (Index v = 0; v < vertices_used_; ++v) {
-    if (vertices_[v].face == kNone) continue;
-    mix(v);
-    for (int a = 0; a < 3; ++a) mix(std::bit_cast<std::uint64_t>(vertices_[v].p[a]));
-  }
-  for (Index f = 0; f < faces_used_; ++f) {
-    if (!uses(f)) continue;
-    mix(f);
-    for (const Index v : faces_[f].v) mix(v);
-    mix(static_cast<std::uint64_t>(faces_[f].tissue));
-  }
-  return h;
-}
-
 // The following functions edit the mesh.
 
 void EditableMesh::move(Index v, const dvec3& p) noexcept {

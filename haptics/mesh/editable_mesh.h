@@ -193,9 +193,6 @@ class EditableMesh {
   /// Returns all faces changed since the last call, each once.
   void take_changes(std::vector<Index>& faces);
 
-  /// FNV-1a hash of points, faces and tissues in use.
-  std::uint64_t hash() const noexcept;
-
  private:
   /// Prefetches the lists of several cells along z, from `at` to `last`, so that memory accesses overlap. Returns the
   /// first z that was not read.

@@ -28,13 +28,6 @@ double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
 
 }  // namespace
 
-std::size_t SurfacePieces::KeyHash::operator()(const glm::ivec3& k) const noexcept {
-  auto h = static_cast<std::uint64_t>(static_cast<std::uint32_t>(k.x)) * 0x9e3779b97f4a7c15u;
-  h = (h ^ static_cast<std::uint32_t>(k.y)) * 0xbf58476d1ce4e5b9u;
-  h = (h ^ static_cast<std::uint32_t>(k.z)) * 0x94d049bb133111ebu;
-  return static_cast<std::size_t>(h ^ h >> 31);
-}
-
 SurfacePieces::SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters)
     : mesh_(mesh),
       labels_(labels),

@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "haptics/mesh/editable_mesh.h"
 #include "haptics/mesh/tissue_surface.h"
 #include "haptics/tissue_volume.h"
@@ -38,9 +39,6 @@ class SurfacePieces final : public TissueSurface {
     glm::ivec3 cell{0};
     std::vector<Index> faces;  // faces of the piece; may contain faces that have moved to other pieces
     bool dirty = false;
-  };
-  struct KeyHash {
-    std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
   /// Normal of a face at a vertex; it differs between the faces around the vertex.
   struct CornerNormal {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/voxels.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -28,9 +29,9 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
     const glm::ivec3 p = place(queue[head]), source = place(f);
     for (int step = 0; step < 27; ++step) {
       const glm::ivec3 q = p + glm::ivec3(step / 9 - 1, step / 3 % 3 - 1, step % 3 - 1);
-      if (q.x < 0 || q.y < 0 || q.z < 0 || q.x >= box.size.x || q.y >= box.size.y || q.z >= box.size.z) continue;
+      if (!in_grid(q, box.size)) continue;
       const float there = glm::length(glm::vec3(q - source)) + box.distance[static_cast<std::size_t>(f)];
-      const std::size_t i = box.at(q);
+      const std::size_t i = voxel_index(q, box.size);
       if (there > kPieceMargin + 1 || !(there < d[i] - 1e-4f)) continue;
       d[i] = there, from[i] = f;
       queue.push_back(static_cast<std::int32_t>(i));

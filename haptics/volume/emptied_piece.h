@@ -10,17 +10,11 @@ namespace typodont::haptics {
 /// voxels; air samples up to this far from the piece may change
 inline constexpr int kPieceMargin = 4;
 
-/// Samples of a box; z is the fastest index: (x·size.y + y)·size.z + z.
+/// Samples of a box; index: voxel_index().
 struct PieceBox {
   glm::ivec3 size{0};
   std::vector<float> distance;      // voxels, distance of each sample
   std::vector<std::uint8_t> loose;  // for each sample: 1 if it belongs to the piece, otherwise 0
-
-  std::size_t at(const glm::ivec3& p) const {
-    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(size.z) +
-           static_cast<std::size_t>(p.z);
-  }
 };
 
 /// Returns the distances after the removal of the piece, voxels. Samples of the piece, and air samples whose nearest

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "engine/base/dispatch.h"
+#include "engine/base/voxels.h"
 #include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics {
@@ -45,7 +46,7 @@ void LeafFront::move_window(const glm::ivec3& lo, const glm::ivec3& hi) {
   const bool inside = glm::all(glm::lessThanEqual(first_, lo)) && glm::all(glm::lessThan(hi, end));
   if (last_ && inside) return;
   const glm::ivec3 first = lo - kBorder, size = hi - lo + 1 + 2 * kBorder;
-  const auto count = static_cast<std::size_t>(size.x) * size.y * size.z;
+  const std::size_t count = voxel_count(size);
   due_moved_.assign(count + kUnused, kNow);
   found_.resize(static_cast<std::size_t>(size.z));
   moved_.assign(count, {});
@@ -53,9 +54,9 @@ void LeafFront::move_window(const glm::ivec3& lo, const glm::ivec3& hi) {
     const glm::ivec3 from = glm::max(first, first_), to = glm::min(first + size, end);
     for (int x = from.x; x < to.x; ++x) {
       for (int y = from.y; y < to.y && from.z < to.z; ++y) {
-        const glm::ivec3 was = glm::ivec3(x, y, from.z) - first_, at = glm::ivec3(x, y, from.z) - first;
-        const std::ptrdiff_t old = (was.x * size_.y + was.y) * size_.z + was.z;
-        const std::ptrdiff_t i = (at.x * size.y + at.y) * size.z + at.z;
+        const glm::ivec3 row(x, y, from.z);
+        const auto old = static_cast<std::ptrdiff_t>(voxel_index(row - first_, size_)),
+                   i = static_cast<std::ptrdiff_t>(voxel_index(row - first, size));
         std::copy_n(due_.begin() + old, to.z - from.z, due_moved_.begin() + i);
         std::copy_n(places_.begin() + old, to.z - from.z, moved_.begin() + i);
       }
@@ -71,8 +72,7 @@ std::span<const LeafFront::DuePlace> LeafFront::due(const glm::ivec3& lo, const 
   const float now = path();
   for (int x = lo.x; x <= hi.x; ++x) {
     for (int y = lo.y; y <= hi.y; ++y) {
-      const glm::ivec3 at = glm::ivec3(x, y, lo.z) - first_;
-      const auto row = static_cast<std::size_t>((at.x * size_.y + at.y) * size_.z + at.z);
+      const std::size_t row = voxel_index(glm::ivec3(x, y, lo.z) - first_, size_);
       const int count = find_due(due_.data() + row, hi.z - lo.z + 1, now, found_.data());
       for (int i = 0; i < count; ++i) {
         const int z = found_[static_cast<std::size_t>(i)];

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/base/voxels.h"
 #include "haptics/volume/block_grid.h"
 
 namespace typodont::haptics {

@@ -1,7 +1,6 @@
 // Key of a block of 8³ samples. Private to haptics.
 #pragma once
 
-#include <cstddef>
 #include <glm/glm.hpp>
 
 namespace typodont::haptics {
@@ -13,13 +12,5 @@ inline glm::ivec3 leaf_key(const glm::ivec3& voxel) {
   static_assert(kLeafSide == 8);
   return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers
 }
-
-/// Hash of a key, for unordered containers.
-struct KeyHash {
-  std::size_t operator()(const glm::ivec3& k) const {
-    return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
-           static_cast<std::size_t>(k.z) * 83492791u;
-  }
-};
 
 }  // namespace typodont::haptics

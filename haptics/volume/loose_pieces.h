@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "engine/contract/contact.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/volume/leaf_key.h"

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/volume/leaf_key.h"
 
@@ -10,11 +11,6 @@ namespace {
 
 constexpr std::int32_t kEmpty = -1, kFull = -2;
 
-std::size_t index_of(const glm::ivec3& block, const glm::ivec3& count) {
-  return (static_cast<std::size_t>(block.x) * count.y + static_cast<std::size_t>(block.y)) * count.z +
-         static_cast<std::size_t>(block.z);
-}
-
 }  // namespace
 
 NaturalSurface::NaturalSurface(const TissueVolume& volume) : frame_(volume.frame()) {
@@ -23,26 +19,23 @@ NaturalSurface::NaturalSurface(const TissueVolume& volume) : frame_(volume.frame
   if (lo.x > hi.x) return;
   first_ = leaf_key(lo);
   count_ = leaf_key(hi) - first_ + 1;
-  block_.reserve(static_cast<std::size_t>(count_.x) * count_.y * count_.z);
-  glm::ivec3 key;
-  for (key.x = 0; key.x < count_.x; ++key.x)
-    for (key.y = 0; key.y < count_.y; ++key.y)
-      for (key.z = 0; key.z < count_.z; ++key.z) {
-        SolidBits bits;
-        volume.solid_block(first_ + key, bits);
-        const auto all = [&](std::uint64_t word) {
-          return std::all_of(bits.begin(), bits.end(), [&](std::uint64_t w) { return w == word; });
-        };
-        const auto next = static_cast<std::int32_t>(mixed_.size());
-        block_.push_back(all(0) ? kEmpty : all(~std::uint64_t{0}) ? kFull : next);
-        if (block_.back() == next) mixed_.push_back(bits);
-      }
+  block_.reserve(voxel_count(count_));
+  for_each_voxel(count_, [&](const glm::ivec3& key) {
+    SolidBits bits;
+    volume.solid_block(first_ + key, bits);
+    const auto all = [&](std::uint64_t word) {
+      return std::all_of(bits.begin(), bits.end(), [&](std::uint64_t w) { return w == word; });
+    };
+    const auto next = static_cast<std::int32_t>(mixed_.size());
+    block_.push_back(all(0) ? kEmpty : all(~std::uint64_t{0}) ? kFull : next);
+    if (block_.back() == next) mixed_.push_back(bits);
+  });
 }
 
 bool NaturalSurface::solid(const glm::ivec3& voxel) const {
   const glm::ivec3 block = leaf_key(voxel) - first_, in = voxel & 7;
-  if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return false;
-  const std::int32_t found = block_[index_of(block, count_)];
+  if (!in_grid(block, count_)) return false;
+  const std::int32_t found = block_[voxel_index(block, count_)];
   if (found < 0) return found == kFull;
   return mixed_[static_cast<std::size_t>(found)][static_cast<std::size_t>(in.x)] >> (8 * in.y + in.z) & 1;
 }
@@ -55,8 +48,8 @@ double NaturalSurface::inside(const glm::dvec3& p_W) const {
   if (in.x < 7 && in.y < 7 && in.z < 7) {
     // All eight voxels around the point lie in one block, which usually is completely solid or empty.
     const glm::ivec3 block = leaf_key(voxel) - first_;
-    if (glm::any(glm::lessThan(block, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(block, count_))) return 0;
-    const std::int32_t found = block_[index_of(block, count_)];
+    if (!in_grid(block, count_)) return 0;
+    const std::int32_t found = block_[voxel_index(block, count_)];
     if (found < 0) return found == kFull ? 1 : 0;
   }
   const glm::dvec3 low(voxel), part = at - low;

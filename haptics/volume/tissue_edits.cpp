@@ -255,8 +255,8 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
   v.front.forget();
   Carved carved;
   const glm::ivec3 first = leaf_key(removal.lo()), last = leaf_key(removal.hi());
-  for_each_voxel_between(first, last, [&](int x, int y, int z) {
-    const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+  for_each_voxel_between(first, last, [&](const glm::ivec3& key) {
+    const glm::ivec3 origin = key * kLeaf;
     LeafFront::Kept* kept = nullptr;
     auto* const leaf = v.leaf_to_cut(key, kept);
     if (!leaf) return;
@@ -289,10 +289,7 @@ class Replacement {
              const Tissue*, PerTissue*) const noexcept {
     bool changed = false;
     for_each_voxel(size, [&](int x, int y, int z) {
-      const glm::ivec3 at = lo - block_.lo + glm::ivec3(x, y, z);
-      const auto from =
-          (static_cast<std::size_t>(at.x) * block_.size.y + static_cast<std::size_t>(at.y)) * block_.size.z +
-          static_cast<std::size_t>(at.z);
+      const std::size_t from = voxel_index(lo - block_.lo + glm::ivec3(x, y, z), block_.size);
       float& to = distance[static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y +
                            static_cast<std::size_t>(z)];
       const float d = std::clamp(block_.distance[from], -band_, band_);
@@ -322,8 +319,8 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
   StrokeKept* const stroke = v.stroke();
   Tissue tissue[n * n * n], before[n * n * n];
-  for_each_voxel_between(leaf_key(filling.lo()), leaf_key(filling.hi()), [&](int i, int j, int k) {
-    const glm::ivec3 key(i, j, k), origin = key * n;
+  for_each_voxel_between(leaf_key(filling.lo()), leaf_key(filling.hi()), [&](const glm::ivec3& key) {
+    const glm::ivec3 origin = key * n;
     // a tile deep inside tissue, where nothing can be filled
     if (const auto& there = std::as_const(v.distance).block(key); !there.leaf && there.tile < 0) return;
     DistanceGrid::Block& block = v.distance.block(key);
@@ -373,7 +370,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   for (const BlockPart& part : piece) lo = glm::min(lo, part.key * n), hi = glm::max(hi, part.key * n + n - 1);
   lo -= kPieceMargin, hi += kPieceMargin;
   PieceBox box{hi - lo + 1, {}, {}};
-  const std::size_t all = box.at({box.size.x, 0, 0});
+  const std::size_t all = voxel_count(box.size);
   box.distance.resize(all);
   box.loose.resize(all);
   std::vector<Tissue> labels(all);
@@ -381,7 +378,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   for (const BlockPart& part : piece) {
     for (int i = 0; i < n * n * n; ++i) {
       if (part.bits[static_cast<std::size_t>(i / (n * n))] >> (i % (n * n)) & 1) {
-        box.loose[box.at(part.key * n + glm::ivec3(i / (n * n), i / n % n, i % n) - lo)] = 1;
+        box.loose[voxel_index(part.key * n + glm::ivec3(i / (n * n), i / n % n, i % n) - lo, box.size)] = 1;
       }
     }
   }
@@ -389,12 +386,11 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
 
   StrokeKept* const stroke = v.stroke();
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
-  for_each_voxel_between(leaf_key(lo), leaf_key(hi), [&](int i, int j, int k) {
-    const glm::ivec3 key(i, j, k);
+  for_each_voxel_between(leaf_key(lo), leaf_key(hi), [&](const glm::ivec3& key) {
     DistanceGrid::Leaf* leaf = nullptr;
     const glm::ivec3 from = glm::max(lo, key * n), to = glm::min(hi, key * n + n - 1);
     for_each_voxel_between(from, to, [&](int x, int y, int z) {
-      const std::size_t at = box.at(glm::ivec3(x, y, z) - lo);
+      const std::size_t at = voxel_index(glm::ivec3(x, y, z) - lo, box.size);
       if (!(after[at] > box.distance[at])) return;
       if (!leaf) {
         DistanceGrid::Block& block = v.distance.block(key);
@@ -423,8 +419,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
   solid.bounds(lo, hi);
   const glm::ivec3 a = glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), tissue.lo);
   const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), tissue.hi);
-  for_each_voxel_between(a, b, [&](int x, int y, int z) {
-    const glm::ivec3 voxel(x, y, z);
+  for_each_voxel_between(a, b, [&](const glm::ivec3& voxel) {
     LabelGrid::Block& block = v.tissue.block(leaf_key(voxel));
     const int i = LabelGrid::Leaf::index(voxel);
     const std::int32_t was = block.value(i);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/volume/block_grid.h"
 #include "haptics/volume/label.h"
@@ -27,11 +28,7 @@ struct BrickBox {
   glm::ivec3 lo, hi;
   template <class F>
   void for_each(F&& visit) const {
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int z = lo.z; z <= hi.z; ++z) visit(glm::ivec3(x, y, z));
-      }
-    }
+    for_each_voxel_between(lo, hi, visit);
   }
 };
 /// Bricks that read a sample in lo .. hi (inclusive); a brick reads one sample beyond its cells.

@@ -105,8 +105,8 @@ TissueVolume::TissueVolume(const DenseTissue& dense)
   constexpr int n = DistanceGrid::kSide;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   const float band_voxels = v.distance.background();
-  for_each_voxel((dense.size + (n - 1)) / n, [&](int i, int j, int k) {
-    const glm::ivec3 key(i, j, k), first = key * n, end = glm::min(first + n, dense.size);
+  for_each_voxel((dense.size + (n - 1)) / n, [&](const glm::ivec3& key) {
+    const glm::ivec3 first = key * n, end = glm::min(first + n, dense.size);
     if (const auto value = uniform_inside(dense, first, end, n)) {
       v.distance.block(key) = DistanceGrid::Block(-band_voxels, false);
       v.tissue.block(key) = LabelGrid::Block(*value, label_in(*value) != Tissue::kAir);
@@ -430,7 +430,7 @@ std::vector<TissueVolume::Impl::LeafSource> TissueVolume::Impl::leaves_in(const 
   constexpr int n = DistanceGrid::kSide;
   const glm::ivec3 leaves = (part.hi - part.lo + 1) / n;
   std::vector<LeafSource> sources;
-  sources.reserve(static_cast<std::size_t>(leaves.x) * leaves.y * leaves.z);
+  sources.reserve(voxel_count(leaves));
   LeafFinder find(*this);
   for (int x = part.lo.x; x <= part.hi.x; x += n) {
     for (int y = part.lo.y; y <= part.hi.y; y += n) {
@@ -499,7 +499,7 @@ void TissueVolume::copy_step(const VoxelBox& part, PatchStep& step) const {
 void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                         std::uint8_t* hardness) const {
   copy_for_patch(lo, size, distance, tissue);
-  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
+  const std::size_t count = voxel_count(size);
   if (tissue && !impl_->filled.empty()) std::transform(tissue, tissue + count, tissue, shown);
   if (hardness) copy_box(impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
 }
@@ -599,8 +599,7 @@ void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& 
   bool was_cut = false;
   for (int x = from.x; x <= to.x; ++x) {
     for (int y = from.y; y <= to.y; ++y) {
-      std::size_t i = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z +
-                      static_cast<std::size_t>(from.z - box.lo.z);
+      std::size_t i = voxel_index(glm::ivec3(x, y, from.z) - box.lo, box.size);
       for (int z = from.z; z <= to.z; ++z, ++i) {
         const glm::ivec3 p = glm::ivec3(x, y, z) * n;
         float d = distances.value(p);

@@ -16,6 +16,7 @@
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/in_parallel.h"
+#include "engine/base/voxels.h"
 #include "haptics/solid.h"
 
 namespace typodont {
@@ -112,17 +113,15 @@ session::ExploreMeasures feel(const TaskEvaluator& judge, const Scene& scene, co
   region.front()->bounds(low, high);
   const double border = half ? 0.5 * (low.x + high.x) : low.x;
   ServoTick tick{};
-  for (int x = 0; x < copy.field.size.x; ++x)
-    for (int y = 0; y < copy.field.size.y; ++y)
-      for (int z = 0; z < copy.field.size.z; ++z) {
-        const std::size_t i = copy.field.at(x, y, z);
-        const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
-        if (std::abs(copy.field.distance[i]) > 0.5f || p.x < border || region.front()->distance(p) > 0) continue;
-        tick.X_WG.p = p;
-        tick.depth = 1e-6;
-        tick.pedal = copy.tissue[i] == Tissue::kCaries ? 1 : 0;
-        meter.add({&tick, 1});
-      }
+  for_each_voxel(copy.field.size, [&](int x, int y, int z) {
+    const std::size_t i = copy.field.at(x, y, z);
+    const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+    if (std::abs(copy.field.distance[i]) > 0.5f || p.x < border || region.front()->distance(p) > 0) return;
+    tick.X_WG.p = p;
+    tick.depth = 1e-6;
+    tick.pedal = copy.tissue[i] == Tissue::kCaries ? 1 : 0;
+    meter.add({&tick, 1});
+  });
   return meter.result();
 }
 

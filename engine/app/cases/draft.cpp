@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/nearest.h"
+#include "engine/base/voxels.h"
 #include "haptics/solid.h"
 
 namespace typodont {
@@ -84,10 +86,7 @@ double in_mm(double metres) {
 
 Lesion::Point Lesion::at(const dvec3& p, Tissue sound) const {
   const dvec3 local = glm::transpose(R) * p;
-  const glm::dvec2 q(local), along = b - a;
-  const double length2 = glm::dot(along, along);
-  const double t = length2 > 0 ? std::clamp(glm::dot(q - a, along) / length2, 0.0, 1.0) : 0;
-  const double beside = glm::length(q - a - t * along), down = std::max(top - local.z, 0.0);
+  const double beside = distance_to_segment(a, b, glm::dvec2(local)), down = std::max(top - local.z, 0.0);
   const IcdasHardness& soft = kIcdasHardness[static_cast<std::size_t>(icdas - 1)];
   double rho = 0, outside = 0, core = soft.dentin;  // rho: 0 on the axis, 1 at the edge; outside: m
   if (down < border) {
@@ -236,25 +235,23 @@ void apply_lesions(Draft& draft) {
   const Tissue filled = filling.empty() ? Tissue::kAir : haptics::read_tissue_name(draft.family["filled"]);
   if (draft.lesions.empty() && filling.empty()) return;
   if (!draft.lesions.empty()) tissue.hardness.assign(tissue.tissue.size(), haptics::kOwnHardness);
-  for (int x = 0; x < tissue.size.x; ++x)
-    for (int y = 0; y < tissue.size.y; ++y)
-      for (int z = 0; z < tissue.size.z; ++z) {
-        const std::size_t i = tissue.at(x, y, z);
-        if (tissue.tissue[i] != Tissue::kEnamel && tissue.tissue[i] != Tissue::kDentin) continue;
-        const dvec3 p = tissue.frame.to_world(dvec3(x, y, z));
-        const dvec3 p_W = draft.turn * p + draft.offset;
-        if (std::ranges::any_of(filling, [&](const auto& solid) { return solid->distance(p_W) <= 0; })) {
-          tissue.tissue[i] = filled;
-          continue;
-        }
-        const Tissue sound = tissue.tissue[i];
-        for (const Lesion& lesion : draft.lesions) {
-          const Lesion::Point here = lesion.at(p, sound);
-          const std::uint8_t hardness = haptics::hardness_byte(here.hardness);
-          if (here.tissue == Tissue::kCaries) tissue.tissue[i] = Tissue::kCaries;
-          tissue.hardness[i] = std::min(tissue.hardness[i], hardness);
-        }
-      }
+  for_each_voxel(tissue.size, [&](int x, int y, int z) {
+    const std::size_t i = tissue.at(x, y, z);
+    if (tissue.tissue[i] != Tissue::kEnamel && tissue.tissue[i] != Tissue::kDentin) return;
+    const dvec3 p = tissue.frame.to_world(dvec3(x, y, z));
+    const dvec3 p_W = draft.turn * p + draft.offset;
+    if (std::ranges::any_of(filling, [&](const auto& solid) { return solid->distance(p_W) <= 0; })) {
+      tissue.tissue[i] = filled;
+      return;
+    }
+    const Tissue sound = tissue.tissue[i];
+    for (const Lesion& lesion : draft.lesions) {
+      const Lesion::Point here = lesion.at(p, sound);
+      const std::uint8_t hardness = haptics::hardness_byte(here.hardness);
+      if (here.tissue == Tissue::kCaries) tissue.tissue[i] = Tissue::kCaries;
+      tissue.hardness[i] = std::min(tissue.hardness[i], hardness);
+    }
+  });
 }
 
 haptics::DenseTissue turned(const haptics::DenseTissue& tissue, const glm::dmat3& turn) {
@@ -262,16 +259,14 @@ haptics::DenseTissue turned(const haptics::DenseTissue& tissue, const glm::dmat3
   const dvec3 a = turn * tissue.frame.to_world(dvec3(0)), b = turn * tissue.frame.to_world(dvec3(tissue.size - 1));
   out.frame.origin = glm::min(a, b);
   out.size = glm::ivec3(glm::round(glm::abs(b - a) / tissue.frame.voxel)) + 1;
-  for (int x = 0; x < out.size.x; ++x)
-    for (int y = 0; y < out.size.y; ++y)
-      for (int z = 0; z < out.size.z; ++z) {
-        const dvec3 p = glm::transpose(turn) * out.frame.to_world(dvec3(x, y, z));
-        const glm::ivec3 v(glm::round(tissue.frame.to_voxels(p)));
-        const std::size_t from = tissue.at(v.x, v.y, v.z), to = out.at(x, y, z);
-        out.distance[to] = tissue.distance[from];
-        out.tissue[to] = tissue.tissue[from];
-        if (!tissue.hardness.empty()) out.hardness[to] = tissue.hardness[from];
-      }
+  for_each_voxel(out.size, [&](int x, int y, int z) {
+    const dvec3 p = glm::transpose(turn) * out.frame.to_world(dvec3(x, y, z));
+    const glm::ivec3 v(glm::round(tissue.frame.to_voxels(p)));
+    const std::size_t from = tissue.at(v.x, v.y, v.z), to = out.at(x, y, z);
+    out.distance[to] = tissue.distance[from];
+    out.tissue[to] = tissue.tissue[from];
+    if (!tissue.hardness.empty()) out.hardness[to] = tissue.hardness[from];
+  });
   return out;
 }
 

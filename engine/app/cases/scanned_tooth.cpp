@@ -9,6 +9,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/quantile.h"
 #include "engine/base/voxels.h"
 #include "engine/session/place.h"
 
@@ -49,11 +50,8 @@ std::optional<std::array<double, 4>> enamel_edges(const DenseCopy& copy, const g
   });
   std::array<double, 4> edges{};
   for (std::size_t side = 0; side < 4; ++side) {
-    std::vector<double>& h = heights[side];
-    if (h.empty()) return std::nullopt;
-    const auto at = h.begin() + static_cast<std::ptrdiff_t>(kLowest * static_cast<double>(h.size()));
-    std::nth_element(h.begin(), at, h.end());
-    edges[side] = *at;
+    if (heights[side].empty()) return std::nullopt;
+    edges[side] = quantile(heights[side], kLowest);
   }
   return edges;
 }

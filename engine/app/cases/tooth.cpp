@@ -12,7 +12,9 @@
 #include "engine/app/tissue/blend.h"
 #include "engine/base/error.h"
 #include "engine/base/in_parallel.h"
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "engine/session/dense_field.h"
 
 namespace typodont {
@@ -151,9 +153,8 @@ double normal(SplitMix64& random) {
 
 double TaperedTube::distance(const dvec3& p) const {
   const dvec3 by(1, 1 / stretch_y, 1);
-  const dvec3 q = p * by, from = a * by, along = b * by - from;
-  const double t = std::clamp(glm::dot(q - from, along) / glm::dot(along, along), 0.0, 1.0);
-  return glm::length(q - from - t * along) - glm::mix(radius_a, radius_b, t);
+  const dvec3 q = p * by, from = a * by, to = b * by;
+  return distance_to_segment(from, to, q) - glm::mix(radius_a, radius_b, nearest_fraction(from, to, q));
 }
 
 double CaseTooth::distance(const dvec3& p) const {
@@ -232,7 +233,7 @@ std::string tooth_name(const std::string& type) {
 CaseTooth make_tooth(const std::string& type, double age, SplitMix64& random, double curvature) {
   const Json table = teeth_table();
   const auto row = table.find(type);
-  if (!row) throw Error("tooth", "", type, fmt::format("one of {}", fmt::join(table.keys(), ", ")));
+  if (!row) throw Error("tooth", "", type, fmt::format("one of {}", fmt::join(tooth_types(), ", ")));
   CaseTooth tooth;
   tooth.type = type;
   tooth.name = (*row)["name"].string();
@@ -303,9 +304,7 @@ haptics::DenseTissue sample_tooth(const CaseTooth& tooth, double voxel, const Po
   };
   out.frame.origin = voxel * glm::floor((low - kBand) / voxel);
   out.size = glm::ivec3(glm::ceil((high + kBand - out.frame.origin) / voxel)) + 1;
-  session::DenseField field{
-      out.size, std::vector<float>(static_cast<std::size_t>(out.size.x) * static_cast<std::size_t>(out.size.y) *
-                                   static_cast<std::size_t>(out.size.z))};
+  session::DenseField field{out.size, std::vector<float>(voxel_count(out.size))};
   const auto columns = static_cast<std::size_t>(out.size.x) * static_cast<std::size_t>(out.size.y);
   const auto at = [&](std::size_t column, int z) {
     const auto rows = static_cast<std::size_t>(out.size.y);

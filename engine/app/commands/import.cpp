@@ -258,11 +258,10 @@ double grey_of(const haptics::Imported& imported, const glm::ivec3& at) {
   double grey = static_cast<double>(imported.grey[i]);
   if (static_cast<double>(t.distance[i]) < -kBlur * t.frame.voxel) return grey;
   const glm::ivec3 lo = glm::max(at - kBlur, glm::ivec3(0)), hi = glm::min(at + kBlur, t.size - 1);
-  for (int x = lo.x; x <= hi.x; ++x)
-    for (int y = lo.y; y <= hi.y; ++y)
-      for (int z = lo.z; z <= hi.z; ++z)
-        if (const std::size_t near = t.at(x, y, z); t.tissue[near] == t.tissue[i])
-          grey = std::max(grey, static_cast<double>(imported.grey[near]));
+  for_each_voxel_between(lo, hi, [&](int x, int y, int z) {
+    if (const std::size_t near = t.at(x, y, z); t.tissue[near] == t.tissue[i])
+      grey = std::max(grey, static_cast<double>(imported.grey[near]));
+  });
   return grey;
 }
 

@@ -1,4 +1,4 @@
-// Implant planning: proposal, findings, pictures of sections. SI units, frame W. One thread.
+// Implant planning: proposal, findings, pictures of sections. SI units, frame W. Any thread may call const functions.
 #pragma once
 
 #include <array>

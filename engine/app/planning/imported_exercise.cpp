@@ -17,8 +17,7 @@ namespace {
 /// The middle of the tissue's top, m.
 dvec3 top_of(const haptics::DenseTissue& tissue) {
   glm::ivec3 lo(tissue.size), hi(-1);
-  for_each_voxel(tissue.size, [&](int x, int y, int z) {
-    const glm::ivec3 at(x, y, z);
+  for_each_voxel(tissue.size, [&](const glm::ivec3& at) {
     if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
   });
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));

@@ -63,8 +63,7 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   site.tissue.resize(site.distance.size());
   if (!copy.hardness.empty()) site.hardness.resize(site.distance.size());
   if (!copy.color.empty()) site.color.resize(site.distance.size());
-  for_each_voxel(site.size, [&](int x, int y, int z) {
-    const glm::ivec3 p(x, y, z);
+  for_each_voxel(site.size, [&](const glm::ivec3& p) {
     const dvec3 place = dvec3(p) / static_cast<double>(n);
     const glm::ivec3 near(glm::round(place));
     const std::size_t nearest = copy.field.at(near.x, near.y, near.z);

@@ -1,7 +1,6 @@
 #include "engine/app/planning/planning_tissue.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -20,9 +19,6 @@ constexpr double kSection = 2e-3;        // m, length of a section of a canal
 // Smallest number of voxels in a used section of a canal, as a fraction of the median of all sections.
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x copied at a time
-
-constexpr std::array<glm::ivec3, 6> kFaces{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
-                                           glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
 
 }  // namespace
 
@@ -99,7 +95,7 @@ std::vector<std::pair<glm::ivec3, int>> PlanningTissue::distances_within_piece(c
   std::vector<std::pair<glm::ivec3, int>> piece{{from, 0}};
   for (std::size_t i = 0; i < piece.size(); ++i) {
     const auto [p, distance] = piece[i];
-    for (const glm::ivec3& step : kFaces) {
+    for (const glm::ivec3& step : kFaceSteps) {
       const glm::ivec3 q = p + step;
       if (!inside(q) || tissue_[index(q)] != tissue || !seen.emplace(index(q), distance + 1).second) continue;
       piece.emplace_back(q, distance + 1);
@@ -111,14 +107,13 @@ std::vector<std::pair<glm::ivec3, int>> PlanningTissue::distances_within_piece(c
 std::vector<NerveCanal> PlanningTissue::canals() const {
   std::vector<NerveCanal> canals;
   std::vector<bool> done(tissue_.size());
-  for_each_voxel(size_, [&](int x, int y, int z) {
-    const glm::ivec3 p(x, y, z);
+  for_each_voxel(size_, [&](const glm::ivec3& p) {
     if (tissue_[index(p)] != kNerve || done[index(p)]) return;
     auto piece = distances_within_piece(p);
     std::size_t in_bone = 0, in_tooth = 0;
     for (const auto& [q, distance] : piece) {
       done[index(q)] = true;
-      for (const glm::ivec3& step : kFaces) {
+      for (const glm::ivec3& step : kFaceSteps) {
         if (!inside(q + step)) continue;
         in_bone += typodont::is_bone(tissue_[index(q + step)]);
         in_tooth += typodont::is_tooth(tissue_[index(q + step)]);

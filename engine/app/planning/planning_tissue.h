@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/app/tissue/bone_tissue.h"
+#include "engine/base/voxels.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 #include "haptics/tissue_volume.h"
@@ -38,14 +39,8 @@ class PlanningTissue {
  private:
   /// Index of the nearest sample; outside the box: number of samples.
   std::size_t index(const dvec3& p_W) const;
-  std::size_t index(const glm::ivec3& p) const {
-    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(size_.z) +
-           static_cast<std::size_t>(p.z);
-  }
-  bool inside(const glm::ivec3& p) const {
-    return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
-  }
+  std::size_t index(const glm::ivec3& p) const { return voxel_index(p, size_); }
+  bool inside(const glm::ivec3& p) const { return in_grid(p, size_); }
   /// Path lengths from `from` within one tissue, in samples, ascending.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 

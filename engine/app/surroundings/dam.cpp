@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/app/tissue/blend.h"
+#include "engine/base/nearest.h"
 
 namespace typodont {
 
@@ -68,11 +69,8 @@ DamClamp::DamClamp(const dvec3& middle, double edge, double half_width)
 
 double DamClamp::distance(const dvec3& p_row) const {
   double bow = 1;
-  for (std::size_t i = 0; i + 1 < bow_.size(); ++i) {
-    const dvec3 d = bow_[i + 1] - bow_[i], r = p_row - bow_[i];
-    const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);
-    bow = smooth_min(bow, glm::length(r - t * d) - kBow, 0.15e-3);
-  }
+  for (std::size_t i = 0; i + 1 < bow_.size(); ++i)
+    bow = smooth_min(bow, distance_to_segment(bow_[i], bow_[i + 1], p_row) - kBow, 0.15e-3);
   const dvec3 p = p_row - middle_;
   const dvec3 plate = glm::abs(dvec3(p.x, std::abs(p.y) - side_ - kPlate.y + 0.3e-3, p.z - kPlateHeight)) - kPlate;
   const double flat = glm::length(glm::max(plate, dvec3(0))) + std::min(std::max({plate.x, plate.y, plate.z}), 0.0);

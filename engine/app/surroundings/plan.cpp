@@ -95,10 +95,4 @@ void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesy
        "(the expert) does not avoid them");
 }
 
-SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
-  SurroundingsPlan plan;
-  read_keys(json, [&](Keys& keys) { describe_surroundings(keys, plan, volume, place); });
-  return plan;
-}
-
 }  // namespace typodont

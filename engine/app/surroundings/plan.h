@@ -53,6 +53,5 @@ struct SurroundingsPlan {
 /// Error.
 void describe_surroundings(Keys& keys, SurroundingsPlan& plan, const std::filesystem::path& volume,
                            const ScenePlace& place);
-SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont

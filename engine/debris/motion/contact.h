@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <glm/glm.hpp>
 
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 #include "engine/debris/debris.h"
 #include "engine/debris/motion/motion.h"
@@ -57,9 +58,7 @@ inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W
 
 /// Returns true if the line from a to b passes c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-  const glm::dvec3 offset = b - a;
-  const double on = glm::clamp(glm::dot(c - a, offset) / std::max(glm::dot(offset, offset), 1e-20), 0.0, 1.0);
-  return glm::length(c - a - on * offset) < radius;
+  return distance_to_segment(a, b, c) < radius;
 }
 
 }  // namespace typodont::debris

@@ -7,6 +7,7 @@
 #include <emmintrin.h>
 #endif
 
+#include "engine/base/voxels.h"
 #include "engine/surface/contour/cell_shapes.h"
 #include "engine/surface/contour/crossing.h"
 #include "engine/surface/contour/moments.h"
@@ -502,20 +503,16 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
-  for (int x = low.x; x < low.x + size; ++x) {
-    for (int y = low.y; y < low.y + size; ++y) {
-      for (int z = low.z; z < low.z + size; ++z) {
-        const std::uint16_t patch = state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))];
-        if (patch == kNoSurface) continue;
-        int config = 0;
-        for (int c = 0; c < 8; ++c) config |= solid_at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)) << c;
-        const CellShape& shape = shapes[config];
-        for (int i = 0; i < shape.edges; ++i) {
-          sums.add(crossing_of({x, y, z}, shape.edge[static_cast<std::size_t>(i)]), centre);
-        }
-      }
+  for_each_voxel_between(low, low + size - 1, [&](int x, int y, int z) {
+    const std::uint16_t patch = state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))];
+    if (patch == kNoSurface) return;
+    int config = 0;
+    for (int c = 0; c < 8; ++c) config |= solid_at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)) << c;
+    const CellShape& shape = shapes[config];
+    for (int i = 0; i < shape.edges; ++i) {
+      sums.add(crossing_of({x, y, z}, shape.edge[static_cast<std::size_t>(i)]), centre);
     }
-  }
+  });
   return sums;
 }
 

@@ -31,8 +31,6 @@ struct CrossingSums {
   glm::vec3 points() const { return {low[0], low[1], low[2]}; }     // returns Σ p, the sum of the crossings' points
   glm::vec3 normals() const { return {low[3], high[0], high[1]}; }  // returns Σ n, the sum of the crossings' normals
   float curvatures() const { return high[2]; }  // returns Σ H, the sum of the crossings' mean curvatures
-  // returns Σ p·n, the sum of point · normal of all crossings
-  float points_by_normals() const { return by_normals[0] + by_normals[1] + by_normals[2]; }
 };
 
 /// Sums Σ (p, 1) ⊗ (p, n, H, 1) over crossings (point p, normal n, mean curvature H), to compute curvatures.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/voxels.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics::implant {
@@ -55,32 +56,28 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge) {
   ToolVoxels voxels;
   voxels.edge = edge;
   std::vector<ToolVoxel> others;
-  for (int x = -across; x <= across; ++x) {
-    for (int y = -across; y <= across; ++y) {
-      for (int z = -1; z <= above; ++z) {
-        // Layers of tool voxels along the axis; a flat end lies half-way between two layers.
-        const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
-        dvec3 n;
-        const double outside = head.distance(p, n);
-        if (!(outside > -half_layer + kVoxelRounding * edge && outside <= half_layer + kVoxelRounding * edge)) continue;
-        // The head's upper end gets no voxels, because it touches bone only if the shank touches bone too.
-        if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
-        const dvec3 on_surface = p - outside * n;
-        // Voxels nearest to a sharp rim are skipped, because they represent no area.
-        dvec3 n_within;
-        head.distance(on_surface - kWithin * edge * n, n_within);
-        if (glm::dot(n, n_within) < kSmooth) continue;
-        ToolVoxel voxel;
-        voxel.p = glm::vec3(p);
-        voxel.n = glm::vec3(n);
-        voxel.outside = static_cast<float>(outside);
-        voxel.area = static_cast<float>(edge * edge);
-        voxel.inverse_r = static_cast<float>(mean_inverse_r(on_surface.x, on_surface.y, edge));
-        voxel.ability = static_cast<float>(ability_of(whole, on_surface, n));
-        (-n.z > kFacingEnd ? voxels.outer : others).push_back(voxel);
-      }
-    }
-  }
+  for_each_voxel_between({-across, -across, -1}, {across, across, above}, [&](int x, int y, int z) {
+    // Layers of tool voxels along the axis; a flat end lies half-way between two layers.
+    const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
+    dvec3 n;
+    const double outside = head.distance(p, n);
+    if (!(outside > -half_layer + kVoxelRounding * edge && outside <= half_layer + kVoxelRounding * edge)) return;
+    // The head's upper end gets no voxels, because it touches bone only if the shank touches bone too.
+    if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) return;
+    const dvec3 on_surface = p - outside * n;
+    // Voxels nearest to a sharp rim are skipped, because they represent no area.
+    dvec3 n_within;
+    head.distance(on_surface - kWithin * edge * n, n_within);
+    if (glm::dot(n, n_within) < kSmooth) return;
+    ToolVoxel voxel;
+    voxel.p = glm::vec3(p);
+    voxel.n = glm::vec3(n);
+    voxel.outside = static_cast<float>(outside);
+    voxel.area = static_cast<float>(edge * edge);
+    voxel.inverse_r = static_cast<float>(mean_inverse_r(on_surface.x, on_surface.y, edge));
+    voxel.ability = static_cast<float>(ability_of(whole, on_surface, n));
+    (-n.z > kFacingEnd ? voxels.outer : others).push_back(voxel);
+  });
   voxels.ahead = voxels.outer.size();
   voxels.outer.insert(voxels.outer.end(), others.begin(), others.end());
   return voxels;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "engine/base/nearest.h"
 #include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::mesh_lod {

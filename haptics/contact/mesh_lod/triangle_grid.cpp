@@ -112,9 +112,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
     }
     if (static_cast<double>(cells_.x) * cells_.y * cells_.z <= kMaxCells && entries <= max_entries) break;
   }
-  start_.assign(
-      static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) * static_cast<std::size_t>(cells_.z) + 1,
-      0);
+  start_.assign(voxel_count(cells_) + 1, 0);
   const auto each_cell = [&](const Box& box, const auto& use) {
     const glm::ivec3 first = cell_of(box.lo), last = cell_of(box.hi);
     for_each_voxel_between(first, last, [&](int x, int y, int z) { use(index({x, y, z})); });

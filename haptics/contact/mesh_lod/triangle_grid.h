@@ -1,11 +1,11 @@
 // The triangles of one level of detail, with searches for near faces, distance and inside.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/voxels.h"
 #include "haptics/contact/looks.h"
 #include "haptics/tissue_mesh.h"
 
@@ -38,12 +38,6 @@ OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
 // Squared sine of an angle of a face; below this, the face is a sliver, so only its edges are used.
 inline constexpr double kSliver = 1e-12;
-/// Point of the segment a–b nearest to p.
-inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
-  const dvec3 ab = b - a;
-  const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
-  return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
-}
 
 /// A grid of cells over the triangles of a mesh. Built at set-up or by the carver; queries never allocate.
 class TriangleGrid {
@@ -102,11 +96,7 @@ class TriangleGrid {
     // Truncation is faster than floor, and negative numbers are clamped to 0 anyway.
     return glm::clamp(glm::ivec3(p * inverse_), glm::ivec3(0), cells_ - 1);
   }
-  std::size_t index(const glm::ivec3& i) const noexcept {
-    return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(cells_.y) + static_cast<std::size_t>(i.y)) *
-               static_cast<std::size_t>(cells_.z) +
-           static_cast<std::size_t>(i.z);
-  }
+  std::size_t index(const glm::ivec3& i) const noexcept { return voxel_index(i, cells_); }
   /// Index in the mesh of the grid's face i.
   std::uint32_t rank(std::uint32_t i) const noexcept { return rank_.empty() ? i : rank_[i]; }
   void sort_faces(const TissueMesh& mesh);

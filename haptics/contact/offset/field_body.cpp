@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics::offset {
@@ -253,10 +254,8 @@ bool FieldBody::copy_step(TissuePatch& patch, const glm::ivec3& lo, std::uint32_
   if (held != last_.number || last_.foreign_changes != volume_.foreign_changes()) return false;
   const VoxelBox before{last_.lo, last_.lo + patch.n - 1}, now{lo, lo + patch.n - 1};
   std::size_t leaves = 0;
-  for_new_slabs(now, before, [&](const VoxelBox& slab) {
-    const glm::ivec3 size = (slab.hi - slab.lo + 1) / PatchStep::kSide;
-    leaves += static_cast<std::size_t>(size.x) * size.y * size.z;
-  });
+  for_new_slabs(now, before,
+                [&](const VoxelBox& slab) { leaves += voxel_count((slab.hi - slab.lo + 1) / PatchStep::kSide); });
   if (leaves > patch.step.most()) return false;
   // `patch` has only the new samples, not those that the servo keeps, so the next copy to it must be complete.
   patch.lo = lo;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/nearest.h"
 #include "haptics/contact/offset/offset_model.h"
 
 namespace typodont::haptics::offset {
@@ -14,9 +15,7 @@ using Q = SearchParameters;
 /// Returns how far the proxy's displacement may differ from the hand's displacement `shift`: at least `max_step`. More
 /// if all points of the segment from 0 to `step` are far from `shift`, so that a stuck head can still sink.
 double farthest(const dvec3& step, const dvec3& shift, double max_step) {
-  const double length2 = glm::dot(step, step);
-  const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
-  return std::max(max_step, std::hypot(glm::length(nearest * step - shift), max_step / 2));
+  return std::max(max_step, std::hypot(distance_to_segment(dvec3(0), step, shift), max_step / 2));
 }
 
 }  // namespace

@@ -24,22 +24,17 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 }
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
-  const double h = voxel();
   // Undo or redo may have restored tissue inside the head, so the next cut also removes tissue at its start pose.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  // voxels³; for each tissue, removed volume × hardness, from which the cut's energy follows
   PerTissue hardened;
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   contacts_.forget_creases();
   cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.removal.spindle};
-  for (std::size_t i = 1; i < removed.size(); ++i) {
-    cut.removed[i] = removed[i] * h * h * h;
-    energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
-  }
+  book(removed, hardened, cut, energy);
   cut_end_ = X_WB;
   cut_tool_ = tool_;
   log_.add(cut_count_, sweep.lo(), sweep.hi(), {in.X_WG, X_WB, tool_, continues, 0, removed});

@@ -253,7 +253,7 @@ class Packer {
     spacing_ = spacing;
     origin_ = -(1.0 + shift_) * spacing_;
     cells_ = glm::ivec3(glm::ceil((dvec3(field_.size()) - origin_) / (kEdge * spacing_))) + 1;
-    const auto cell_count = static_cast<std::size_t>(cells_.x) * cells_.y * cells_.z;
+    const std::size_t cell_count = voxel_count(cells_);
     first_link_.assign(cell_count, -1);
     links_.clear();
     blocks_.clear();
@@ -442,7 +442,7 @@ SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& option
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));
   dense.band = volume.band();
-  dense.distance.resize(static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z);
+  dense.distance.resize(voxel_count(dense.size));
   dense.tissue.resize(dense.distance.size());
   volume.copy(lo - kAir, dense.size, dense.distance.data(), dense.tissue.data());
   for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);

@@ -35,12 +35,4 @@ inline double lens_volume(double r1, double r2, double d) noexcept {
   return kPi * in * in * (d * d + 2 * d * (r1 + r2) - 3 * off * off) / (12 * d);
 }
 
-/// Point of the segment a–b nearest to p.
-inline dvec3 nearest_on(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
-  const dvec3 ab = b - a;
-  const double length2 = glm::dot(ab, ab);
-  if (!(length2 > 0)) return a;
-  return a + std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) * ab;
-}
-
 }  // namespace typodont::haptics::packing

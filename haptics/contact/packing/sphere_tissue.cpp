@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/base/dispatch.h"
+#include "engine/base/nearest.h"
 #include "haptics/contact/packing/sphere_lanes.h"
 
 namespace typodont::haptics::packing {
@@ -67,7 +68,7 @@ PerTissue SphereTissue::volumes() const noexcept {
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r, double curve) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
-    const dvec3 off = center - nearest_on(a, b, center);
+    const dvec3 off = center - nearest_on_segment(a, b, center);
     const double distance = glm::length(off);
     away = distance > 0 ? off / distance : dvec3(0, 0, 1);
     return r + radius - distance;

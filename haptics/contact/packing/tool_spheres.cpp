@@ -171,7 +171,7 @@ ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_
   field.frame.origin = lo - 2 * field.frame.voxel;
   field.size = glm::ivec3(glm::ceil(extent / field.frame.voxel)) + 5;
   field.band = glm::length(extent);
-  const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
+  const std::size_t count = voxel_count(field.size);
   field.distance.resize(count);
   field.tissue.assign(count, Tissue::kEnamel);  // any label, because a tool consists of one material
   for_each_voxel(field.size, [&](int x, int y, int z) {

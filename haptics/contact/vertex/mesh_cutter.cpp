@@ -11,6 +11,7 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
+#include "engine/base/voxels.h"
 #include "haptics/cutting/lanes.h"
 #include "haptics/volume/label.h"
 
@@ -466,18 +467,13 @@ void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
 /// usually decide quickly.
 bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, Index g) const noexcept {
   const mesh::Corners b = mesh::corners(mesh, g);
-  int shared = 0, of_a = 0, of_b = 0;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      if (a.v[i] == b.v[j]) ++shared, of_a = i, of_b = j;
-    }
-  }
-  if (shared > 0) {
+  const mesh::SharedCorners shared(a, b);
+  if (shared.count > 0) {
     const dvec3 m = normal2(mesh, g);
     const double d = glm::dot(n, m), size2 = glm::dot(n, n) * glm::dot(m, m);
-    if (shared > 1) return d < 0 && d * d > P::flat_fold * P::flat_fold * size2;
+    if (shared.count > 1) return d < 0 && d * d > P::flat_fold * P::flat_fold * size2;
     const bool same_way = d > 0 && d * d > P::same_way * P::same_way * size2;
-    if (same_way && !angles_overlap(a, of_a, b, of_b, n)) return false;
+    if (same_way && !angles_overlap(a, shared.of_a, b, shared.of_b, n)) return false;
   }
   return mesh::cross_each_other(a, b);
 }
@@ -600,7 +596,7 @@ Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcep
   const dvec3 below =
       (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - 0.5 * labels_->frame.voxel / length * n;
   const glm::ivec3 at(glm::round(labels_->frame.to_voxels(below)));
-  if (glm::any(glm::lessThan(at, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(at, labels_->size))) return own;
+  if (!in_grid(at, labels_->size)) return own;
   const Tissue label = shown(labels_->tissue[labels_->at(at.x, at.y, at.z)]);
   return label == Tissue::kAir ? own : label;
 }

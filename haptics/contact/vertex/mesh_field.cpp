@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "engine/base/nearest.h"
 #include "engine/base/voxels.h"
 
 namespace typodont::haptics::vertex {
@@ -18,31 +19,6 @@ namespace {
 constexpr int kEdge = 8, kApron = kEdge + 2;
 // voxels; faces within this distance of a sample determine the sample's value
 constexpr double kNearSample = 2.5;
-
-/// Point of a triangle nearest to a sample. `feature`: corner 0 to 2, edge 3 to 5, interior 6 (Ericson 2005, 5.1.5).
-struct Closest {
-  dvec3 p;
-  int feature;
-};
-Closest closest(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c) {
-  const dvec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {a, 0};
-  const dvec3 bp = p - b;
-  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {b, 1};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + d1 / (d1 - d3) * ab, 3};
-  const dvec3 cp = p - c;
-  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {c, 2};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + d2 / (d2 - d6) * ac, 5};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b), 4};
-  const double sum = va + vb + vc;
-  return {a + vb / sum * ab + vc / sum * ac, 6};
-}
 
 dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   const dvec3 n = glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
@@ -87,7 +63,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   struct Nearest {
     double distance2 = 1e300;
     Index f = kNone;
-    Closest to;
+    NearestOnTriangle to{};
   };
   std::array<Nearest, kEdge * kEdge * kEdge> nearest;
   const double reach = kNearSample * frame.voxel;
@@ -100,7 +76,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
     const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(last)) - key * kEdge, glm::ivec3(kEdge - 1));
     for_each_voxel_between(from, to, [&](int x, int y, int z) {
       const dvec3 p = frame.to_world(dvec3(key * kEdge + glm::ivec3(x, y, z)));
-      const Closest found = closest(p, a, b, c);
+      const NearestOnTriangle found = nearest_on_triangle(a, b, c, p);
       const double distance2 = glm::dot(p - found.p, p - found.p);
       Nearest& best = nearest[at(x, y, z)];
       if (distance2 < best.distance2 || (distance2 == best.distance2 && f < best.f)) best = {distance2, f, found};
@@ -127,13 +103,6 @@ void spread_sides(Blocks& blocks) {
     glm::ivec3 key, v;
   };
   std::vector<Place> queue;
-  const auto each = [](const auto& fn) {
-    for (int x = 0; x < kEdge; ++x)
-      for (int y = 0; y < kEdge; ++y)
-        for (int z = 0; z < kEdge; ++z) fn(glm::ivec3(x, y, z));
-  };
-  constexpr std::array<glm::ivec3, 6> kSteps{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
-                                             glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
   const auto normal = [](Place place) {
     for (int axis = 0; axis < 3; ++axis) {
       if (place.v[axis] < 0) place.v[axis] += kEdge, --place.key[axis];
@@ -142,10 +111,10 @@ void spread_sides(Blocks& blocks) {
     return place;
   };
   for (auto& [key, block] : blocks) {
-    each([&](const glm::ivec3& v) {
+    for_each_voxel(glm::ivec3(kEdge), [&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
       // A neighbour outside all blocks has the original sign of the field, because no cut has changed it.
-      for (const glm::ivec3& step : kSteps) {
+      for (const glm::ivec3& step : kFaceSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
             (glm::all(glm::greaterThanEqual(n, glm::ivec3(0))) && glm::all(glm::lessThan(n, glm::ivec3(kEdge))))) {
@@ -162,7 +131,7 @@ void spread_sides(Blocks& blocks) {
     const Place from = queue.back();
     queue.pop_back();
     const std::int8_t side = blocks.at(from.key).side[at(from.v.x, from.v.y, from.v.z)];
-    for (const glm::ivec3& step : kSteps) {
+    for (const glm::ivec3& step : kFaceSteps) {
       const Place to = normal({from.key, from.v + step});
       const auto found = blocks.find(to.key);
       if (found == blocks.end()) continue;

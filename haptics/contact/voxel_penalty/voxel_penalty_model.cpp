@@ -165,20 +165,16 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   if (!(in.removal.cuts && !in.removal.must_earn && count_ > 0 && size > 0 && in.removal.budget > 0 &&
         in.removal.specific_energy > 0))
     return false;
-  const double h = voxel(), bought = in.removal.budget / in.removal.specific_energy / contact.area;
+  const double bought = in.removal.budget / in.removal.specific_energy / contact.area;
   const dvec3 out_of = contact.spring.force / size;
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.spring.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  // voxels³; for each tissue, removed volume × hardness, from which the cut's energy follows
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.removal.spindle};
-  for (std::size_t i = 1; i < removed.size(); ++i) {
-    cut.removed[i] = removed[i] * h * h * h;
-    energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
-  }
+  book(removed, hardened, cut, energy);
   log_.add(cut_count_, stamp.lo(), stamp.hi(), {X_WB, X_WB, tool_, false, 0, removed});
   return true;
 }
