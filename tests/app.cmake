@@ -43,7 +43,7 @@ if(TYPODONT_WINDOW)
   add_dependencies(acceptance_player typodont)
 endif()
 if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
-  typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp stress/program_stall_test.cpp
+  typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp
                 stress/program_length_test.cpp stress/program_kill_test.cpp LIBS typodont_session LIVE)
   target_compile_definitions(stress_program PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_program typodont)

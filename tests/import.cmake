@@ -6,7 +6,7 @@ typodont_test(property_import KIND property SOURCES property/import_phantom_test
               TOGETHER ImportUsualJaw)
 typodont_test(property_fuse KIND property SOURCES property/import_fuse_test.cpp LIBS typodont_import typodont_calibration TOGETHER ImportFuse)
 typodont_test(bench_import_jaw KIND bench SOURCES bench/import_jaw_bench.cpp LIBS typodont_import)
-typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp acceptance/import_fuse_test.cpp acceptance/import_mouth_test.cpp LIBS typodont_haptics typodont_import ZLIB::ZLIB)
+typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp acceptance/import_fuse_test.cpp acceptance/import_mouth_test.cpp LIBS typodont_haptics typodont_import typodont_session ZLIB::ZLIB)
 target_compile_definitions(acceptance_import PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_import typodont)
 typodont_test(unit_scan_review KIND unit SOURCES unit/import_corrections_test.cpp unit/scan_fusion_test.cpp unit/scan_review_test.cpp LIBS typodont_app typodont_import fmt::fmt)

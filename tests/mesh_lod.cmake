@@ -1,5 +1,5 @@
 typodont_test(unit_mesh_lod KIND unit SOURCES unit/haptics_surface_mesh_test.cpp LIBS typodont_haptics)
 typodont_test(property_mesh_lod KIND property SOURCES property/mesh_contact_test.cpp property/mesh_lod_model_test.cpp LIBS typodont_haptics typodont_import)
-typodont_test(acceptance_mesh_lod KIND acceptance SOURCES acceptance/mesh_lod_command_test.cpp LIBS typodont_base)
+typodont_test(acceptance_mesh_lod KIND acceptance SOURCES acceptance/mesh_lod_command_test.cpp LIBS typodont_session)
 target_compile_definitions(acceptance_mesh_lod PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_mesh_lod typodont)

@@ -1,7 +1,7 @@
 add_library(typodont_test_stage STATIC support/stage.cpp support/picture_difference.cpp support/tooth_mesh.cpp)
 target_link_libraries(typodont_test_stage PUBLIC typodont_render typodont_display ${CMAKE_DL_LIBS})
 
-typodont_test(unit_display KIND unit SOURCES unit/display_rig_test.cpp unit/display_rig_plan_test.cpp unit/display_composer_test.cpp unit/display_button_queue_test.cpp unit/head_tracker_test.cpp LIBS typodont_display)
+typodont_test(unit_display KIND unit SOURCES unit/display_rig_test.cpp unit/display_rig_plan_test.cpp unit/head_tracker_test.cpp LIBS typodont_display)
 typodont_test(property_display KIND property SOURCES property/display_frusta_test.cpp LIBS typodont_display)
 typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/render_film_test.cpp unit/render_light_test.cpp unit/render_tissue_test.cpp unit/render_tissue_light_test.cpp
                                             unit/render_mirror_test.cpp unit/render_views_test.cpp unit/render_difference_test.cpp

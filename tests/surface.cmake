@@ -1,6 +1,6 @@
 add_library(typodont_surface_checks STATIC support/surface_checks.cpp)
 target_link_libraries(typodont_surface_checks PUBLIC typodont_surface)
-typodont_test(unit_surface KIND unit SOURCES unit/surface_cells_test.cpp unit/surface_export_test.cpp
+typodont_test(unit_surface KIND unit SOURCES unit/surface_export_test.cpp
               LIBS typodont_surface_checks)
 typodont_test(property_surface KIND property SOURCES property/surface_mesh_test.cpp property/surface_incremental_test.cpp
               LIBS typodont_surface_checks)

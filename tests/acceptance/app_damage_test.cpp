@@ -1,5 +1,4 @@
 // Tests damage that a bur does to the teeth and the gum around the working tooth: it is found, measured and scored.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "engine/app/recording/resume.h"
@@ -125,12 +124,8 @@ TEST_F(Damage, CostsPointsInTheReportOnlyIfTheSceneHasSurroundings) {
     double points, removed;
   };
   const auto judged = [&](const std::string& scene, const std::string& hand) {
-    EXPECT_EQ(
-        folder.run(fmt::format("servo {0}/{1} --hand {0}/{2} --out {0}/s.h5", folder.path().string(), scene, hand))
-            .status,
-        0);
-    const test::Ran report =
-        expect_ok(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --json", folder.path().string())));
+    EXPECT_EQ(folder.run("servo {}/" + scene + " --hand {}/" + hand + " --out {}/s.h5").status, 0);
+    const test::Ran report = expect_ok(folder.run("report {}/s.h5 --out {}/r.html --json"));
     const Json json = Json::parse(report.out, "report");
     Judged j{json["points"].number(), -1};
     for (const Json& item : json["items"].items()) {

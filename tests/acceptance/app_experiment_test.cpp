@@ -39,7 +39,7 @@ class ExperimentCommand : public testing::Test {
 TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameFit) {
   const std::string command = "experiment " + folder / "scene.json" +
                               " --question force --observer 12 --lapse 0.02 --seed 4 --json --out " + folder / "t.csv";
-  const Ran ran = expect_ok(folder.run(command + " --page " + folder / "r.html"));
+  const Ran ran = expect_ok(folder.run(command + " --page {}/r.html"));
   const Json told = Json::parse(ran.out, "experiment");
   EXPECT_LT(told["jnd_percent"]["low"].number(), 12);
   EXPECT_GT(told["jnd_percent"]["high"].number(), 12);
@@ -49,7 +49,7 @@ TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameF
   EXPECT_NE(page.find("Which was stronger?"), std::string::npos);
   EXPECT_EQ(folder.run(command).out, ran.out);
   EXPECT_EQ(read_text(folder / "t.csv"), log);
-  EXPECT_EQ(folder.run("experiment --json " + folder / "t.csv").out, ran.out);
+  EXPECT_EQ(folder.run("experiment --json {}/t.csv").out, ran.out);
 }
 
 TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsensitiveOneChoosesByChance) {
@@ -72,13 +72,13 @@ TEST_F(ExperimentCommand, AStiffSceneIsComparedFromASmallerReference) {
   std::string scene = read_text(folder / "scene.json");
   scene.insert(1, R"("coupling": {"stiffness_N_per_mm": 60}, )");
   folder.write("stiff.json", scene);
-  expect_ok(folder.run("experiment " + folder / "stiff.json" + " --observer 12 --out " + folder / "t.csv"));
+  expect_ok(folder.run("experiment {}/stiff.json --observer 12 --out {}/t.csv"));
   EXPECT_NE(read_text(folder / "t.csv").find("\"reference\":5.0"), std::string::npos) << read_text(folder / "t.csv");
 }
 
 TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {
   const auto refused = [&](const std::string& options, const std::string& words) {
-    expect_exit(folder.run("experiment " + folder / "scene.json" + " --out " + folder / "t.csv " + options), 2, words);
+    expect_exit(folder.run("experiment {}/scene.json --out {}/t.csv " + options), 2, words);
     EXPECT_FALSE(std::filesystem::exists(folder / "t.csv")) << options;
   };
   refused("--question taste --observer 5", "--question");
@@ -89,7 +89,7 @@ TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {
   refused("--start 1000 --observer 5", "--start");
   refused("--lapse 0.1", "--observer");
   refused("--observer 5 --seconds 3", "a person");
-  EXPECT_EQ(folder.run("experiment " + folder / "scene.json" + " --observer 5").status, 2) << "no --out";
+  EXPECT_EQ(folder.run("experiment {}/scene.json --observer 5").status, 2) << "no --out";
 }
 
 TEST_F(ExperimentCommand, AtATerminalThePersonTypesAndAnInterruptLeavesTheTrialsSoFar) {
@@ -103,7 +103,7 @@ TEST_F(ExperimentCommand, AtATerminalThePersonTypesAndAnInterruptLeavesTheTrials
   EXPECT_EQ(brief.status, 1);
   EXPECT_EQ(trials_in(folder / "t.csv"), 2);
   EXPECT_NE(brief.err.find("after 2 trials"), std::string::npos) << brief.err;
-  EXPECT_EQ(folder.run("experiment " + folder / "t.csv").status, 0);
+  EXPECT_EQ(folder.run("experiment {}/t.csv").status, 0);
 }
 
 #ifdef TYPODONT_WINDOW
@@ -114,8 +114,8 @@ TEST_F(ExperimentCommand, InTheWindowArrowKeysAnswer) {
     "lower_right": [8, -6, 0], "upper_left": [-8, 6, 0]}, "pixels": [320, 240], "layout": "mono"},
     "head": {"eye_center_mm": [0, 0, 300], "ipd_mm": 63}})");
   const pid_t child = folder.start(
-      fmt::format("experiment {} --rig {} --hand script:{} --audio none: --seconds 0.1 --trials 2 --out {} --json",
-                  folder / "scene.json", folder / "rig.json", folder / "air.csv", folder / "t.csv"),
+      "experiment {}/scene.json --rig {}/rig.json --hand script:{}/air.csv --audio none: --seconds 0.1 --trials 2 "
+      "--out {}/t.csv --json",
       fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   const auto times_asked = [&] {
     const std::string said = folder.said();

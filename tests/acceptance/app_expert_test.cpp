@@ -37,8 +37,7 @@ double scraped(const std::string& tissue, double press_mm, double reach_mm,
     hand += fmt::format("{},{},0,{},1,0,0,0,0\n", 0.5 + 0.2 * i, (i % 2 ? 1 : -1) * reach_mm, 2.0 - press_mm);
   }
   folder.write("hand.csv", hand);
-  const test::Ran ran = expect_ok(folder.run(
-      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string())));
+  const test::Ran ran = expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/out.csv --json"));
   const Json removed = Json::parse(ran.out, "servo")["removed_mm3"];
   return removed.has(tissue) ? removed[tissue].number() : 0;
 }
@@ -75,11 +74,7 @@ TEST_P(ExpertSession, TheExpertsLoadsContactsAndTremorLieInThePublishedRangesAnd
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, ExpertSession, testing::Values("tutorial", "molar-caries", "class-1-cavity"),
-                         [](const auto& param) {
-                           std::string name = param.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& param) { return test::test_name(param.param); });
 
 TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScoresNothing) {
   const Scene scene = read_scene(assets_folder() / "scenes/amalgam-filling.json");
@@ -173,8 +168,7 @@ TEST(ExpertHand, IsRefusedWithoutAnIdealOrASuitableTool) {
         "scene.json",
         R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]}, )" +
             rest + "}");
-    const test::Ran ran =
-        folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5", folder.path().string()));
+    const test::Ran ran = folder.run("servo {}/scene.json --hand expert: --out {}/out.h5");
     EXPECT_EQ(ran.status, 2) << ran.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.h5"));
     return ran.err;

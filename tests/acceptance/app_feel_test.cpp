@@ -37,8 +37,7 @@ Felt drill(const std::string& scene, const dvec3& start_mm, double newton, doubl
   folder.write("hand.json", fmt::format(R"({{"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
     "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})",
                                         -newton));
-  expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --rate 1000 {1}",
-                                   folder.path().string(), more)));
+  expect_ok(folder.run("servo {}/scene.json --hand {}/hand.json --out {}/t.csv --rate 1000 " + more));
   const auto ticks = session::read_ticks_csv(folder / "t.csv");
   Felt felt;
   for (std::size_t i = 300; i < ticks.size(); ++i) {

@@ -10,7 +10,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -40,14 +39,8 @@ class FilesOfCommands : public testing::Test {
     folder.write("hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.02,0,0,5,1,0,0,0,0\n");
     folder.write("pairs.csv", kPairs);
   }
-  /// Runs the program. In `arguments`, {} stands for the folder.
   Ran run(const std::string& arguments, const std::string& before = "timeout 60") const {
-    return folder.run(in_folder(arguments), before);
-  }
-  std::string in_folder(std::string arguments) const {
-    for (std::size_t at; (at = arguments.find("{}")) != std::string::npos;)
-      arguments.replace(at, 2, folder.path().string());
-    return arguments;
+    return folder.run(arguments, before);
   }
   void make_session() const {
     expect_ok(run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5 --save {}/tooth.vdb"));
@@ -56,10 +49,6 @@ class FilesOfCommands : public testing::Test {
     for (const auto& entry : fs::recursive_directory_iterator(folder.path()))
       if (entry.path().string().ends_with(".partial")) return true;
     return false;
-  }
-  /// Does the same as ProgramFolder::interrupted. In `arguments`, {} stands for the folder.
-  Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
-    return folder.interrupted(in_folder(arguments), signal, begun);
   }
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
@@ -140,8 +129,7 @@ TEST_F(FilesOfCommands, OutputIsWrittenIntoDeviceFilesWithoutReplacingThem) {
        {"servo {}/scene.json --hand {}/hand.csv --out /dev/null", "report {}/s.h5 --out /dev/null",
         "calibrate board --out /dev/null", "calibrate register --pairs {}/pairs.csv --out /dev/null",
         "servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --save /dev/null"}) {
-    const Ran ran = run(command);
-    EXPECT_EQ(ran.status, 0) << command << "\n" << ran.err;
+    expect_ok(run(command));
     ASSERT_TRUE(fs::is_character_file("/dev/null")) << command;
   }
   const Ran piped = run("servo {}/scene.json --hand {}/hand.csv --out /dev/stdout --no-timing");
@@ -157,7 +145,7 @@ TEST_F(FilesOfCommands, SpecialFilesAsInputsAreRefusedImmediately) {
   std::ofstream(folder / "sparse").close();
   fs::resize_file(folder / "sparse", std::uintmax_t{40} << 30);
   fs::create_symlink("/dev/zero", folder / "zero.nrrd");
-  folder.write("solid.json", in_folder(R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel",
+  folder.write("solid.json", folder.in_folder(R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel",
     "solid": {"mesh": {"file": "{}/zero.stl"}}}]}, "tool": "round_012"})"));
   fs::create_symlink("/dev/zero", folder / "zero.stl");
   std::vector<std::string> commands = {"servo {}/solid.json --hand {}/hand.csv --out {}/x.csv",
@@ -201,10 +189,10 @@ TEST_F(FilesOfCommands, AFailedWriteToStandardOutputIsAFailure) {
 }
 
 TEST_F(FilesOfCommands, ControlCharactersOfANameDoNotReachATerminal) {
-  folder.write("command",
-               in_folder("'" TYPODONT_PROGRAM "' servo {}/scene.json --hand {}/hand.csv --out '{}/\x1b]0;title.h5'"));
+  folder.write("command", folder.in_folder("'" TYPODONT_PROGRAM
+                                           "' servo {}/scene.json --hand {}/hand.csv --out '{}/\x1b]0;title.h5'"));
   // `script` gives the program a terminal.
-  std::FILE* const terminal = popen(in_folder("script -qec 'sh {}/command' /dev/null").c_str(), "r");
+  std::FILE* const terminal = popen(folder.in_folder("script -qec 'sh {}/command' /dev/null").c_str(), "r");
   ASSERT_NE(terminal, nullptr);
   std::string said;
   for (int c; (c = std::fgetc(terminal)) != EOF;) said += static_cast<char>(c);
@@ -225,10 +213,10 @@ TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderO
   make_session();
   const std::string before = read_text(folder / "s.h5");
   for (const char* record : {"new.h5", "s.h5"}) {
-    const Ran ran = run(std::string("run {}/scene.json --hand script:{}/hand.csv --audio none: "
-                                    "--stream osc:no.such.host.invalid:9 --record {}/") +
-                        record);
-    EXPECT_EQ(ran.status, 2) << ran.err;
+    expect_exit(run(std::string("run {}/scene.json --hand script:{}/hand.csv --audio none: "
+                                "--stream osc:no.such.host.invalid:9 --record {}/") +
+                    record),
+                2, "");
   }
   EXPECT_FALSE(fs::exists(folder / "new.h5"));
   EXPECT_EQ(read_text(folder / "s.h5"), before);
@@ -260,12 +248,11 @@ TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
   GrowingFile recording(folder / "live.h5");
   const Ran ran =
-      interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
+      folder.interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
         std::error_code code;
         return recording.has_grown() && fs::remove(folder / "live.h5", code);
       });
-  EXPECT_EQ(ran.status, 1) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("deleted or replaced while it was recorded"));
+  expect_exit(ran, 1, "deleted or replaced while it was recorded");
 }
 
 TEST_F(FilesOfCommands, AnErrorThatCannotBePrintedHasItsStatus) {
@@ -294,7 +281,7 @@ TEST_F(FilesOfCommands, ALiveSessionGoesOnAndEndsAlsoIfItsMessagesCannotBePrinte
     if (child == 0) {
       ::dup2(err, STDERR_FILENO);
       ::setenv("DISPLAY", "", 1);
-      const std::string command = in_folder(
+      const std::string command = folder.in_folder(
           "exec " TYPODONT_PROGRAM
           " run {}/scene.json --hand script:{}/long.csv --audio none: --seconds 3 --record {}/live.h5 >{}/out");
       ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
@@ -313,32 +300,26 @@ TEST_F(FilesOfCommands, ALiveSessionGoesOnAndEndsAlsoIfItsMessagesCannotBePrinte
   for (const int fd : {full[0], full[1], broken[1], no_room}) ::close(fd);
 }
 
-TEST_F(FilesOfCommands, AnInterruptedServoCommandLeavesNoPartialFileAndExitsWithOne) {
+TEST_F(FilesOfCommands, AnInterruptedCommandLeavesNoPartialFileAndExitsWithOne) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n20000,0,0,5,1,0,0,0,0\n");
+  expect_ok(run("servo assets/scenes/molar-caries.json --hand {}/hand.csv --out {}/s.h5"));
+  struct Case {
+    int signal;
+    std::string command, out;
+  };
+  std::vector<Case> cases = {{SIGINT, "demo --size 320x180 --out {}/demo", "demo/session.mp4"},
+                             {SIGHUP, "replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    for (const char* out : {"t.csv", "t.h5"}) {
-      const Ran ran = interrupted(std::string("servo {}/scene.json --hand {}/long.csv --out {}/") + out, signal,
-                                  [this] { return half_written(); });
-      EXPECT_EQ(ran.status, 1) << signal << "\n" << ran.err;
-      EXPECT_THAT(ran.err, HasSubstr("cancelled; nothing was left half written"));
-      EXPECT_FALSE(half_written()) << signal;
-      EXPECT_FALSE(fs::exists(folder / out));
-    }
+    for (const std::string out : {"t.csv", "t.h5"})
+      cases.push_back({signal, "servo {}/scene.json --hand {}/long.csv --out {}/" + out, out});
   }
-}
-
-TEST_F(FilesOfCommands, AnInterruptedDemoOrFilmLeavesNoPartialFileAndExitsWithOne) {
-  ASSERT_EQ(run("servo assets/scenes/molar-caries.json --hand {}/hand.csv --out {}/s.h5").status, 0);
-  const std::vector<std::pair<std::string, std::string>> commands = {
-      {"demo --size 320x180 --out {}/demo", "demo/session.mp4"},
-      {"replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};
-  for (const auto& [command, film] : commands) {
-    const Ran ran = interrupted(command, film == "film.mp4" ? SIGHUP : SIGINT, [this] { return half_written(); });
-    EXPECT_EQ(ran.status, 1) << command << "\n" << ran.err;
-    EXPECT_FALSE(half_written()) << command;
-    EXPECT_FALSE(fs::exists(folder / film));
-    EXPECT_FALSE(fs::exists(folder / "demo/session.h5"));
+  for (const Case& c : cases) {
+    expect_exit(folder.interrupted(c.command, c.signal, [this] { return half_written(); }), 1,
+                "cancelled; nothing was left half written");
+    EXPECT_FALSE(half_written()) << c.signal << " " << c.command;
+    EXPECT_FALSE(fs::exists(folder / c.out));
   }
+  EXPECT_FALSE(fs::exists(folder / "demo/session.h5"));
 }
 
 }  // namespace

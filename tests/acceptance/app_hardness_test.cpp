@@ -71,7 +71,7 @@ TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportStatesTheHardnessOfTheRemove
   for (const double depth : {0.4, 1.4}) {
     folder.write("hand.csv", hand(depth));
     const std::string session = folder / fmt::format("{}.h5", depth);
-    folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session);
+    folder.run("servo {}/scene.json --hand {}/hand.csv --out " + session);
     EXPECT_TRUE(json_of("replay " + session + " --check --json")["identical"]);
     const double mean =
         json_of("report " + session + " --json --out " + (folder / "r.html"))["removed_hardness"]["caries"];
@@ -149,7 +149,7 @@ TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes
   folder.write("kept.json", R"({"tissue": {"volume": "kept.vdb"}, "tool": "round_012", "parts": ["render"]})");
 
   // The mesh has the stroke's colour in its middle and the tissue's beside it.
-  expect_ok(folder.run("mesh " + (folder / "kept.json") + " --out " + (folder / "m.obj")));
+  expect_ok(folder.run("mesh {}/kept.json --out {}/m.obj"));
   std::istringstream lines(test::read_text(folder / "m.obj"));
   int middle = 0, beside = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -167,8 +167,7 @@ TEST_F(GradedCaries, KeepsTheColoursOfItsVoxelsInVolumesStrokesPicturesAndMeshes
   folder.write("rig.json", R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4,-3,2],
     "lower_right": [4,-3,2], "upper_left": [-4,3,2]}, "pixels": [160, 120], "layout": "mono"},
     "head": {"eye_center_mm": [0, 0, 400], "ipd_mm": 64}})");
-  expect_ok(folder.run("render " + (folder / "kept.json") + " --rig " + (folder / "rig.json") + " --out " +
-                       (folder / "out")));
+  expect_ok(folder.run("render {}/kept.json --rig {}/rig.json --out {}/out"));
   const render::Picture picture = render::read_png(folder / "out/screen.png");
   const auto redness = [&](int y) {  // red divided by green along the middle third of a row
     double r = 0, g = 0;
@@ -201,6 +200,10 @@ TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   EXPECT_THAT(with(R"(, "hardness": 1.5)", ""), AllOf(HasSubstr("hardness"), HasSubstr("1.5"), HasSubstr("0 to 1")));
   EXPECT_THAT(with("", R"(, "paint": [{"tissue": "caries", "hardness": -1, "solid": {"sphere": {"radius_mm": 1}}}])"),
               AllOf(HasSubstr("paint"), HasSubstr("hardness"), HasSubstr("0 to 1")));
+  EXPECT_THAT(with("", R"(, "prepare": [{"sphere": {"radius": 1}}])"),
+              AllOf(HasSubstr("prepare[0].sphere.radius"), HasSubstr("(is \"radius_mm\" meant?)")));
+  EXPECT_THAT(with("", R"(, "task": {"goal": "g", "ideal": {"volume": "v.vdb", "grow_mm": 1}})"),
+              AllOf(HasSubstr("task.ideal.grow_mm"), HasSubstr("grow_mm beside volume")));
   EXPECT_THAT(with("", R"(, "force_limit_N": 301)"),
               AllOf(HasSubstr("force_limit_N"), HasSubstr("301"), HasSubstr("0.1 to 300")));
   EXPECT_THAT(with("", R"(, "torque_limit_Nmm": 0)"), AllOf(HasSubstr("torque_limit_Nmm"), HasSubstr("1 to 20000")));
@@ -216,7 +219,7 @@ TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {
       "hand.csv",
       "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,24,1,0,0,0,0\n0.3,0,0,21,1,0,0,0,0\n0.6,0,0,21,1,0,0,0,0\n");
   const std::string session = folder / "s.h5";
-  expect_ok(folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session));
+  expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out " + session));
   const ReplayResult replay = replay_session(session::SessionReader(session));
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   const auto last = session::SessionReader(session).ticks().back();

@@ -29,11 +29,7 @@ class Options : public testing::Test {
     folder.write("scene.json", kScene);
     folder.write("hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.02,0,0,5,1,0,0,0,0\n");
   }
-  Ran run(std::string arguments) const {
-    for (std::size_t at; (at = arguments.find("{}")) != std::string::npos;)
-      arguments.replace(at, 2, folder.path().string());
-    return folder.run(arguments, "timeout 60");
-  }
+  Ran run(const std::string& arguments) const { return folder.run(arguments, "timeout 60"); }
   void refuse(const std::string& arguments, const testing::Matcher<std::string>& message,
               std::size_t longest = 600) const {
     const Ran ran = run(arguments);
@@ -113,7 +109,8 @@ TEST_F(Options, ARigIsGivenByNameOrByFile) {
   for (const char* command : {"run {}/scene.json --hand script:{}/hand.csv --rig nothing",
                               "render {}/scene.json --out {}/x --rig nothing", "demo --out {}/demo --rig nothing"})
     refuse(command, AllOf(HasSubstr("nothing: found no such file"), HasSubstr("a rig file, or one of closeup, ")));
-  folder.write("scene_with_rig.json", R"({"tissue": {"solids": [{"tissue": "enamel", "solid": {"sphere": {}}}]},
+  folder.write("scene_with_rig.json", R"({"tissue": {"voxel_mm": 0.5, "solids": [
+      {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 9}}}]},
                                           "tool": "round_012", "rig": "nothing"})");
   refuse("render {}/scene_with_rig.json --out {}/x",
          HasSubstr("scene_with_rig.json: \"rig\": nothing: found no such file"));
@@ -121,73 +118,62 @@ TEST_F(Options, ARigIsGivenByNameOrByFile) {
 }
 
 TEST_F(Options, BadInputIsNamedWithFilePlaceFoundAndExpectedAndLeavesNoFile) {
-  struct Case {
-    std::string file, content;              // written first
-    std::string command;                    // {} stands for the folder; empty: the file as hand
-    std::vector<const char*> message = {};  // parts of it
-  };
-  const std::string kFirst = std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n",
-                    ball = R"("tissue": {"voxel_mm": 0.2, "solids": [
-      {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})",
-                    bur = R"(, "tool": "round_012"})";
-  const std::string as_scene = "servo {}/x.json --hand {}/hand.csv --out {}/out.csv";
-  const auto solid = [&](const char* voxel, const char* json) {
-    return fmt::format(R"({{"tissue": {{"voxel_mm": {}, "solids": [{{"tissue": "enamel", "solid": {}}}]}})", voxel,
-                       json) +
-           bur;
-  };
-  const std::vector<Case> cases = {
-      {"nan.csv",
-       kFirst + "0.1,0,nan,5,1,0,0,0,0\n",
-       "",
-       {"nan.csv: line 3, column y_mm", "found \"nan\"", "expected a finite number"}},
-      {"back.csv", kFirst + "-1,0,0,5,1,0,0,0,0\n", "", {"line 3, column t_s", "found -1", "more than 0"}},
-      {"clock.csv",
-       std::string(kColumns) + "3600,0,0,30,1,0,0,0,0\n3601,0,0,29,1,0,0,0,0\n",
-       "",
-       {"clock.csv: line 2, column t_s: found 3600"}},
-      {"far.csv", kFirst + "86401,0,0,5,1,0,0,0,0\n", "", {"line 3, column t_s", "0 to 86400 s, the longest session"}},
-      {"minus.csv",
-       std::string(kColumns) + "-1,0,0,5,1,0,0,0,0\n1,0,0,5,1,0,0,0,0\n",
-       "",
-       {"line 2, column t_s: found -1"}},
-      {"x.json",
-       "{" + ball + R"(, "colour": 3)" + bur,
-       as_scene,
-       {"x.json: line 2, \"colour\"", "unknown key", "tissue"}},
-      {"x.json", "{" + ball + R"(, "tool": "hammer"})", as_scene, {"\"hammer\"", "round_012"}},
-      {"x.json", solid("0.2", R"({"halfspace": {"normal": [0,0,1], "offset_mm": 0}})"), as_scene, {"domain_mm"}},
-      {"x.json", solid("0.01", R"({"sphere": {"radius_mm": 500}})"), as_scene, {"voxels"}},  // before any is allocated
-      {"", "", "servo {}/nothing.json --hand {}/hand.csv --out {}/out.csv", {"nothing.json", "no such file"}},
-      {"", "", "servo {}/scene.json --hand {}/nothing.csv --out {}/out.csv", {"nothing.csv", "No such file"}},
-      {"", "", "servo {}/scene.json --hand {}/hand.csv --out /nowhere/at/all.csv", {"/nowhere/at/all.csv"}},
-      {"x.json",
-       R"({"tissue": {"volume": "gone.vdb"})" + bur,
-       as_scene,
-       {"x.json: line 1, \"tissue.volume\": found no file \"gone.vdb\""}},
-      {"scan.vdb", std::string(5000, '\x5a'), "mesh {}/scan.vdb --out {}/out.ply", {"scan.vdb"}},
-      {"junk.h5", std::string(5000, '\x5a'), "replay {}/junk.h5 --check", {"junk.h5"}},
-      {"scan.nrrd",
-       "NRRD0001\ntype: ushort\ndimension: 3\nsizes: 20 20 20\nspacings: 0.1 0.1 0.1\nendian: big\nencoding: raw\n\n" +
-           std::string(1000, 'a'),
-       "import {}/scan.nrrd --preset tooth --out {}/out.vdb",
-       {"scan.nrrd"}},
-      {"slice.dcm",
-       std::string(128, '\0') + "DICM" + std::string(400, '\0'),
-       "import {}/slice.dcm --out {}/out.vdb",
-       {"found a damaged DICOM file"}},
-      {"", "", "servo", {"scene is required"}},
-      {"", "", "fly", {"fly"}}};
-  for (const Case& c : cases) {
-    if (!c.file.empty()) folder.write(c.file, c.content);
-    const std::string command =
-        c.command.empty() ? "servo {}/scene.json --hand {}/" + c.file + " --out {}/out.csv" : c.command;
-    std::vector<testing::Matcher<std::string>> parts;
-    for (const char* part : c.message) parts.push_back(HasSubstr(part));
-    refuse(command, testing::AllOfArray(parts), 1000);  // some list all keys or tools
+  using Parts = std::vector<testing::Matcher<std::string>>;  // of the message
+  const auto command = [&](const std::string& arguments, const Parts& message) {
+    refuse(arguments, testing::AllOfArray(message), 1000);  // some list all keys or tools
     for (const char* out : {"out.csv", "out.vdb", "out.ply"})
-      EXPECT_FALSE(std::filesystem::exists(folder / out)) << command;
-  }
+      EXPECT_FALSE(std::filesystem::exists(folder / out)) << arguments;
+  };
+  const auto hand = [&](const std::string& file, const std::string& rows, const Parts& message) {
+    folder.write(file, kColumns + rows);
+    command("servo {}/scene.json --hand {}/" + file + " --out {}/out.csv", message);
+  };
+  const auto scene = [&](const std::string& json, const Parts& message) {
+    folder.write("x.json", "{" + json + "}");
+    command("servo {}/x.json --hand {}/hand.csv --out {}/out.csv", message);
+  };
+  const auto solid = [](const char* voxel, const char* json) {
+    return fmt::format(R"("tissue": {{"voxel_mm": {}, "solids": [{{"tissue": "enamel", "solid": {}}}]}})", voxel, json);
+  };
+  const std::string first = "0,0,0,5,1,0,0,0,0\n";
+  hand("nan.csv", first + "0.1,0,nan,5,1,0,0,0,0\n",
+       {HasSubstr("nan.csv: line 3, column y_mm"), HasSubstr("found \"nan\""), HasSubstr("expected a finite number")});
+  hand("back.csv", first + "-1,0,0,5,1,0,0,0,0\n",
+       {HasSubstr("line 3, column t_s"), HasSubstr("found -1"), HasSubstr("more than 0")});
+  hand("clock.csv", "3600,0,0,30,1,0,0,0,0\n3601,0,0,29,1,0,0,0,0\n",
+       {HasSubstr("clock.csv: line 2, column t_s: found 3600")});
+  hand("far.csv", first + "86401,0,0,5,1,0,0,0,0\n",
+       {HasSubstr("line 3, column t_s"), HasSubstr("0 to 86400 s, the longest session")});
+  hand("minus.csv", "-1,0,0,5,1,0,0,0,0\n1,0,0,5,1,0,0,0,0\n", {HasSubstr("line 2, column t_s: found -1")});
+  const std::string ball = solid("0.2",
+                                 "\n"
+                                 R"({"sphere": {"radius_mm": 3}})"),
+                    bur = R"(, "tool": "round_012")";
+  scene(ball + R"(, "colour": 3)" + bur,
+        {HasSubstr("x.json: line 2, \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")});
+  scene(ball + R"(, "tool": "hammer")", {HasSubstr("\"hammer\""), HasSubstr("round_012")});
+  scene(solid("0.2", R"({"halfspace": {"normal": [0,0,1], "offset_mm": 0}})") + bur, {HasSubstr("domain_mm")});
+  scene(solid("0.01", R"({"sphere": {"radius_mm": 500}})") + bur, {HasSubstr("voxels")});  // before any is allocated
+  scene(R"("tissue": {"volume": "gone.vdb"})" + bur,
+        {HasSubstr("x.json: line 1, \"tissue.volume\": found no file \"gone.vdb\"")});
+  command("servo {}/nothing.json --hand {}/hand.csv --out {}/out.csv",
+          {HasSubstr("nothing.json"), HasSubstr("no such file")});
+  command("servo {}/scene.json --hand {}/nothing.csv --out {}/out.csv",
+          {HasSubstr("nothing.csv"), HasSubstr("No such file")});
+  command("servo {}/scene.json --hand {}/hand.csv --out /nowhere/at/all.csv", {HasSubstr("/nowhere/at/all.csv")});
+  folder.write("scan.vdb", std::string(5000, '\x5a'));
+  command("mesh {}/scan.vdb --out {}/out.ply", {HasSubstr("scan.vdb")});
+  folder.write("junk.h5", std::string(5000, '\x5a'));
+  command("replay {}/junk.h5 --check", {HasSubstr("junk.h5")});
+  folder.write("scan.nrrd",
+               "NRRD0001\ntype: ushort\ndimension: 3\nsizes: 20 20 20\nspacings: 0.1 0.1 0.1\nendian: "
+               "big\nencoding: raw\n\n" +
+                   std::string(1000, 'a'));
+  command("import {}/scan.nrrd --preset tooth --out {}/out.vdb", {HasSubstr("scan.nrrd")});
+  folder.write("slice.dcm", std::string(128, '\0') + "DICM" + std::string(400, '\0'));
+  command("import {}/slice.dcm --out {}/out.vdb", {HasSubstr("found a damaged DICOM file")});
+  command("servo", {HasSubstr("scene is required")});
+  command("fly", {HasSubstr("fly")});
 }
 
 TEST_F(Options, WhatASceneNamesAndIsNotThereIsNamedWithItsPlaceInTheScene) {

@@ -32,8 +32,7 @@ struct Watched : testing::Test {
     folder.write("hand.csv",
                  "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,18,1,0,0,0,1\n1,6.8,5.8,17.2,1,0,0,0,1\n"
                  "2,8,5.8,17.2,1,0,0,0,1\n");
-    expect_ok(folder.run("servo " + (folder / "block.json") + " --hand " + (folder / "hand.csv") + " --out " +
-                         (folder / "session.h5")));
+    expect_ok(folder.run("servo {}/block.json --hand {}/hand.csv --out {}/session.h5"));
   }
 
   /// Returns the number of different colours in a part of the screen. An empty screen has one, a shaded picture has

@@ -27,7 +27,8 @@ class RecordedFiles : public testing::Test {
         "solid": {{"sphere": {{"radius_mm": {}}}}}}}]}}, "tool": "round_012"}})",
                                              radius));
       folder.write("rest.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.01,0,0,5,1,0,0,0,0\n");
-      run(fmt::format("servo {{}}/solid.json --hand {{}}/rest.csv --out {{}}/none.h5 --save {{}}/{}.vdb", name));
+      expect_ok(folder.run(
+          fmt::format("servo {{}}/solid.json --hand {{}}/rest.csv --out {{}}/none.h5 --save {{}}/{}.vdb", name)));
     }
     fs::create_directories(volume.parent_path());
     fs::rename(folder / "tooth.vdb", volume);
@@ -36,13 +37,7 @@ class RecordedFiles : public testing::Test {
       "task": {{"goal": "a pit", "ideal": {{"volume": "scans/tooth.vdb"}}}}}})",
                              volume.string()));
     folder.write("anna/hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,1\n0.3,0,0,2.8,1,0,0,0,1\n");
-    run("servo {}/anna/scene.json --hand {}/anna/hand.csv --out {}/anna/s.h5");
-  }
-  void run(std::string arguments) const {
-    for (std::size_t at; (at = arguments.find("{}")) != std::string::npos;)
-      arguments.replace(at, 2, folder.path().string());
-    const Ran ran = folder.run(arguments);
-    ASSERT_EQ(ran.status, 0) << arguments << ran.err;
+    expect_ok(folder.run("servo {}/anna/scene.json --hand {}/anna/hand.csv --out {}/anna/s.h5"));
   }
 
   static constexpr const char* kColumns = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
@@ -59,11 +54,11 @@ TEST_F(RecordedFiles, AreFoundByTheirContentAndNameNoFolder) {
   for (const char* name : {"anna", "scans", "typodont_test"}) EXPECT_THAT(texts, Not(HasSubstr(name)));
   fs::rename(folder.path() / "anna", folder.path() / "pseudonym");
   fs::rename(folder.path() / "pseudonym/scans/tooth.vdb", folder.path() / "pseudonym/scans/47.vdb");
-  run("replay {}/pseudonym/s.h5 --check");
+  expect_ok(folder.run("replay {}/pseudonym/s.h5 --check"));
   // Away from its files, the recording finds them in the user's folder and in the current folder.
   fs::create_directory(folder.path() / "elsewhere");
   fs::rename(folder.path() / "pseudonym/s.h5", folder.path() / "elsewhere/s.h5");
-  const std::string check = fmt::format("replay {}/elsewhere/s.h5 --check", folder.path().string());
+  const std::string check = "replay {}/elsewhere/s.h5 --check";
   EXPECT_EQ(folder.run(check).status, 2);
   EXPECT_EQ(folder.run(check, fmt::format("env TYPODONT_HOME={}/pseudonym", folder.path().string())).status, 0);
   EXPECT_EQ(folder.run(check, fmt::format("cd {}/pseudonym &&", folder.path().string())).status, 0);

@@ -35,11 +35,10 @@ class Recordings : public testing::Test {
   Recordings() {
     folder.write("scene.json", kScene);
     folder.write("hand.csv", kHand);
-    expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at())));
+    expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5"));
     std::filesystem::copy_file(file, folder / "good.h5");
   }
-  std::string at() const { return folder.path().string(); }
-  Ran check() { return folder.run(fmt::format("replay {}/s.h5 --check", at())); }
+  Ran check() { return folder.run("replay {}/s.h5 --check"); }
 
   /// Changes a copy of the good recording.
   template <class Work>
@@ -110,7 +109,7 @@ TEST_F(Recordings, ThatStateAnotherForceLawOrNoneAreNotReplayedButTheirHandIsRun
     state_law(name, law);
     expect_exit(check(), 1, sentence);
   }
-  const Ran ran = expect_ok(folder.run(fmt::format("replay {}/s.h5 --json", at())));
+  const Ran ran = expect_ok(folder.run("replay {}/s.h5 --json"));
   const Json said = Json::parse(ran.out, "replay");
   EXPECT_FALSE(said["identical"].boolean());
   EXPECT_FALSE(said["same_force_law"].boolean());
@@ -118,7 +117,7 @@ TEST_F(Recordings, ThatStateAnotherForceLawOrNoneAreNotReplayedButTheirHandIsRun
   EXPECT_EQ(said["with_todays_law"]["force_N"]["off_max"].number(), 0);
   EXPECT_GT(said["with_todays_law"]["removed_mm3"]["now"].number(), 0.05);
   EXPECT_THAT(said["difference"].string(), HasSubstr("0.000 N at most"));
-  EXPECT_EQ(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at())).status, 0);
+  EXPECT_EQ(folder.run("report {}/s.h5 --out {}/r.html --language en").status, 0);
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr(sentence));
 }
 
@@ -153,8 +152,8 @@ TEST_F(Recordings, TimesThatAreCompressedInTheAirDoNotChangeTheScore) {
     H5Dclose(dataset);
   });
   const auto items = [&](const char* session) {
-    const Ran ran = expect_ok(
-        folder.run(fmt::format("report {0}/{1} --verify --json --out {0}/r.html --language en", at(), session)));
+    const Ran ran =
+        expect_ok(folder.run(fmt::format("report {{}}/{} --verify --json --out {{}}/r.html --language en", session)));
     std::map<std::string, double> values;
     for (const Json& item : Json::parse(ran.out, "report")["items"].items())
       if (item["value"].is_number()) values[item["name"].string()] = item["value"].number();
@@ -182,7 +181,7 @@ TEST_F(Recordings, AForgedServoRateIsDetected) {
 
 TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
   const auto report = [&](const std::string& more) {
-    return folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en {1}", at(), more));
+    return folder.run("report {}/s.h5 --out {}/r.html --language en " + more);
   };
   EXPECT_EQ(report("").status, 0);
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("no: the score trusts this file"));
@@ -196,17 +195,17 @@ TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
 TEST_F(Recordings, ATextOfARecordingIsNoFormulaOfASpreadsheetAndNoFolderOfAUserStandsInAReport) {
   std::filesystem::create_directories(folder / "school");
   folder.write("school/=1+1.json", std::string(kScene).replace(9, 6, R"("=1+1")"));
-  expect_ok(folder.run(fmt::format("servo {0}/school/=1+1.json --hand {0}/hand.csv --out {0}/school/s.h5", at())));
-  ASSERT_EQ(folder.run(fmt::format("rescore {0}/school --out {0}/t.csv", at())).status, 0);
+  expect_ok(folder.run("servo {}/school/=1+1.json --hand {}/hand.csv --out {}/school/s.h5"));
+  ASSERT_EQ(folder.run("rescore {}/school --out {}/t.csv").status, 0);
   EXPECT_THAT(read_text(folder / "t.csv"), AllOf(HasSubstr(",'=1+1,"), Not(HasSubstr(",=1+1"))));
-  ASSERT_EQ(folder.run(fmt::format("report {0}/school/s.h5 --out {0}/r.html", at())).status, 0);
-  EXPECT_THAT(read_text(folder / "r.html"), AllOf(HasSubstr("hand.csv"), Not(HasSubstr(at()))));
+  ASSERT_EQ(folder.run("report {}/school/s.h5 --out {}/r.html").status, 0);
+  EXPECT_THAT(read_text(folder / "r.html"), AllOf(HasSubstr("hand.csv"), Not(HasSubstr(folder.path().string()))));
 }
 
 TEST_F(Recordings, CutsInsertedFromAnotherSessionAreDetected) {
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n0.3,0,0,3,1,0,0,0,1\n2,-1,0,2.5,1,0,0,0,1\n");
-  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/other.h5", at())).status, 0);
+  ASSERT_EQ(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/other.h5").status, 0);
   const session::SessionReader own(folder / "good.h5"), other(folder / "other.h5");
   {
     session::SessionWriter writer(file, own.header());
@@ -227,23 +226,21 @@ TEST_F(Recordings, EveryCommandExitsWithTwoOnDamagedNumbers) {
   };
   for (const auto& damage : damages) {
     damage();
-    for (const std::string command :
-         {"report {0}/s.h5 --out {0}/r.html", "replay {0}/s.h5 --check",
-          "render {0}/s.h5 --rig closeup --at 1 --out {0}/pictures",
-          "run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2"}) {
-      expect_exit(folder.run(fmt::format(fmt::runtime(command), at()), "timeout 20 env -u DISPLAY"), 2, "cuts, row 20");
+    for (const std::string command : {"report {}/s.h5 --out {}/r.html", "replay {}/s.h5 --check",
+                                      "render {}/s.h5 --rig closeup --at 1 --out {}/pictures",
+                                      "run {}/scene.json --resume {}/s.h5 --hand script:{}/hand.csv --seconds 0.2"}) {
+      expect_exit(folder.run(command, "timeout 20 env -u DISPLAY"), 2, "cuts, row 20");
     }
   }
 }
 
 TEST_F(Recordings, AGapIsReportedAndTheDataBeforeAndAfterItAreShown) {
   leave_out(600, 400);
-  expect_ok(folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at())));
+  expect_ok(folder.run("report {}/s.h5 --out {}/r.html --language en"));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("The recording has gaps: 0.599 s to 1.000 s (400 ticks, "));
   expect_exit(check(), 1, "what follows tick 599 is not checked");
-  expect_ok(
-      folder.run(fmt::format("run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2", at()),
-                 "env -u DISPLAY -u WAYLAND_DISPLAY"));
+  expect_ok(folder.run("run {}/scene.json --resume {}/s.h5 --hand script:{}/hand.csv --seconds 0.2",
+                       "env -u DISPLAY -u WAYLAND_DISPLAY"));
 }
 
 TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
@@ -255,29 +252,25 @@ TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
   for (const std::string& path : {secret, std::string("/etc/passwd"), up, std::string("linked.json")}) {
     set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"paint_file\": \"" + path + "\"}");
     expect_exit(check(), 2, "a recording that names a file outside its folder");
-    const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html", at()));
+    const Ran report = folder.run("report {}/s.h5 --out {}/r.html");
     EXPECT_THAT(report.err + read_text(folder / "r.html"), Not(HasSubstr("patient"))) << path;
   }
   // The option lets a user who knows where the files are replay such a recording.
-  const Ran allowed =
-      folder.run(fmt::format("replay {}/s.h5 --check", at()), "env TYPODONT_FILES=" + elsewhere.path().string());
+  const Ran allowed = folder.run("replay {}/s.h5 --check", "env TYPODONT_FILES=" + elsewhere.path().string());
   EXPECT_THAT(allowed.err, Not(HasSubstr("outside its folder")));
 }
 
 TEST_F(Recordings, ARecordingThatResumesFromItselfIsRefused) {
   const std::string scene = kScene;
   set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"resume\": \"s.h5\"}");
-  expect_exit(folder.run(fmt::format("replay {}/s.h5 --check", at()), "timeout 60"), 2,
-              "recordings that name each other");
+  expect_exit(folder.run("replay {}/s.h5 --check", "timeout 60"), 2, "recordings that name each other");
 }
 
 TEST_F(Recordings, AFileSizeLimitEndsTheRecordingButNotTheSession) {
-  const Ran ran = folder.run(
-      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --seconds 3 --audio none: --record {0}/live.h5 --json",
-                  at()),
-      "ulimit -f 160; env -u DISPLAY -u WAYLAND_DISPLAY");
-  EXPECT_EQ(ran.status, 1) << ran.err;
-  EXPECT_THAT(ran.err, HasSubstr("File too large"));
+  const Ran ran =
+      folder.run("run {}/scene.json --hand script:{}/hand.csv --seconds 3 --audio none: --record {}/live.h5 --json",
+                 "ulimit -f 160; env -u DISPLAY -u WAYLAND_DISPLAY");
+  expect_exit(ran, 1, "File too large");
   EXPECT_THAT(ran.err, HasSubstr("the session goes on, unrecorded"));
   EXPECT_FALSE(session::SessionReader(folder / "live.h5").result());
 }

@@ -58,9 +58,8 @@ TEST(ServoCommand, ASessionThatNeedsOnlyHapticsLoadsFewerThanTwentyLibrariesAndN
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());
   folder.write("hand.csv", slide());
-  const Ran ran = expect_ok(
-      folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv", folder.path().string()),
-                 "env LD_DEBUG=files"));
+  const Ran ran =
+      expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/ticks.csv", "env LD_DEBUG=files"));
   int loaded = 0;
   for (std::size_t at = 0; (at = ran.err.find("generating link map", at)) != std::string::npos; ++at) ++loaded;
   EXPECT_GT(loaded, 5) << ran.err;
@@ -76,8 +75,7 @@ TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());
   folder.write("hand.csv", slide());
-  const Ran ran = expect_ok(folder.run(
-      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string())));
+  const Ran ran = expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/ticks.csv --json"));
   EXPECT_EQ(Json::parse(ran.out, "out")["faults"].integer(), 0);
   const auto ticks = session::read_ticks_csv(folder / "ticks.csv");
   ASSERT_EQ(ticks.size(), 2001u);
@@ -93,8 +91,7 @@ TEST(ServoCommand, TheSameInputAndTheHandOfItsRecordingGiveTheSameBytes) {
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
   const auto run = [&](const std::string& hand, const char* out) {
-    expect_ok(folder.run(
-        fmt::format("servo {0}/scene.json --hand {1} --out {0}/{2} --no-timing", folder.path().string(), hand, out)));
+    expect_ok(folder.run("servo {}/scene.json --no-timing --hand " + hand + " --out {}/" + out));
   };
   run(folder / "hand.json", "a.csv");
   run(folder / "hand.json", "s.h5");
@@ -130,8 +127,7 @@ TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsTheWorkO
       folder.write(
           "hand.json",
           R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0]})");
-      expect_ok(
-          folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string())));
+      expect_ok(folder.run("servo {}/scene.json --hand {}/hand.json --out {}/t.csv"));
       // The rotor needs run_up_s to reach its speed, and gives its energy back while it slows down.
       const double inertia = run.stall_Nmm * 1e-3 * run.run_up_s / (run.free_krpm * kKrpm);  // kg·m²
       double work = 0.5 * inertia * std::pow(run.free_krpm * kKrpm, 2);                      // J
@@ -139,8 +135,7 @@ TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsTheWorkO
       for (const ServoTick& tick : session::read_ticks_csv(folder / "t.csv")) {
         const double t = to_seconds(tick.t), krpm = tick.spindle / kKrpm;
         speed = tick.spindle;
-        removed = 0;
-        for (const double v : tick.removed) removed += v / kCubicMillimetre;
+        removed = total(tick.removed) / kCubicMillimetre;
         if (t < kPressed + kSettled) at_first = removed;
         if (t >= kPressed) work += run.stall_Nmm * 1e-3 * (1 - krpm / run.free_krpm) * tick.spindle * 1e-3;
       }
@@ -182,12 +177,11 @@ std::string tray_path() {
 /// Records hand.csv of the folder in scene.json, replays the recording, and returns the ticks of its hand, which
 /// includes the tools, in the same scene.
 std::vector<ServoTick> ticks_of_replayed_hand(ProgramFolder& folder) {
-  const std::string at = folder.path().string();
-  Ran ran = expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at)));
-  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
+  Ran ran = expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5"));
+  ran = folder.run("replay {}/s.h5 --check --json");
   EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
   EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
-  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
+  ran = folder.run("servo {}/scene.json --hand replay:{}/s.h5 --out {}/u.csv");
   EXPECT_EQ(ran.status, 0) << ran.err;
   return session::read_ticks_csv(folder / "u.csv");
 }
@@ -196,8 +190,7 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", tray_scene());
   folder.write("hand.csv", tray_path());
-  const std::string at = folder.path().string();
-  expect_ok(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at)));
+  expect_ok(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/t.csv"));
   const auto ticks = session::read_ticks_csv(folder / "t.csv");
   ASSERT_EQ(ticks.size(), 1101u);
   EXPECT_EQ(ticks[200].tool, 0u);
@@ -218,7 +211,6 @@ std::string grinding_scene(const std::string& ratio) {
 
 TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  const std::string at = folder.path().string();
   // Each bur lies on its side and is pressed into the block for a second.
   std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n";
   for (const auto& [t, x, tool] : {std::tuple{0.0, -2.0, 0}, {4.0, 2.0, 1}})
@@ -229,7 +221,7 @@ TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
   folder.write("scene.json", grinding_scene("0.2"));
   folder.write("hard.json", grinding_scene("0"));
   for (const char* name : {"scene", "hard"}) {
-    expect_ok(folder.run(fmt::format("servo {0}/{1}.json --hand {0}/hand.csv --out {0}/{1}.csv", at, name)));
+    expect_ok(folder.run(fmt::format("servo {{}}/{0}.json --hand {{}}/hand.csv --out {{}}/{0}.csv", name)));
   }
   const auto worn = session::read_ticks_csv(folder / "scene.csv"), sharp = session::read_ticks_csv(folder / "hard.csv");
   ASSERT_EQ(worn[5000].tool, 1u);
@@ -241,7 +233,7 @@ TEST(ServoCommand, AWornBurCutsSlowerANewOneDoesNotAndTheReplayHasTheSameBits) {
 
   EXPECT_EQ(ticks_of_replayed_hand(folder).at(7000).wear, worn[7000].wear);
   folder.write("bad.json", grinding_scene("-1"));
-  const Ran ran = folder.run(fmt::format("servo {0}/bad.json --hand {0}/hand.csv --out {0}/v.csv", at));
+  const Ran ran = folder.run("servo {}/bad.json --hand {}/hand.csv --out {}/v.csv");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, testing::AllOf(HasSubstr("grinding_ratio"), HasSubstr("0 to 1")));
 }
@@ -251,9 +243,8 @@ TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   folder.write("scene.json", tray_scene());
   for (const char* tool : {"flame_012", "3", "-1", "1.5", ""}) {
     folder.write("hand.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n0,0,0,9,1,0,0,0,0,{}\n", tool));
-    const Ran ran = expect_exit(
-        folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string())), 2,
-        "round_012, cylinder_010, explorer");
+    const Ran ran = expect_exit(folder.run("servo {}/scene.json --hand {}/hand.csv --out {}/t.csv"), 2,
+                                "round_012, cylinder_010, explorer");
     EXPECT_THAT(ran.err, HasSubstr("line 2, column tool")) << tool;
   }
 }
@@ -266,11 +257,10 @@ TEST(LiveSession, WithAnIntermediateSurfaceReplaysBitForBit) {
     // On a busy machine, the carver thread gets little processor time and makes few cuts in a second. The test then
     // repeats the session with four times its duration.
     press(folder, 1.0, seconds);
-    const Ran live = expect_ok(folder.run(
-        fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
-        "env -u DISPLAY -u WAYLAND_DISPLAY timeout 240"));
+    const Ran live = expect_ok(folder.run("run {}/scene.json --hand script:{}/hand.json --record {}/s.h5 --json",
+                                          "env -u DISPLAY -u WAYLAND_DISPLAY timeout 240"));
     cuts = Json::parse(live.out, "out")["cuts"].integer();
-    expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
+    expect_ok(folder.run("replay {}/s.h5 --check --json"));
   }
   EXPECT_GT(cuts, 50);
 }
@@ -279,11 +269,10 @@ TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
   folder.write("scene.json", drill_scene());
   folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
   GrowingFile recording(folder / "s.h5");
-  const Ran live = folder.interrupted(
-      fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()), SIGTERM,
-      [&] { return recording.has_grown(); });
+  const Ran live = folder.interrupted("run {}/scene.json --hand script:{}/hand.csv --record {}/s.h5", SIGTERM,
+                                      [&] { return recording.has_grown(); });
   EXPECT_EQ(live.status, 0) << live.err;
-  const Ran ran = expect_ok(folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string())));
+  const Ran ran = expect_ok(folder.run("replay {}/s.h5 --check --json"));
   const Json json = Json::parse(ran.out, "out");
   EXPECT_GT(json["ticks"].integer(), 0);
   EXPECT_FALSE(json["truncated"].boolean());
@@ -296,16 +285,15 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion)
       "scene.json",
       R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [7,6,15], "radius_mm": 5}}}]},
     "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
-  const Ran live = expect_ok(
-      folder.run(fmt::format("run {0}/scene.json --seconds 4 --record {0}/s.h5 --json", folder.path().string()),
-                 "xvfb-run -a timeout 120"));
+  const Ran live =
+      expect_ok(folder.run("run {}/scene.json --seconds 4 --record {}/s.h5 --json", "xvfb-run -a timeout 120"));
   const Json json = Json::parse(live.out, "out");
   EXPECT_GT(json["ticks"].integer(), 2000);
   EXPECT_GE(json["frames"].integer(), 1);
   EXPECT_LT(json["frames"].integer(),
             // the mouse rests, so there is one frame when the tooth appears and a few frames while the hand settles
             60);
-  EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
+  EXPECT_EQ(folder.run("replay {}/s.h5 --check").status, 0);
 }
 
 TEST(RunCommand, AScenesOwnWindowIsUsedUnlessTheUserNamesARig) {
@@ -314,9 +302,9 @@ TEST(RunCommand, AScenesOwnWindowIsUsedUnlessTheUserNamesARig) {
       "scene.json",
       R"({"tissue": {"voxel_mm": 0.5, "solids": [{"tissue": "cortical_bone", "solid": {"sphere": {"center_mm": [0,0,-12], "radius_mm": 12}}}]},
     "tool": "round_012", "rig": "hip", "parts": ["haptics", "render"]})");
-  const std::string run = fmt::format("run {}/scene.json --seconds 1 --explain", folder.path().string());
   const auto said = [&](const std::string& options) {
-    const Ran live = expect_ok(folder.run(run + options, "xvfb-run -a timeout 120"));
+    const Ran live =
+        expect_ok(folder.run("run {}/scene.json --seconds 1 --explain" + options, "xvfb-run -a timeout 120"));
     return live.out + live.err;
   };
   EXPECT_THAT(said(""), testing::HasSubstr("rigs/hip_window.json"));
@@ -352,9 +340,9 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
   std::int64_t samples = 0, dropped = 0, frames = 0;
   for (int seconds = 4; seconds <= 64 && (samples <= 100 || dropped <= 5 || frames <= 20); seconds *= 4) {
     // On a busy machine, a frame can take a second. The test then repeats the session with four times its duration.
-    const Ran live = expect_ok(folder.run(
-        fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds {1} --json", folder.path().string(), seconds),
-        "xvfb-run -a timeout 240"));
+    const Ran live =
+        expect_ok(folder.run(fmt::format("run {{}}/scene.json --rig {{}}/rig.json --seconds {} --json", seconds),
+                             "xvfb-run -a timeout 240"));
     const Json json = Json::parse(live.out, "out");
     samples = json["head_tracker"]["samples"].integer();
     dropped = json["head_tracker"]["dropped"].integer();
@@ -369,9 +357,7 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
 TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
-  expect_exit(folder.run(fmt::format("run {0}/scene.json", folder.path().string()),
-                         "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20"),
-              2, "--hand");
+  expect_exit(folder.run("run {}/scene.json", "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20"), 2, "--hand");
 }
 
 }  // namespace

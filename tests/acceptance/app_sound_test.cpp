@@ -26,10 +26,8 @@ TEST(LiveSound, TheSoundOfATapIsWithinTwoMillisecondsOfItsTick) {
   // The first start fills caches, and the second start uses them. Neither may shift the sound.
   for (const std::string_view run : {"first", "second"}) {
     const std::string wav = folder / fmt::format("{}.wav", run), session = folder / fmt::format("{}.h5", run);
-    const auto ran =
-        folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {}", scene, hand, wav, session),
-                   "env -u DISPLAY -u WAYLAND_DISPLAY");
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {}", scene, hand, wav, session),
+                         "env -u DISPLAY -u WAYLAND_DISPLAY"));
     double felt = -1;
     for (const ServoTick& tick : session::SessionReader(session).ticks())
       if (felt < 0 && glm::length(tick.f_T_W) > 0.05) felt = to_seconds(tick.t);
@@ -56,8 +54,7 @@ TEST(LiveSound, WithAFullDiskForTheSoundTheSessionEndsNormallyAndItsRecordingIsC
       folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand,
                              folder / "sound.wav", session),
                  "bash -c 'ulimit -c 0; ulimit -f 500; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
-  EXPECT_EQ(ran.status, 1) << ran.err;
-  EXPECT_NE(ran.err.find("sound.wav"), std::string::npos) << ran.err;
+  expect_exit(ran, 1, "sound.wav");
   EXPECT_FALSE(session::SessionReader(session).truncated());
   for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
     EXPECT_EQ(entry.path().string().find(".partial"), std::string::npos) << entry.path();

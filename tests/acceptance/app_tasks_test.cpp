@@ -162,11 +162,7 @@ INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
                                          Solvable{"root-canal-access", "cylinder_012", 0.4, {0, 2.2, -0.5}},
                                          Solvable{"remove-caries", "round_010", 0.25, {1.0, 0.7, -0.6}},
                                          Solvable{"tutorial", "round_008", 0.2, {0.8, 0.8, -0.3}}),
-                         [](const auto& param) {
-                           std::string name = param.param.name;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& param) { return test::test_name(param.param.name); });
 
 /// Removes a ball of tissue that should have stayed, or adds a ball that should have been removed, at a random place.
 /// Nothing is improved by it.
@@ -329,8 +325,7 @@ TEST(ShippedScenes, TheRubberDamAndItsClampAreDrawn) {
   };
   const auto picture = [&](const std::string& scene) {
     folder.write("scene.json", scene);
-    expect_ok(folder.run("render " + (folder / "scene.json") +
-                         " --rig closeup --eye left --quality bare --size 160x128 --out " + (folder / "p")));
+    expect_ok(folder.run("render {}/scene.json --rig closeup --eye left --quality bare --size 160x128 --out {}/p"));
     return test::read_text(folder / "p/left.png");
   };
   // The dam is drawn without cheek and tongue, because their light takes seconds to compute.
@@ -362,11 +357,7 @@ TEST_P(ShippedTask, EveryRandomDefectOfTheIdealCostsPoints) {
 INSTANTIATE_TEST_SUITE_P(All, ShippedTask,
                          testing::Values("tutorial", "class-1-cavity", "class-2-cavity", "crown-preparation",
                                          "root-canal-access", "remove-caries", "molar-caries", "amalgam-filling"),
-                         [](const auto& param) {
-                           std::string name = param.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& param) { return test::test_name(param.param); });
 
 /// Scores a hand that moves the tip over the region, and presses where `says` returns true.
 session::Score explore(const TaskBench& bench, double spacing, const std::function<bool(const dvec3&)>& says) {
@@ -457,14 +448,11 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
   folder.write("other.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,"
                "-1.5,0,1.6,1,0,0,0,1\n");
-  expect_ok(folder.run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " +
-                       (folder / "ideal.h5")));
+  expect_ok(folder.run("servo {}/practice.json --hand {}/hand.csv --out {}/ideal.h5"));
   folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
   const auto percent_of = [&](const std::string& hand) {
-    expect_ok(
-        folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5")));
-    const test::Ran report =
-        expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html")));
+    expect_ok(folder.run("servo {}/task.json --hand " + (folder / hand) + " --out {}/s.h5"));
+    const test::Ran report = expect_ok(folder.run("report {}/s.h5 --json --out {}/r.html"));
     EXPECT_EQ(report.err.find("not measured"), std::string::npos) << report.err;
     const Json json = Json::parse(report.out, "report");
     return 100 * json["points"].number() / json["full"].number();
@@ -478,8 +466,8 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
       R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4, -3, 2], "lower_right": [4, -3, 2],
       "upper_left": [-4, 3, 2]}, "pixels": [160, 120], "layout": "mono"}, "head": {"eye_center_mm": [0, 0, 300]}})");
   const auto picture = [&](const std::string& name, const std::string& arguments) {
-    expect_ok(folder.run("render " + (folder / "s.h5") + " --rig " + (folder / "above.json") +
-                         " --eye left --quality fast --out " + (folder / name) + " " + arguments));
+    expect_ok(folder.run("render {}/s.h5 --rig {}/above.json --eye left --quality fast --out " + (folder / name) + " " +
+                         arguments));
     return test::read_text(folder / (name + "/left.png"));
   };
   const std::string begin = picture("begin", "--at 0"), end = picture("end", "--at 4");
@@ -489,8 +477,7 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndWithoutItATaskHasNoPoints) {
 
   // If a file of the task is missing, the rules that do not need the file give no points.
   std::filesystem::remove(folder / "ideal.h5");
-  const Json lost = Json::parse(
-      expect_ok(folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"))).out, "report");
+  const Json lost = Json::parse(expect_ok(folder.run("report {}/s.h5 --json --out {}/r.html")).out, "report");
   EXPECT_EQ(lost["full"].number(), 0);
   EXPECT_NE(lost["not_measured"].string().find("ideal.h5"), std::string::npos);
   EXPECT_NE(test::read_text(folder / "r.html").find("a task has no points"), std::string::npos);

@@ -149,19 +149,16 @@ TEST(PlayClock, SeeksLoopsAndRunsBackwards) {
 
 TEST_F(UndoSession, ItsHandIsReplayedWithAnotherContactModelAndFilmedBesideTheOriginal) {
   run(scene, "session.h5", {});
-  const test::Ran same =
-      expect_ok(folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string())));
-  const test::Ran other = expect_ok(folder.run(fmt::format(
-      "replay {0}/session.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 0.5}}}}' --out {0}/soft.h5 --json",
-      folder.path().string())));
+  const test::Ran same = expect_ok(folder.run("replay {}/session.h5 --with '{ }' --json"));
+  const test::Ran other = expect_ok(folder.run(
+      "replay {}/session.h5 --with '{\"coupling\": {\"stiffness_N_per_mm\": 0.5}}' --out {}/soft.h5 --json"));
   const Json a = Json::parse(same.out, "same"), b = Json::parse(other.out, "other");
   EXPECT_LT(a["force_N"]["off_rms"].number(), 0.1 * b["force_N"]["off_rms"].number());
   EXPECT_LT(b["force_N"]["max"].number(), 0.8 * b["force_N"]["max_before"].number());
   EXPECT_TRUE(replay_session(session::SessionReader(folder.path() / "soft.h5")).identical);
   if (!session::find_ffmpeg()) return;
-  const test::Ran film = expect_ok(folder.run(fmt::format(
-      "replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
-      folder.path().string())));
+  const test::Ran film = expect_ok(folder.run(
+      "replay {}/session.h5 --beside {}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {}/both.mp4 --json"));
   EXPECT_EQ(Json::parse(film.out, "film")["frames"].number(), 4);
   EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
 }
@@ -206,8 +203,7 @@ TEST_F(UndoSession, TheVolumeOfAnotherTissueIsRefusedByName) {
       "other.json",
       R"({"tissue": {"voxel_mm": 0.25, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
   load_tissue(read_scene(folder.path() / "other.json")).save(folder.path() / "other.vdb");
-  const auto ran = folder.run(fmt::format("run {} --resume {} --hand script:{} --audio none:", folder / "scene.json",
-                                          folder / "other.vdb", folder / "hand.csv"));
+  const auto ran = folder.run("run {}/scene.json --resume {}/other.vdb --hand script:{}/hand.csv --audio none:");
   EXPECT_EQ(ran.status, 2);
   EXPECT_NE(ran.err.find("other.vdb"), std::string::npos) << ran.err;
   EXPECT_NE(ran.err.find("0.2500 mm"), std::string::npos) << ran.err;

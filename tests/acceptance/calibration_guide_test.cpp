@@ -157,21 +157,17 @@ TEST_F(GuidedBench, AVerificationThatFailsEndsWithStatusOne) {
 
 TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
   const std::string marks = "\"10 20 30\\n60 20 30\\n10 70 35\\n\"", moved = "\"10 20 31\\n60 20 31\\n10 70 36\\n\"";
-  expect_ok(folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"),
-                       fmt::format("printf {} |", marks)));
-  const Ran same = expect_ok(
-      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks)));
+  expect_ok(folder.run("calibrate guide drift --rig {}/rig.json", fmt::format("printf {} |", marks)));
+  const Ran same = expect_ok(folder.run("calibrate drift --rig {}/rig.json", fmt::format("printf {} |", marks)));
   EXPECT_THAT(same.out, HasSubstr("no drift"));
-  const Ran later =
-      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", moved));
+  const Ran later = folder.run("calibrate drift --rig {}/rig.json", fmt::format("printf {} |", moved));
   EXPECT_EQ(later.status, 1);
   EXPECT_THAT(later.out, HasSubstr("calibrate again"));
 }
 
 TEST_F(GuidedBench, CompletedStepsAreSkippedAndAnyStepCanBeSkipped) {
   // Arm, screen, mirror and eyes are already solved. The user skips `register` and stops at `verify`.
-  const Ran ran = expect_ok(
-      folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |"));
+  const Ran ran = expect_ok(folder.run("calibrate guide --rig {}/rig.json --no-window", "printf 's\\nq\\n' |"));
   EXPECT_THAT(ran.out, HasSubstr("== arm: done, skipped"));
   EXPECT_THAT(ran.out, HasSubstr("== eyes: done, skipped"));
   EXPECT_THAT(ran.out, HasSubstr("== register\n"));
@@ -209,7 +205,7 @@ TEST_F(GuidedBench, AnOutlierTouchIsMarkedOnScreenUntilTheNextTouch) {
 TEST_F(GuidedBench, TheEyesStepReportsTheUsersOffsetOnRequest) {
   std::vector<dvec3> touches;
   (void)by_file(touches);
-  const Ran ran = expect_ok(folder.run(fmt::format("calibrate eyes --rig {} --user-offset", folder / "file.json")));
+  const Ran ran = expect_ok(folder.run("calibrate eyes --rig {}/file.json --user-offset"));
   EXPECT_THAT(ran.out, HasSubstr("this user feels"));
   EXPECT_THAT(test::read_text(folder / "file.json"), HasSubstr("user_offset_mm"));
 }
@@ -251,7 +247,7 @@ TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   ASSERT_TRUE(stored());
   // The program must state the delay of the samples that it stored. (property/calibration_delay_test.cpp compares the
   // estimate with the true delay.)
-  const Ran again = expect_ok(folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json")));
+  const Ran again = expect_ok(folder.run("calibrate delay --rig {}/rig.json --json"));
   EXPECT_NEAR(Json::parse(again.out, "delay")["delay_ms"].number(),
               1e3 * estimate_delay(captures.delay_a, captures.delay_b).delay, 1e-9);
   const Ran still = folder.run(fmt::format(

@@ -61,8 +61,7 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
                                            {"probing", "1"},
                                            {"explore-caries", "1"}}) {
     const std::string name = family, file = folder / (name + ".json");
-    const Ran made = run(name + " --seed 1 --difficulty " + difficulty + " --json --out " + file);
-    ASSERT_EQ(made.status, 0) << name << made.err;
+    const Ran made = expect_ok(run(name + " --seed 1 --difficulty " + difficulty + " --json --out " + file));
     const Json summary = Json::parse(made.out, "stdout");
     EXPECT_GE(summary["expert_points"].number(), 95) << name;
     EXPECT_LE(summary["careless_points"].number(), 60) << name;
@@ -110,8 +109,7 @@ TEST_F(CaseCommand, EachRecipeGivesASceneWhoseExactPlanPassesAndWhoseCarelessHan
 TEST_F(CaseCommand, GumHidesTheCalculusOfADifficultCaseAndLeavesThatOfAnEasyCaseInView) {
   for (const bool difficult : {false, true}) {
     const std::string file = folder / "calculus.json";
-    const Ran made = run(fmt::format("calculus --seed 2 --difficulty {:d} --out {}", difficult, file));
-    ASSERT_EQ(made.status, 0) << made.err;
+    expect_ok(run(fmt::format("calculus --seed 2 --difficulty {:d} --out {}", difficult, file)));
     const Scene scene = read_scene(file);
     const auto around = surroundings_shape(scene.surroundings);
     ASSERT_TRUE(around && around->has_gum());
@@ -136,9 +134,8 @@ TEST_F(CaseCommand, AScannedToothTakesThePlaceOfTheParametricOne) {
   const haptics::TissueVolume molar = load_untouched(read_scene("class-1-cavity"));
   for (const char* family : {"class-1", "caries"}) {
     const std::string file = folder / "scan.json";
-    const Ran made =
-        run(fmt::format("{} --scan class-1-cavity --tooth L6 --seed 1 --difficulty 0.3 --json --out {}", family, file));
-    ASSERT_EQ(made.status, 0) << family << made.err;
+    const Ran made = expect_ok(run(
+        fmt::format("{} --scan class-1-cavity --tooth L6 --seed 1 --difficulty 0.3 --json --out {}", family, file)));
     const Json summary = Json::parse(made.out, "stdout");
     EXPECT_GE(summary["expert_points"].number(), 95) << family;
     EXPECT_LE(summary["careless_points"].number(), 60) << family;
@@ -154,8 +151,8 @@ TEST_F(CaseCommand, AHandWithoutErrorsGetsTheExactPlansPointsAndEachErrorLowersT
       "hands.csv",
       "x_mm,y_mm,z_mm,tilt_x_deg,spread_mm,force_N,force_max_N\n0,0,0,0,0,0,0\n0,0.3,0,0,0,0,0\n0,0,-0.3,0,0,"
       "0,0\n0,0,0,10,0,0,0\n0,0,0,0,0.1,0,0\n0,0,0,0,0,4,9\n0.55,0.55,-0.5,0,0,0,0\n");
-  const Ran made = run("class-1 --seed 1 --difficulty 0 --json --hands " + hands + " --out " + (folder / "hands.json"));
-  ASSERT_EQ(made.status, 0) << made.err;
+  const Ran made =
+      expect_ok(run("class-1 --seed 1 --difficulty 0 --json --hands " + hands + " --out " + (folder / "hands.json")));
   const Json summary = Json::parse(made.out, "stdout");
   const std::vector<Json> scores = summary["hands"].items();
   ASSERT_EQ(scores.size(), 7u);
@@ -247,7 +244,7 @@ TEST_F(CaseCommand, TheListNamesEachFamilyWithItsTeethAndParameters) {
 
 struct NextCommand : CaseCommand {
   Ran next(const std::string& arguments) const {
-    return folder.run("next --language en --trainee Anna --sessions " + (folder / "sessions") + " " + arguments,
+    return folder.run("next --language en --trainee Anna --sessions {}/sessions " + arguments,
                       "TYPODONT_HOME=" + (folder / "home"));
   }
   void SetUp() override { std::filesystem::create_directories(folder / "sessions/Anna"); }

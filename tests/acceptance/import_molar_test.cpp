@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <string>
 
 #include "engine/base/json.h"
@@ -21,10 +20,7 @@ using test::scratch;
 using testing::HasSubstr;
 
 Ran program(const std::string& arguments) {
-  const int status = std::system(
-      fmt::format(TYPODONT_PROGRAM " {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
-          .c_str());
-  return {WEXITSTATUS(status), test::read_text(scratch("out")), test::read_text(scratch("err")), arguments};
+  return test::ProgramFolder(TYPODONT_PROGRAM).run(arguments);
 }
 
 Ran run(const std::string& arguments) {

@@ -27,8 +27,8 @@ class PackCommand : public ::testing::Test {
 };
 
 TEST_F(PackCommand, TheSummaryAgreesWithTheWrittenPacking) {
-  const auto ran = expect_ok(folder.run("pack " + scene() + " --spheres 1500 --seed 3 --json --out " + folder / "p.h5" +
-                                        " --preview " + folder / "p.png"));
+  const auto ran =
+      expect_ok(folder.run("pack " + scene() + " --spheres 1500 --seed 3 --json --out {}/p.h5 --preview {}/p.png"));
   const Json json = Json::parse(ran.out, "summary");
   const SpherePacking p = session::load_packing(folder / "p.h5");
   EXPECT_EQ(json["spheres"].integer(), 1500);
@@ -56,12 +56,12 @@ TEST_F(PackCommand, ClosedMeshesArePackedAndOpenOnesRefused) {
 TEST_F(PackCommand, BadNumbersAndPathsAreRefusedAndLeaveNoFile) {
   const std::string s = scene();
   for (const char* number : {"0", "-5", "1000000000"}) {
-    const auto ran = folder.run("pack " + s + " --spheres " + number + " --out " + folder / "x.h5");
+    const auto ran = folder.run("pack " + s + " --spheres " + number + " --out {}/x.h5");
     EXPECT_EQ(ran.status, 2) << number;
     EXPECT_THAT(ran.err, AllOf(HasSubstr("--spheres"), HasSubstr(number), HasSubstr("1 to 4000000"))) << number;
   }
-  EXPECT_EQ(folder.run("pack " + s + " --spheres 10 --out " + folder / "none/x.h5").status, 2);
-  EXPECT_EQ(folder.run("pack " + folder / "none.json" + " --spheres 10 --out " + folder / "x.h5").status, 2);
+  EXPECT_EQ(folder.run("pack " + s + " --spheres 10 --out {}/none/x.h5").status, 2);
+  EXPECT_EQ(folder.run("pack {}/none.json --spheres 10 --out {}/x.h5").status, 2);
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("x.h5")));
   }
@@ -80,17 +80,14 @@ TEST_F(PackCommand, AToolOf200SpheresFromAMeshTouchesAndCutsAndAnOpenMeshIsRefus
         "solid": {"sphere": {"radius_mm": 2}}}]}, "tool": "round_012", "spindle_krpm": 300,
         "model": {"packing": {"spheres": 1500, "tool_spheres": 200, "tool_mesh": {"file": ")" +
                                    mesh + R"("}}}})");
-    return folder.run("servo " + folder / "brand.json" + " --json --hand " + folder / "hand.csv" + " --out " +
-                      folder / "t.csv");
+    return folder.run("servo {}/brand.json --json --hand {}/hand.csv --out {}/t.csv");
   };
   const auto ran = brand("wedge.obj");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_GT(json["force_max_N"].number(), 0.02);
   EXPECT_GT(json["removed_mm3"]["dentin"].number(), 1e-4);
-  const auto refused = brand("open.obj");
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_THAT(refused.err, HasSubstr("open.obj"));
+  expect_exit(brand("open.obj"), 2, "open.obj");
 }
 
 class FitMaterial : public ::testing::Test {
@@ -107,8 +104,7 @@ class FitMaterial : public ::testing::Test {
   std::string ticks(const std::string& scene, double to_z) {
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5.9,1,0,0,0,1\n2,0,0," +
                                  std::to_string(to_z) + ",1,0,0,0,1\n");
-    expect_ok(
-        folder.run("servo " + scene + " --no-timing --hand " + folder / "hand.csv" + " --out " + folder / "ticks.csv"));
+    expect_ok(folder.run("servo " + scene + " --no-timing --hand {}/hand.csv --out {}/ticks.csv"));
     return folder / "ticks.csv";
   }
   test::ProgramFolder folder{TYPODONT_PROGRAM};
@@ -118,8 +114,8 @@ TEST_F(FitMaterial, ARecordedForceCurveGivesDensitiesForTheSceneAndAPlot) {
   const std::string block = scene("scene.json", "[8, 8, 4]");
   // The recorded block is twice as hard as the scene says.
   const std::string hard = scene("hard.json", "[8, 8, 4]", R"(, "density": {"cancellous_bone": 0.1})");
-  const auto ran = expect_ok(folder.run("fit-material " + ticks(hard, 4.0) + " --scene " + block + " --json --out " +
-                                        folder / "m.json" + " --plot " + folder / "fit.svg"));
+  const auto ran = expect_ok(folder.run("fit-material " + ticks(hard, 4.0) + " --scene " + block +
+                                        " --json --out {}/m.json --plot {}/fit.svg"));
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_GT(json["force_max_N"].number(), 1);
   EXPECT_GT(json["fitted_spheres"].integer(), 5);
@@ -162,7 +158,7 @@ TEST_F(FitMaterial, ATableOfTheSevenDocumentedColumnsFromOtherCodeGivesTheHardne
     table += fmt::format("{},0.4,-0.2,{},0,0,{}\n", t, z, kHardness * 3 * rate * newtons_per_watt);
   }
   const auto ran = expect_ok(folder.run("fit-material " + folder.write("machine.csv", table) + " --scene " + block +
-                                        " --json --out " + folder / "m.json"));
+                                        " --json --out {}/m.json"));
   const Json material = Json::load(folder / "m.json");
   // Equation 14 changes a sphere by its part of the overlap, so spheres at the rim keep the hardness of the start, 1.
   std::vector<double> hardness;
@@ -174,12 +170,11 @@ TEST_F(FitMaterial, ATableOfTheSevenDocumentedColumnsFromOtherCodeGivesTheHardne
 }
 
 TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
-  expect_ok(folder.run("pack " + scene() + " --spheres 300 --out " + folder / "p.h5"));
+  expect_ok(folder.run("pack " + scene() + " --spheres 300 --out {}/p.h5"));
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
   folder.write("other.json", R"({"name": "other", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
       "solid": {"sphere": {"radius_mm": 1.9}}}]}, "tool": "round_012", "model": {"packing": {"file": "p.h5"}}})");
-  const auto ran =
-      folder.run("servo " + folder / "other.json" + " --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
+  const auto ran = folder.run("servo {}/other.json --hand {}/hand.csv --out {}/t.csv");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, AllOf(HasSubstr("p.h5"), HasSubstr("tissue_hash"), HasSubstr("the tissue of this scene")));
   EXPECT_FALSE(std::filesystem::exists(folder / "t.csv"));
@@ -189,8 +184,9 @@ TEST_F(PackCommand, WithoutARigTheSceneOfTheHipIsDrawnWithItsOwnRig) {
   const std::string look = " --eye left --size 64x48 --quality bare --out " + folder / "hip";
   const auto ran = expect_ok(folder.run("render acetabular-reaming --json" + look));
   EXPECT_THAT(Json::parse(ran.out, "frame")["rig"].string(), testing::EndsWith("rigs/hip.json"));
-  folder.write("bad.json", R"({"tissue": {"voxel_mm": 1, "solids": []}, "tool": "round_012", "rig": "nowhere"})");
-  EXPECT_THAT(folder.run("render " + folder / "bad.json" + look).err, HasSubstr("nowhere: found no such file"));
+  folder.write("bad.json", R"({"tissue": {"voxel_mm": 0.5, "solids": [
+      {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 9}}}]}, "tool": "round_012", "rig": "nowhere"})");
+  EXPECT_THAT(folder.run("render {}/bad.json" + look).err, HasSubstr("nowhere: found no such file"));
 }
 
 TEST_F(PackCommand, TheViewOfTheSpheresShowsAllSpheresAndIsRefusedForOtherModels) {
@@ -201,7 +197,7 @@ TEST_F(PackCommand, TheViewOfTheSpheresShowsAllSpheresAndIsRefusedForOtherModels
   folder.write("spheres.json", R"({"name": "s", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
       "solid": {"sphere": {"center_mm": [6.8, 6, 18], "radius_mm": 2}}}]}, "tool": "round_012",
       "model": {"packing": {"spheres": 500}}})");
-  expect_ok(folder.run("render " + folder / "spheres.json" + look));
+  expect_ok(folder.run("render {}/spheres.json" + look));
   const Json frame = Json::load(folder / "look/frame.json");
   EXPECT_EQ(frame["spheres"].integer(), 500);
   EXPECT_GT(frame["timing"]["frames_per_second"].number(), 0);

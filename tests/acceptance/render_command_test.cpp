@@ -38,13 +38,11 @@ constexpr const char* kMirror = R"({"display": "mirror",
 
 struct RenderCommand : testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
-  std::string f = folder.path().string();
   RenderCommand() { folder.write("scene.json", kScene); }
 
   Json render(const std::string& rig, const std::string& more = "") {
     folder.write("rig.json", rig);
-    expect_ok(
-        folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more)));
+    expect_ok(folder.run("render {}/scene.json --rig {}/rig.json --out {}/out --validate " + more));
     return Json::load(folder / "out/frame.json");
   }
   static std::string desk(std::string layout) {
@@ -93,7 +91,7 @@ TEST_F(RenderCommand, TissueOutsideThePictureIsReported) {
   std::string scene = kScene;
   const std::string center = "\"center_mm\": [1, 2, 3]";
   folder.write("far.json", scene.replace(scene.find(center), center.size(), "\"center_mm\": [90, 2, 3]"));
-  const Ran ran = expect_ok(folder.run(fmt::format("render {0}/far.json --rig {0}/rig.json --out {0}/out", f)));
+  const Ran ran = expect_ok(folder.run("render {}/far.json --rig {}/rig.json --out {}/out"));
   EXPECT_THAT(ran.err, HasSubstr("the tissue, around (90.0, 2.0, 3.0) mm, lies outside the picture"));
   EXPECT_FALSE(Json::load(folder / "out/frame.json")["shows_tissue"].boolean());
 }
@@ -136,7 +134,7 @@ TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndNameMissingInput) {
     EXPECT_THAT(view, HasSubstr(frame["view"].string()));
   }
   const auto refused = [&](const std::string& more) {
-    return folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/none {1}", f, more));
+    return folder.run("render {}/scene.json --rig {}/rig.json --out {}/none " + more);
   };
   EXPECT_THAT(refused("--view difference").err, HasSubstr("--ideal"));
   EXPECT_THAT(refused("--view temperature").err, HasSubstr("\"heat\""));
@@ -196,21 +194,21 @@ TEST_F(RenderCommand, TheGeometryIsTheDrawnBodyInMillimetresOfTheWorkbench) {
 
 TEST_F(RenderCommand, BadInputExitsWithTwoAndLeavesNoFile) {
   const auto refuse = [&](const std::string& arguments, const testing::Matcher<std::string>& message) {
-    const Ran ran = folder.run(fmt::format("render {0}/scene.json --out {0}/none {1}", f, arguments));
+    const Ran ran = folder.run("render {}/scene.json --out {}/none " + arguments);
     EXPECT_EQ(ran.status, 2) << arguments << ran.err;
     EXPECT_THAT(ran.err, message);
     EXPECT_EQ(ran.out, "");
     EXPECT_FALSE(std::filesystem::exists(folder / "none")) << arguments;
   };
   folder.write("rig.json", desk("cross_eyed"));
-  refuse(fmt::format("--rig {}/rig.json", f), AllOf(HasSubstr("rig.json"), HasSubstr("screen.layout"),
-                                                    HasSubstr("cross_eyed"), HasSubstr("row_interleaved")));
+  refuse("--rig {}/rig.json", AllOf(HasSubstr("rig.json"), HasSubstr("screen.layout"), HasSubstr("cross_eyed"),
+                                    HasSubstr("row_interleaved")));
   refuse("--rig nowhere.json", HasSubstr("nowhere.json"));
   refuse("--size 12x", AllOf(HasSubstr("--size"), HasSubstr("12x")));
   refuse("--at 3", HasSubstr("--pose"));
   refuse("--geometry --view section --plane 0,0,1,3", AllOf(HasSubstr("--geometry"), HasSubstr("--view look")));
-  refuse(fmt::format("--finished --volume {}/any.vdb", f), AllOf(HasSubstr("--finished"), HasSubstr("--volume")));
-  refuse(fmt::format("--pose {}/missing.csv", f), HasSubstr("missing.csv"));
+  refuse("--finished --volume {}/any.vdb", AllOf(HasSubstr("--finished"), HasSubstr("--volume")));
+  refuse("--pose {}/missing.csv", HasSubstr("missing.csv"));
 }
 
 TEST_F(RenderCommand, AHandpieceIsDrawnAsTheSceneSaysAndAMistakeIsRefused) {
@@ -220,7 +218,7 @@ TEST_F(RenderCommand, AHandpieceIsDrawnAsTheSceneSaysAndAMistakeIsRefused) {
       std::string scene = kScene;
       scene.insert(1, fmt::format(R"("handpieces": {{"shown": "{}"}}, )", shown));
       folder.write("scene.json", scene);
-      const Json frame = render(desk("mono"), fmt::format("--pose {}/hand.csv --quality fast", f));
+      const Json frame = render(desk("mono"), "--pose {}/hand.csv --quality fast");
       EXPECT_EQ(frame["validation_messages"].integer(), 0);
       return render::read_png(folder / "out/left.png");
     };
@@ -236,7 +234,7 @@ TEST_F(RenderCommand, AHandpieceIsDrawnAsTheSceneSaysAndAMistakeIsRefused) {
   std::string scene = kScene;
   scene.insert(1, R"("handpieces": {"shown": "yes"}, )");
   folder.write("scene.json", scene);
-  expect_exit(folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out", f)), 2,
+  expect_exit(folder.run("render {}/scene.json --rig {}/rig.json --out {}/out"), 2,
               R"("handpieces.shown": found "yes", expected "open", "solid" or "none")");
 }
 

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -19,13 +18,8 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
+using typodont::test::ProgramFolder;
 using typodont::test::Ran;
-
-Ran run(const TemporaryFolder& folder, const std::string& command) {
-  const int status =
-      std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path().string(), folder.path().string()).c_str());
-  return {WEXITSTATUS(status), read_text(folder / "out"), read_text(folder / "err"), command};
-}
 
 void record(const std::filesystem::path& file) {
   SessionHeader header = some_header();
@@ -36,11 +30,9 @@ void record(const std::filesystem::path& file) {
 }
 
 TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   record(folder / "s.h5");
-  const Ran ran =
-      expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json",
-                                        folder.path().string())));
+  const Ran ran = expect_ok(folder.run("report {}/s.h5 --out {}/r.html --language de --json"));
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(json["ticks"].integer(), 2500);
   EXPECT_FALSE(json["truncated"].boolean());
@@ -54,81 +46,70 @@ TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
 }
 
 TEST(ReportCommand, BadInputExitsWithTwoAndFoundAndExpectedAndWritesNoPage) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   std::ofstream(folder / "garbage.h5") << "not a session";
   record(folder / "s.h5");
-  const std::string f = folder.path().string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
-    const Ran ran = expect_exit(run(folder, TYPODONT_PROGRAM " report " + arguments), 2, message);
+    const Ran ran = expect_exit(folder.run("report " + arguments), 2, message);
     EXPECT_EQ(ran.out, "");
   };
-  expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f),
-                 "none.h5: found No such file or directory, expected a session (.h5)");
-  expect_refused(fmt::format("{0}/garbage.h5 --out {0}/r.html", f), "garbage.h5: found no intact HDF5 file");
-  expect_refused(fmt::format("{0}/s.h5 --out /nowhere/r.html", f), "/nowhere/r.html: found No such file or directory");
-  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --language tlh", f),
-                 "--language: found tlh, expected en, de or zh");
-  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --picture before={0}/s.h5", f),
-                 "s.h5: found something else, expected a PNG");
-  expect_refused(fmt::format("{0}/s.h5", f), "--out is required");
+  expect_refused("{}/none.h5 --out {}/r.html", "none.h5: found No such file or directory, expected a session (.h5)");
+  expect_refused("{}/garbage.h5 --out {}/r.html", "garbage.h5: found no intact HDF5 file");
+  expect_refused("{}/s.h5 --out /nowhere/r.html", "/nowhere/r.html: found No such file or directory");
+  expect_refused("{}/s.h5 --out {}/r.html --language tlh", "--language: found tlh, expected en, de or zh");
+  expect_refused("{}/s.h5 --out {}/r.html --picture before={}/s.h5", "s.h5: found something else, expected a PNG");
+  expect_refused("{}/s.h5", "--out is required");
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
 }
 
 TEST(ReportCommand, AFolderGivesTheLearningCurveOfItsSessions) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   std::filesystem::create_directories(folder / "sessions");
   std::filesystem::create_directories(folder / "empty");
   record(folder / "sessions/a.h5");
   record(folder / "sessions/b.h5");
   std::ofstream(folder / "sessions/c.h5") << "not a session";
-  const std::string f = folder.path().string();
-  const Ran ran =
-      expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/sessions --out {0}/r.html --json", f)));
+  const Ran ran = expect_ok(folder.run("report {}/sessions --out {}/r.html --json"));
   EXPECT_EQ(Json::parse(ran.out, "out")["sessions"].items().size(), 2u);
   EXPECT_THAT(ran.err, HasSubstr("left out: "));
   EXPECT_THAT(ran.err, HasSubstr("c.h5: found no intact HDF5 file"));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("b.h5"));
-  expect_exit(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/empty --out {0}/none.html", f)), 2,
+  expect_exit(folder.run("report {}/empty --out {}/none.html"), 2,
               "found a folder without sessions, expected sessions (.h5)");
 }
 
 TEST(ReportCommand, AFoldersSubfoldersCountAndEqualFileNamesInThemDiffer) {
-  TemporaryFolder folder;
-  const std::string f = folder.path().string();
+  ProgramFolder folder(TYPODONT_PROGRAM);
   for (const char* trainee : {"class/bo", "class/ada", "class/.unkept"}) {
-    std::filesystem::create_directories(folder / trainee);
-    record(folder / trainee / "s.h5");
+    std::filesystem::create_directories(folder.path() / trainee);
+    record(folder.path() / trainee / "s.h5");
   }
   std::filesystem::create_directory_symlink(folder / "class", folder / "class/ada/loop");
-  const Ran ran = expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/class/ --out {0}/r.html --json", f)));
+  const Ran ran = expect_ok(folder.run("report {}/class/ --out {}/r.html --json"));
   std::vector<std::string> files;
   const Json result = Json::parse(ran.out, "out");
   for (const Json& session : result["sessions"].items()) files.push_back(session["file"].string());
   EXPECT_THAT(files, testing::ElementsAre("ada/s.h5", "bo/s.h5"));
   EXPECT_THAT(read_text(folder / "r.html"), testing::AllOf(HasSubstr(">ada/s.h5<"), HasSubstr(">bo/s.h5<")));
-  EXPECT_THAT(read_text(folder / "r.html"), testing::Not(HasSubstr(f)));
+  EXPECT_THAT(read_text(folder / "r.html"), testing::Not(HasSubstr(folder.path().string())));
 }
 
 TEST(ReportCommand, TheTerminalThePageAndTheCommandRescoreRoundPointsDownAlike) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   record(folder / "s.h5");
-  const std::string f = folder.path().string();
-  const auto report = [&](const char* more) {
-    return expect_ok(run(folder,
-                         fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language en {1}", f, more)))
-        .out;
+  const auto report = [&](const std::string& more) {
+    return expect_ok(folder.run("report {}/s.h5 --out {}/r.html --language en " + more)).out;
   };
   const double points = Json::parse(report("--json"), "out")["points"].number();
   const std::string shown = fmt::format("{:.1f}", printed_points(points));
   EXPECT_THAT(report(""), HasSubstr(fmt::format(": {} of 100 points", shown)));
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr(fmt::format("{}<small> / 100</small>", shown)));
-  EXPECT_THAT(expect_ok(run(folder, fmt::format(TYPODONT_PROGRAM " rescore {}/s.h5", f))).out,
-              HasSubstr(fmt::format(": {} of 100 points", shown)));
+  EXPECT_THAT(expect_ok(folder.run("rescore {}/s.h5")).out, HasSubstr(fmt::format(": {} of 100 points", shown)));
 }
 
 TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
-  TemporaryFolder folder;
-  const Ran ran = run(folder, TYPODONT_PROGRAM " doctor --json");
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run("doctor --json");
   EXPECT_EQ(ran.err, "");
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(ran.status, json["runs_offscreen"].boolean() ? 0 : 1);
@@ -149,44 +130,32 @@ TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
 const std::string kNoDriver = "VK_ICD_FILENAMES=/nowhere.json VK_DRIVER_FILES=/nowhere.json";
 
 TEST(DoctorCommand, FindsEveryLibraryThatIsLoadedOnUseWithAllItsFunctions) {
-  TemporaryFolder folder;
-  const Ran ran = run(folder, kNoDriver + " " TYPODONT_PROGRAM " doctor --json");
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run("doctor --json", kNoDriver);
   for (const Json& check : Json::parse(ran.out, "out")["checks"].items()) {
     if (check["id"].string() != "libraries") continue;
     EXPECT_EQ(check["state"].string(), "ok") << check["found"].string();
-    for (const char* file : {
-             "libsndfile.so",
-             "libcairo.so",
-             "libteem.so",
-             "libnifti2.so",
-             "libznz.so",
-             "libminizip.so",
-             "libassimp.so",
-             "libmeshoptimizer.so",
-             "typodont-calibration.so",
+    std::vector<const char*> files{"libsndfile.so", "libcairo.so",         "libteem.so",
+                                   "libnifti2.so",  "libznz.so",           "libminizip.so",
+                                   "libassimp.so",  "libmeshoptimizer.so", "typodont-calibration.so"};
 #ifdef TYPODONT_WINDOW
-             "libglfw.so",
-             "libX11.so",
-             "libXext.so",
-             "libxcb.so",
+    files.insert(files.end(), {"libglfw.so", "libX11.so", "libXext.so", "libxcb.so"});
 #endif
-         })
-      EXPECT_THAT(check["found"].string(), HasSubstr(file));
+    for (const char* file : files) EXPECT_THAT(check["found"].string(), HasSubstr(file));
   }
 }
 
 TEST(DoctorCommand, NamesThePackageOfALibraryThatIsNotInstalled) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   std::ofstream(folder / "libteem.so.2") << "";  // takes the place of the library
-  const Ran ran =
-      run(folder, fmt::format("{} LD_LIBRARY_PATH={} {} doctor", kNoDriver, folder.path().string(), TYPODONT_PROGRAM));
+  const Ran ran = folder.run("doctor", kNoDriver + " LD_LIBRARY_PATH=" + folder.path().string());
   EXPECT_THAT(ran.out, HasSubstr("missing   Libraries loaded on use"));
   EXPECT_THAT(ran.out, HasSubstr("sudo apt install libteem2"));
 }
 
 TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIsNamed) {
-  TemporaryFolder folder;
-  const Ran ran = run(folder, kNoDriver + " " TYPODONT_PROGRAM " doctor");
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run("doctor", kNoDriver);
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
   EXPECT_THAT(ran.out, HasSubstr("sudo apt install libvulkan1 mesa-vulkan-drivers"));
@@ -194,23 +163,22 @@ TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIs
 }
 
 TEST(DoctorCommand, PrintsNoControlCharactersIntoATerminal) {
-  TemporaryFolder folder;
+  ProgramFolder folder("script");
   // In a terminal, each control character would become a question mark.
-  const Ran ran = run(folder, kNoDriver + " script -qec '" TYPODONT_PROGRAM " doctor' /dev/null");
+  const Ran ran = folder.run("-qec '" TYPODONT_PROGRAM " doctor' /dev/null", kNoDriver);
   EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("?")));
 }
 
 TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {
-  TemporaryFolder folder;
+  ProgramFolder folder(TYPODONT_PROGRAM);
   std::ofstream(folder / "good.json")
       << R"({"file_format_version": "1.0.0", "runtime": {"library_path": "./runtime.so"}})";
   std::ofstream(folder / "runtime.so") << "";
   std::ofstream(folder / "dangling.json") << R"({"runtime": {"library_path": "./gone.so"}})";
   std::ofstream(folder / "garbage.json") << "{{{";
   const auto openxr = [&](const std::string& file) {
-    const Ran ran = run(
-        folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path().string(), file, TYPODONT_PROGRAM));
+    const Ran ran = folder.run("doctor --json", "XR_RUNTIME_JSON=" + folder / file);
     for (const Json& check : Json::parse(ran.out, "out")["checks"].items()) {
       if (check["id"].string() == "openxr") return check["state"].string() + ": " + check["found"].string();
     }
@@ -252,24 +220,19 @@ TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
     EXPECT_EQ(film.message(), "");
   }
   const std::string film = (folder / "f.mp4").string();
-  const Ran probe = run(folder,
-                        "ffprobe -v error -count_frames -show_entries "
-                        "stream=codec_name,width,height,nb_read_frames,r_frame_rate -of csv=p=0 " +
-                            film);
+  const Ran probe = ProgramFolder("ffprobe").run(
+      "-v error -count_frames -show_entries stream=codec_name,width,height,nb_read_frames,r_frame_rate -of csv=p=0 " +
+      film);
   EXPECT_THAT(probe.out, HasSubstr("h264,162,122,25/1,25"));
   EXPECT_THAT(probe.out, HasSubstr("aac"));
   // The colour of the 20th frame must be the colour that was written.
-  const Ran pixel =
-      run(folder, fmt::format("ffmpeg -v error -i {} -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo "
-                              "-pix_fmt rgb24 -",
-                              film));
+  const Ran pixel = ProgramFolder("ffmpeg").run(
+      "-v error -i " + film + " -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo -pix_fmt rgb24 -");
   ASSERT_EQ(pixel.out.size(), 12u) << pixel.err;
   EXPECT_NEAR(static_cast<unsigned char>(pixel.out[0]), 190, 6);
   EXPECT_NEAR(static_cast<unsigned char>(pixel.out[1]), 128, 6);
   EXPECT_NEAR(static_cast<unsigned char>(pixel.out[2]), 0, 6);
   // Nothing else is left beside it.
-  std::filesystem::remove(folder / "out");
-  std::filesystem::remove(folder / "err");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
 }
 

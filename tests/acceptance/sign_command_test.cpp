@@ -29,15 +29,9 @@ class SignCommand : public testing::Test {
     expect_ok(run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5"));
     EXPECT_EQ(run("sign --new-key {}/school.key").status, 0);
   }
-  Ran run(std::string arguments) const {
-    for (std::size_t at; (at = arguments.find("{}")) != std::string::npos;)
-      arguments.replace(at, 2, folder.path().string());
-    return folder.run(arguments, "timeout 120");
-  }
+  Ran run(const std::string& arguments) const { return folder.run(arguments, "timeout 120"); }
   void refused(const std::string& arguments, int status, const std::string& message) const {
-    const Ran ran = run(arguments);
-    EXPECT_EQ(ran.status, status) << arguments << "\n" << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr(message)) << arguments;
+    expect_exit(run(arguments), status, message);
   }
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
@@ -90,8 +84,7 @@ TEST_F(SignCommand, AForgedJournalBesideASignedSessionChangesNoCommandsResult) {
     hash.bytes(change.data(), change.size());
     folder.write("s.h5.journal", head + number(hash.value) + change);
     for (std::size_t i = 0; i < std::size(commands); ++i) {
-      const Ran ran = run(commands[i]);
-      EXPECT_EQ(ran.status, 0) << commands[i] << ran.err;
+      const Ran ran = expect_ok(run(commands[i]));
       EXPECT_EQ(ran.out, without[i]) << commands[i];
       EXPECT_EQ(read_text(folder / "s.h5"), bytes) << commands[i];
     }

@@ -44,15 +44,12 @@ TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedBitForBit) {
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,16.89,6.41,26.66,1,0,0,0,0\n0.3,16.89,6.41,25.36,1,0,0,0,0\n"
                "0.4,16.89,6.41,25.31,1,0,0,0,1\n0.8,16.89,6.41,24.96,1,0,0,0,1\n1.6,17.29,6.41,24.86,1,0,0,0,1\n"
                "1.9,16.89,6.41,27.66,1,0,0,0,0\n");
-  const auto ran = folder.run("servo assets/scenes/arch-carve.json --hand " + folder / "hand.csv" + " --json --out " +
-                              folder / "s.h5");
-  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ran = expect_ok(folder.run("servo assets/scenes/arch-carve.json --hand {}/hand.csv --json --out {}/s.h5"));
   const Json told = Json::parse(ran.out, "servo");
   EXPECT_GT(told["elements"].number(), 13'288) << "refined where it was carved";
   EXPECT_GT(told["removed_mm3"]["enamel"].number(0, 10), 0.01);
   EXPECT_GE(told["energy_min_J"].number(-1, 1), -1e-9);
-  const auto replayed = folder.run("replay " + folder / "s.h5" + " --check");
-  EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
+  expect_ok(folder.run("replay {}/s.h5 --check"));
 }
 
 struct CarvedScan : testing::Test {
@@ -76,9 +73,7 @@ struct CarvedScan : testing::Test {
                                             {1.8, 7.5, 7.4, 22.0, 0.0}})
       rows += fmt::format("{},{},{},{},1,0,0,0,{}\n", t, x, y, z, pedal);
     hand = folder.write("hand.csv", rows);
-    const auto ran = folder.run("servo " + scene + " --hand " + hand + " --out " + folder / "s.h5" + " --save " +
-                                folder / "left.vdb");
-    ASSERT_EQ(ran.status, 0) << ran.err;
+    expect_ok(folder.run("servo " + scene + " --hand " + hand + " --out {}/s.h5 --save {}/left.vdb"));
   }
 };
 
@@ -128,10 +123,9 @@ TEST_F(CarvedScan, PlayingForwardAndBackwardShowsTheMeshOfEachMoment) {
 }
 
 TEST_F(CarvedScan, IsRenderedAtAGivenTimeAndSavedAsItsMesh) {
-  const auto triangles_at = [&](const char* options, const std::string& out) {
-    const auto ran = folder.run("render " + folder / "s.h5" + " --rig closeup --size 160x120 --quality bare " +
-                                options + " --json --out " + (folder / out));
-    EXPECT_EQ(ran.status, 0) << ran.err;
+  const auto triangles_at = [&](const std::string& options, const std::string& out) {
+    const auto ran = expect_ok(folder.run(
+        "render {}/s.h5 --rig closeup --size 160x120 --quality bare --json --out {}/" + out + " " + options));
     return Json::parse(ran.out, "render")["frame"]["triangles"].number();
   };
   const double before = triangles_at("--at 0.1", "before"), after = triangles_at("--at 1.8", "after");

@@ -93,7 +93,7 @@ void drilling_frame(benchmark::State& state, Molar& molar, float tolerance) {
   surface::SurfaceMesher mesher({.tolerance = tolerance});
   state.counters["whole_mesh_ns"] = mesh_time(mesher, molar.volume, molar.volume.surface_bricks());
   state.counters["whole_picture_ns"] = measure(1, [&] { (void)view.update(carver.volume()); }).median;
-  state.counters["triangles"] = static_cast<double>(mesher.triangle_count());
+  state.counters["triangles"] = static_cast<double>(test::triangle_count(mesher));
   glm::ivec3 lo, hi;
   molar.volume.bounds(lo, hi);
   const VoxelFrame frame = molar.volume.frame();

@@ -8,6 +8,7 @@
 
 #include "engine/base/voxels.h"
 #include "haptics/contact/proxy/crease.h"
+#include "tests/support/heads.h"
 #include "tests/support/presses.h"
 #include "tests/support/sliding_hand.h"
 
@@ -150,7 +151,7 @@ TEST(SmoothTissue, NeverHasACreaseAndAHeadThatSlidesThereFeelsNoStepBeyondItsMot
     std::mt19937 random(seed);
     const Bumps bumps(random, uniform(random, 3, 10) * kVoxel);
     const haptics::TissueVolume volume(bumps.tissue(kVoxel));
-    for (const HeadShape shape : haptics::head_shapes()) {
+    for (const HeadShape shape : test::head_shapes()) {
       haptics::ServoSettings s = test::probe_settings("offset");
       s.passivity = s.boundary_walls = false;
       s.tick = 0.25e-3;

@@ -9,7 +9,6 @@
 #include <new>
 #include <random>
 #include <span>
-#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/contact/tissue_patch.h"
@@ -43,11 +42,11 @@ struct Random {
     tool.shape = shape;
     tool.diameter = uniform(0.6_mm, 1.4_mm);
     tool.length = tool.diameter * (shape == HeadShape::kInvertedCone ? uniform(0.8, 1.2) : uniform(1.5, 2.5));
+    if (shape == HeadShape::kSphere) tool.length = tool.diameter;
     return tool;
   }
 };
 
-const std::vector<HeadShape> kNoBalls = test::shapes_but_the_ball();
 constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 
@@ -66,7 +65,7 @@ TissuePatch block(const Tool& tool, double top) {
 
 TEST(Sweeps, SlowAndFastTicksRemoveTheVolumeOfAThousandSmallSteps) {
   double worst = 0, worst_slow = 0;
-  for (const HeadShape shape : kNoBalls) {
+  for (const HeadShape shape : test::shapes_but_the_ball()) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
       const Tool tool = random.head(shape);
@@ -105,11 +104,10 @@ TEST(Sweeps, SlowAndFastTicksRemoveTheVolumeOfAThousandSmallSteps) {
 }
 
 TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
-  for (const HeadShape shape : haptics::head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     for (unsigned seed = 1; seed <= 12; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
-      Tool tool = random.head(shape);
-      if (shape == HeadShape::kSphere) tool.length = tool.diameter;
+      const Tool tool = random.head(shape);
       TissuePatch plain = block(tool, -2), known = plain, eight = plain;
       CutFront front(std::span(&tool, 1), kVoxel), eight_front(std::span(&tool, 1), kVoxel, 8);
       Pose X{3 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
@@ -146,13 +144,10 @@ void copy_window(const TissuePatch& from, const glm::ivec3& lo, TissuePatch& to)
 }
 
 TEST(Sweeps, AFrontThatPassesThroughManyPatchesChangesNoBitOfACutEvenIfAPatchEndsTwoVoxelsBesideTheSweep) {
-  std::vector<HeadShape> shapes = kNoBalls;
-  shapes.push_back(HeadShape::kSphere);
-  for (const HeadShape shape : shapes) {
+  for (const HeadShape shape : test::head_shapes()) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
-      Tool tool = random.head(shape);
-      if (shape == HeadShape::kSphere) tool.length = tool.diameter;
+      const Tool tool = random.head(shape);
       const TissuePatch start = block(tool, -2);
       TissuePatch plain, window;
       // tissue everywhere, so that every sample of the window can change

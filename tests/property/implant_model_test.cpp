@@ -405,34 +405,22 @@ TEST(ImplantModel, UndoFillsTheBedAndItIsNoLongerABed) {
 }
 
 TEST(ImplantModel, NoTickAllocates) {
-  const ServoSettings settings = [] {
-    ServoSettings s = implant_settings();
-    s.frame = bone_block().frame();
-    return s;
-  }();
-  Carver carver(bone_block(), settings);
-  Servo servo(settings);
-  auto snapshot = carver.make_snapshot();
-  carver.take_snapshot({0, 0, 5.2e-3}, *snapshot);
-  servo.adopt(*snapshot);
-  ServoTick tick;
-  Cut cut;
+  ImplantSession s;
+  s.land_with(kPilot);
   HandSample hand;
-  double z = 5.3e-3;
+  hand.t = s.t, hand.pedal = 1, hand.tool = kPilot;
   int cuts = 0;
   std::size_t allocated = 0;
   for (int i = 0; i < 1500; ++i) {
     hand.t += 1'000'000;
-    z -= 1e-6;
-    hand.X_WT = {{0, 0, z}, {1, 0, 0, 0}};
-    hand.pedal = 1;
+    hand.X_WT.p = s.tick.X_WT.p - dvec3(0, 0, 1e-6);
     test::NoAlloc guard;
-    cuts += servo.tick(hand, tick, cut);
+    cuts += s.steps.servo().tick(hand, s.tick, s.cut);
     allocated += guard.count();
   }
   EXPECT_EQ(allocated, 0u);
   EXPECT_GT(cuts, 100);
-  EXPECT_EQ(tick.level, static_cast<std::uint32_t>(Motion::kDrilling));
+  EXPECT_EQ(s.tick.level, static_cast<std::uint32_t>(Motion::kDrilling));
 }
 
 TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPosition) {

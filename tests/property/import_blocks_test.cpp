@@ -15,7 +15,7 @@ const glm::ivec3 kSize(53, 38, 41);  // no multiple of a block's edge
 SparseMask random_mask(unsigned seed, double density, bool outside, bool inside) {
   std::mt19937 random(seed);
   const glm::ivec3 count = BlockSet::blocks_of(kSize);
-  std::vector<std::uint8_t> wanted(Grid<char>::count(count));
+  std::vector<std::uint8_t> wanted(voxel_count(count));
   for (std::uint8_t& w : wanted) w = random() % 4 != 0;
   auto set = std::make_shared<BlockSet>(kSize, wanted);
   for (std::int32_t& slot : set->slot) {

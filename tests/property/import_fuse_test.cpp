@@ -56,19 +56,6 @@ double error_at_crowns(const Pose& found, const Pose& truth) {
   return most;
 }
 
-double sample_of(const DenseTissue& t, const dvec3& p) {
-  const dvec3 q = t.frame.to_voxels(p);
-  const glm::ivec3 lo = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), t.size - 2);
-  const dvec3 s = q - dvec3(lo);
-  double sum = 0;
-  for (int c = 0; c < 8; ++c) {
-    const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2);
-    const dvec3 w = glm::mix(1.0 - s, s, dvec3(o));
-    sum += w.x * w.y * w.z * static_cast<double>(t.distance[t.at(lo.x + o.x, lo.y + o.y, lo.z + o.z)]);
-  }
-  return sum;
-}
-
 struct Spread {
   double median, most_of;  // mm, 95 %
 };
@@ -76,7 +63,7 @@ struct Spread {
 Spread crown_error(const DenseTissue& t) {
   std::vector<double> errors;
   for (const dvec3& p : true_surface().vertices) {
-    if (p.z > (kGum + 1) * kMillimetre) errors.push_back(std::abs(sample_of(t, p)) / kMillimetre);
+    if (p.z > (kGum + 1) * kMillimetre) errors.push_back(std::abs(test::distance_at(t, p)) / kMillimetre);
   }
   std::ranges::sort(errors);
   return {errors[errors.size() / 2], errors[errors.size() * 95 / 100]};

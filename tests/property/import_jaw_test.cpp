@@ -55,19 +55,9 @@ Tissue label_at(const Imported& i, const dvec3& mm) {
   return t.distance[k] < 0 ? t.tissue[k] : Tissue::kAir;
 }
 
-/// Returns the distance field in voxels at a position (mm), with trilinear interpolation.
+/// Returns the distance field in voxels at a position (mm).
 double distance_at(const Imported& i, const dvec3& mm) {
-  const haptics::DenseTissue& t = i.tissue;
-  const dvec3 q = (mm * kMillimetre - t.frame.origin) / t.frame.voxel;
-  const glm::ivec3 lo = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), t.size - 2);
-  const dvec3 s = q - dvec3(lo);
-  double sum = 0;
-  for (int c = 0; c < 8; ++c) {
-    const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2);
-    const dvec3 w = glm::mix(1.0 - s, s, dvec3(o));
-    sum += w.x * w.y * w.z * static_cast<double>(t.distance[t.at(lo.x + o.x, lo.y + o.y, lo.z + o.z)]);
-  }
-  return sum / t.frame.voxel;
+  return test::distance_at(i.tissue, mm * kMillimetre) / i.tissue.frame.voxel;
 }
 
 TEST(ImportUsualJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {

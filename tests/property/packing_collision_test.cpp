@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "engine/base/nearest.h"
 #include "haptics/contact/packing/sphere_pair.h"
 #include "haptics/contact/packing/sphere_tree.h"
 #include "tests/support/every_sphere.h"
@@ -154,7 +155,7 @@ TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
     std::vector<char> in(2000, 0);
     for (std::size_t k = 0; k < n; ++k) ASSERT_EQ(in[static_cast<std::size_t>(tree.sphere_in(found[k]))]++, 0);
     for (std::size_t k = 0; k < 2000; ++k) {
-      const dvec3 off = c.center[k] - nearest_on(a, b, c.center[k]);
+      const dvec3 off = c.center[k] - nearest_on_segment(a, b, c.center[k]);
       const double reach = c.radius[k] + 3e-4;
       ASSERT_EQ(in[k] != 0, glm::dot(off, off) < reach * reach) << i << " " << k;
     }
@@ -165,37 +166,13 @@ TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
     const dvec3 a = random_in(random, 3e-3) + dvec3(0.1, -0.2, 0.05), b = a + random_in(random, 2e-3);
     const unsigned near = tree.near_of(std::span(all).subspan(k, 8), a, b, 1e-3);
     for (std::size_t j = 0; j < 8; ++j) {
-      const dvec3 off = c.center[k + j] - nearest_on(a, b, c.center[k + j]);
+      const dvec3 off = c.center[k + j] - nearest_on_segment(a, b, c.center[k + j]);
       const double reach = c.radius[k + j] + 1e-3;
       ASSERT_EQ((near >> j & 1) != 0, glm::dot(off, off) < reach * reach) << k + j;
     }
   }
   std::array<Place, 3> few;
   EXPECT_GT(tree.near_segment(dvec3(0.1, -0.2, 0.05), dvec3(0.1, -0.2, 0.05), 3e-3, few), 3u);  // counted, not stored
-}
-
-TEST(SphereTree, ASearchInPartsFindsTheSameSpheresInTheSameOrder) {
-  std::mt19937_64 random(8);
-  const Cloud c = cloud(random, 2000);
-  const SphereTree tree(c.center, c.radius);
-  std::vector<Place> found(2000), in_parts(2000);
-  std::vector<float> gap(2000);
-  for (int i = 0; i < 300; ++i) {
-    const dvec3 p = random_in(random, 5e-3) + dvec3(0.1, -0.2, 0.05);
-    const std::size_t n = tree.near_segment(p, p, 1e-3, found);
-    SphereTree::PartSearch search = tree.start_search();
-    std::size_t count = 0, parts = 0;
-    for (; !search.done(); ++parts) {
-      std::size_t leaves = 5;
-      count += tree.search_on(search, p, 1e-3, 1e-4, leaves, std::span(in_parts).subspan(count), &gap[count]);
-      ASSERT_TRUE(leaves == 0 || search.done());
-    }
-    ASSERT_TRUE(std::ranges::equal(std::span(found).first(n), std::span(in_parts).first(count))) << i;
-    for (std::size_t k = 0; k < count; ++k) {
-      ASSERT_NEAR(gap[k], glm::distance(p, tree.center(in_parts[k])) - tree.radius(in_parts[k]) - 1e-4, 1e-9);
-    }
-    ASSERT_TRUE(n < 100 || parts > 3);
-  }
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/lockstep.h"
 #include "haptics/material_fit.h"
 #include "haptics/packing.h"
 #include "haptics/solid.h"
@@ -95,27 +94,6 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
       found += v * static_cast<double>(fit.hardness[i]), hidden += v * density(fitted.center[i].z), volume += v;
     }
     EXPECT_NEAR(found / volume, hidden / volume, 0.15 * hidden / volume) << z;
-  }
-}
-
-TEST(MaterialFit, AFitThatStartsAtTheTruthStaysThere) {
-  // Ramp of a uniform bone, without noise: the force that the motor needs for the removed volume of an exact cap.
-  Machine machine;
-  for (const double mm_s : {0.03, 0.3}) {
-    std::vector<FeedSample> samples = machine.way(16.0_mm);
-    const double watt = 0.3 * 10.0_mm * 0.3_krpm, feed = 0.9e-6;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-      samples[k].t *= 0.03 / mm_s;
-      const double deep = 6.0_mm + 10.0_mm - samples[k].X_WT.p.z;
-      samples[k].force = deep > 0 ? kPi * deep * (20.0_mm - deep) * feed / (0.03 * 0.03 / mm_s) * 4e9 / watt : 0;
-    }
-    const MaterialFit fit = fit_material(machine.tissue, machine.settings, samples, {}, "curve");
-    EXPECT_LT(fit.error.back(), fit.error.front()) << mm_s;
-    double sum = 0, count = 0;
-    for (std::size_t i = 0; i < fit.hardness.size(); ++i) {
-      if (fit.fitted[i]) sum += static_cast<double>(fit.hardness[i]), ++count;
-    }
-    EXPECT_NEAR(sum / count, 1, 0.1) << mm_s;
   }
 }
 

@@ -91,9 +91,7 @@ TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
   for (Material& m : s.materials) m.specific_energy = 1e9;
   for (const bool reams : {false, true}) {
     HapticBench run(
-        TissueVolume(read_solids(Json::parse(
-            R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [40, 40, 24]}}}]})",
-            "t"))),
+        R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [40, 40, 24]}}}]})",
         s, s.materials);
     double most = 0;
     for (int i = 0; i < 4000; ++i) {
@@ -124,13 +122,12 @@ Reaming ream(double specific_energy, double push) {
   s.force_limit = 250, s.torque_limit = 10;
   s.spindle.free_speed = 0.3_krpm;
   for (Material& m : s.materials) m.specific_energy = specific_energy;
-  HapticBench run(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [
+  HapticBench run(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [
       {"tissue": "cancellous_bone", "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},
       {"sphere": {"center_mm": [0, 0, 16], "radius_mm": 22.1}}]}}]})",
-                                                       "t"))),
                   s, s.materials);
   Reaming result;
-  dvec3 x(0, 0, 15.95_mm), v(0), felt(0);
+  dvec3 x(0, 0, 15.95_mm), v(0);
   for (int i = 0; i < 2000; ++i) {
     const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -push);
     v += 1e-3 * (pull - 1000.0 * v + run.last.f_T_W) / 3.0;
@@ -140,10 +137,10 @@ Reaming ream(double specific_energy, double push) {
     const double pressing = glm::length(run.last.f_T_W);
     result.paid += s.tool.cutting_coefficient * s.tool.end_efficiency * pressing * s.tool.radius() *
                    std::abs(run.last.spindle) * 1e-3 / specific_energy;
-    if (i >= 500) result.max_jump = std::max(result.max_jump, glm::distance(run.last.f_T_W, felt));
-    felt = run.last.f_T_W;
+    if (i < 500) run.max_step = 0;
   }
-  for (const double volume : run.last.removed) result.removed += volume;
+  result.removed = total(run.last.removed);
+  result.max_jump = run.max_step;
   return result;
 }
 
@@ -163,11 +160,9 @@ TEST(RootCanal, AtEqualFeedEnamelResistsOneAndAHalfTimesAsMuchAsDentinAndPulpNot
     ServoSettings stiff =
         settings(R"({"packing": {"spheres": 12000, "density": {"enamel": 1.5, "dentin": 1, "pulp": 0}}})", 1.2_mm);
     stiff.stiffness = 1e4;  // so that the force is constant after a quarter of a second
-    HapticBench run(TissueVolume(read_solids(Json::parse(
-                        fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
+    HapticBench run(fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
                     [4, 4, 4]}}}}}}]}})",
-                                    tissue),
-                        "t"))),
+                                tissue),
                     stiff, stiff.materials);
     double sum = 0;
     for (int i = 0; i < 3000; ++i) {

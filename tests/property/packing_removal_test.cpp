@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/surface_estimate.h"
@@ -76,7 +77,7 @@ TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachIsInsideItsFormerSelf) {
         const double r = tissue.tree().radius(k);
         if (r == 0) continue;
         const dvec3 c = tissue.tree().center(k);
-        ASSERT_GE(glm::distance(c, nearest_on(a, b, c)), r + 0.6_mm - 1e-12) << k;
+        ASSERT_GE(glm::distance(c, nearest_on_segment(a, b, c)), r + 0.6_mm - 1e-12) << k;
         ASSERT_LE(glm::distance(c, p.center[j]) + r, p.radius[j] + 1e-12) << k;
       }
     }

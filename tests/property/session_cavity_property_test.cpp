@@ -203,6 +203,11 @@ TEST(AnalyticCavities, OfAnySizeTiltAndPositionAreMeasuredWithinTheErrorOfTheFie
   }
 }
 
+/// Returns the block without a box of the width 2·half_x, 2·half_y.
+DenseField box(double half_x, double half_y, double depth, double lean = 0) {
+  return without(tapered_box({half_x, half_y}, depth, lean));
+}
+
 /// One rule alone, with the ideal's value as target. The real geometry of the shape is made worse step by step.
 struct Spoilt {
   const char* rule;
@@ -210,14 +215,8 @@ struct Spoilt {
   DenseField (*worse)(double);  // returns the shape worsened by 0 (the ideal) or more
 };
 const Spoilt kSpoilt[] = {
-    {"floor_depth_mm", 0.3,
-     [](double by) {
-       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.3e-3 * by, 0));
-     }},
-    {"floor_depth_mm", 0.3,
-     [](double by) {
-       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 - 0.3e-3 * by, 0));
-     }},
+    {"floor_depth_mm", 0.3, [](double by) { return box(1.4e-3, 1e-3, 1.5e-3 + 0.3e-3 * by); }},
+    {"floor_depth_mm", 0.3, [](double by) { return box(1.4e-3, 1e-3, 1.5e-3 - 0.3e-3 * by); }},
     {"floor_flatness_um", 60,
      [](double by) {
        return without([=](const dvec3& p) {
@@ -234,18 +233,9 @@ const Spoilt kSpoilt[] = {
          return std::max({std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, -floor});
        });
      }},
-    {"taper_deg", 6,
-     [](double by) {
-       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3, (3 + 6 * by) * kDegree));
-     }},
-    {"taper_deg", 6,
-     [](double by) {
-       return without(tapered_box({1.6e-3, 1.2e-3}, 1.5e-3, (3 - 6 * by) * kDegree));
-     }},
-    {"isthmus_mm", 0.3,
-     [](double by) {
-       return without(tapered_box({1.9e-3, 0.75e-3 + 0.3e-3 * by}, 1.5e-3, 0));
-     }},
+    {"taper_deg", 6, [](double by) { return box(1.4e-3, 1e-3, 1.5e-3, (3 + 6 * by) * kDegree); }},
+    {"taper_deg", 6, [](double by) { return box(1.6e-3, 1.2e-3, 1.5e-3, (3 - 6 * by) * kDegree); }},
+    {"isthmus_mm", 0.3, [](double by) { return box(1.9e-3, 0.75e-3 + 0.3e-3 * by, 1.5e-3); }},
     {"margin_roughness_um", 40,
      [](double by) {
        return without([=](const dvec3& p) {
@@ -254,26 +244,11 @@ const Spoilt kSpoilt[] = {
                          kTop - 1.5e-3 - p.z);
        });
      }},
-    {"contour_rms_um", 100,
-     [](double by) {
-       return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
-     }},
-    {"over_cut_depth_mm", 0.3,
-     [](double by) {
-       return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
-     }},
-    {"under_cut_depth_mm", 0.3,
-     [](double by) {
-       return without(tapered_box({1.4e-3 - 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
-     }},
-    {"pulp_distance_mm", 0.25,
-     [](double by) {
-       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.4e-3 * by, 0));
-     }},
-    {"pulp_exposed_mm2", 1,
-     [](double by) {
-       return without(tapered_box({1.4e-3, 1e-3}, 1.85e-3 + 0.35e-3 * by, 0));
-     }},
+    {"contour_rms_um", 100, [](double by) { return box(1.4e-3 + 0.3e-3 * by, 1e-3, 1.5e-3); }},
+    {"over_cut_depth_mm", 0.3, [](double by) { return box(1.4e-3 + 0.3e-3 * by, 1e-3, 1.5e-3); }},
+    {"under_cut_depth_mm", 0.3, [](double by) { return box(1.4e-3 - 0.3e-3 * by, 1e-3, 1.5e-3); }},
+    {"pulp_distance_mm", 0.25, [](double by) { return box(1.4e-3, 1e-3, 1.5e-3 + 0.4e-3 * by); }},
+    {"pulp_exposed_mm2", 1, [](double by) { return box(1.4e-3, 1e-3, 1.85e-3 + 0.35e-3 * by); }},
     {"wall_thickness_mm", 0.4,
      [](double by) {
        DenseField cut = without(tapered_box({1.4e-3 + 0.4e-3 * by, 1e-3}, 1.5e-3, 0));

@@ -8,6 +8,7 @@
 
 #include "haptics/contact/vertex/head_distances.h"
 #include "haptics/contact/vertex/mesh_cutter.h"
+#include "tests/support/heads.h"
 #include "tests/support/mesh_shapes.h"
 
 namespace typodont {
@@ -153,7 +154,7 @@ TEST_P(VertexCutHeads, ACutInPartsWithKnownFacesGivesTheSameMeshBitForBit) {
       finished = parted.cutter.work(parted.mesh, {faces, seen, within}, left);
       ++parts;
     }
-    ASSERT_EQ(parted.mesh.hash(), whole.mesh.hash()) << k;
+    ASSERT_EQ(test::mesh_hash(parted.mesh), test::mesh_hash(whole.mesh)) << k;
     EXPECT_EQ(parted.cutter.done().removed, done.removed) << k;
     EXPECT_EQ(parted.cutter.done().held, done.held) << k;
     changed += done.changed;
@@ -195,52 +196,10 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexCutHeads,
                                            HeadShape::kInvertedCone),
                          [](const auto& each) { return std::string(haptics::name_of(each.param)); });
 
-TEST(HeadDistances, EqualTheDistancesOfSinglePointsBitForBitForEveryHeadAndPose) {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> spread(-1, 1);
-  haptics::vertex::HeadDistances distances(500);
-  for (const HeadShape shape : haptics::head_shapes()) {
-    const VertexHead head(head_of(shape));
-    for (int run = 0; run < 40; ++run) {
-      Pose X{1e-2 * dvec3(spread(random), spread(random), spread(random)),
-             glm::normalize(dquat(spread(random), spread(random), spread(random), spread(random)))};
-      haptics::mesh::NearPoints points(500);
-      points.clear(X);
-      for (int i = 0; i < 300 + run; ++i) {
-        const dvec3 way(spread(random), spread(random), spread(random));
-        points.add(X.p + 1.5 * head.reach() * way);
-      }
-      points.add(X.p);                                         // the centre
-      points.add(X * dvec3(0, 0, 0.3 * head.reach()));         // on the axis
-      points.add(X * dvec3(head.radius(), 0, head.radius()));  // exactly on the flank of a cylinder
-      const double far = 0.4 * head.radius();
-      // Distances that were stored for another pose may only save evaluations; they must not change the result.
-      if (run % 2 == 1) distances.keep_within(head, points, 0, 1e3);
-      X.p += 0.2 * head.radius() * dvec3(spread(random), spread(random), spread(random));
-      X.R = glm::normalize(X.R * glm::angleAxis(0.1 * spread(random), dvec3(1, 0, 0)));
-      distances.find(head, points, X, far);
-      const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
-      std::size_t found = 0;
-      for (std::uint32_t i = 0; i < points.size(); ++i) {
-        dvec3 n;
-        const double d = head.distance(head.is_ball() ? points[i] - X.p : R_TW * (points[i] - X.p), n);
-        if (d > far) continue;
-        ASSERT_LT(found, distances.size()) << haptics::name_of(shape);
-        ASSERT_EQ(distances.point(found), i);
-        EXPECT_EQ(distances.distance(found), d) << haptics::name_of(shape) << ", point " << i;
-        EXPECT_EQ(distances.normal_W(found), head.is_ball() ? n : R_WT * n) << haptics::name_of(shape);
-        ++found;
-      }
-      EXPECT_EQ(found, distances.size()) << haptics::name_of(shape);
-      EXPECT_GT(found, 10u) << haptics::name_of(shape);
-    }
-  }
-}
-
 TEST(VertexHead, TheQuickTestNeverExcludesANearPointAndExcludesMostFarOnes) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> spread(-1, 1);
-  for (const HeadShape shape : haptics::head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     for (const double slender : {1.6, 2.5, 6.0}) {
       Tool tool = head_of(shape, 0.6_mm + 0.5_mm * std::abs(spread(random)));
       if (shape != HeadShape::kSphere) tool.length = slender * tool.diameter;
@@ -276,7 +235,7 @@ TEST(HeadDistances, ExtrapolatedDistancesAreNeverTooLargeAndDifferLittleOnSmooth
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> spread(-1, 1);
   haptics::vertex::HeadDistances exact(500), extrapolated(500, kReuse);
-  for (const HeadShape shape : haptics::head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     const VertexHead head(head_of(shape));
     int pushed = 0;
     for (int run = 0; run < 40; ++run) {
@@ -319,7 +278,7 @@ TEST(HeadDistances, ExtrapolatedDistancesAreNeverTooLargeAndDifferLittleOnSmooth
 }
 
 TEST(VertexCut, MovedVerticesLieOnTheHead) {
-  for (const HeadShape shape : haptics::head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     if (shape == HeadShape::kInvertedCone) continue;  // its rim may be held for some ticks (README.md)
     const VertexHead head(head_of(shape));
     Workpiece w(square(4.0_mm, 0.4_mm), 0.1_mm);
@@ -334,28 +293,6 @@ TEST(VertexCut, MovedVerticesLieOnTheHead) {
       on += std::abs(d) < 1e-9;
     }
     EXPECT_GT(on, 8) << haptics::name_of(shape);
-  }
-}
-
-TEST(VertexCut, RotatingTheWorkpieceRotatesTheResult) {
-  // Splits and moves depend on lengths only. A rotation keeps lengths, except for rounding.
-  const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
-  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
-    const VertexHead head(head_of(shape));
-    haptics::TissueMesh tissue = square(4.0_mm, 0.37_mm);
-    std::mt19937 random(3);
-    for (dvec3& p : tissue.vertices) {  // so that no two lengths are equal
-      p += 1e-7 * dvec3(random() % 100, random() % 100, random() % 100);
-    }
-    haptics::TissueMesh turned = tissue;
-    for (dvec3& p : turned.vertices) p = R * p;
-    Workpiece one(tissue, 0.1_mm), other(turned, 0.1_mm);
-    const dquat tilt = glm::angleAxis(0.3, dvec3(0, 1, 0));
-    const Pose A{{0, 0, head.reach() + 0.1_mm}, tilt}, B{{0.1_mm, 0, 0.3_mm}, tilt};
-    const double first = drive(one, head, A, B, 0.1_mm);
-    const double second = drive(other, head, {R * A.p, R * A.R}, {R * B.p, R * B.R}, 0.1_mm);
-    EXPECT_GT(first, 1e-12);
-    EXPECT_NEAR(first, second, 1e-6 * first) << haptics::name_of(shape);
   }
 }
 

@@ -170,14 +170,6 @@ TEST(HostileHandThatReverses, AHandThatSuddenlyTurnsRoundGetsAtMostTheForceTimes
   }
 }
 
-TEST(HostileHandAtASheet, AMotionThroughTheSheetCountsAsPassingAndAMotionAroundItDoesNot) {
-  EXPECT_TRUE(passes_sheet({0, 0, 0.8_mm}, {0, 0, -0.8_mm}));
-  EXPECT_TRUE(passes_sheet({0, 0, -0.8_mm}, {1.0_mm, 2.0_mm, 0.8_mm}));
-  EXPECT_TRUE(passes_sheet({4.0_mm, 0, 4.0_mm}, {0, 0, -4.0_mm}));
-  EXPECT_FALSE(passes_sheet({0, 0, 0.8_mm}, {1.0_mm, 0, 5.0_mm}));
-  EXPECT_FALSE(passes_sheet({-1.1_mm, -1.7_mm, 4.7_mm}, {-1.1_mm, -5.1_mm, -0.3_mm}));
-}
-
 INSTANTIATE_TEST_SUITE_P(Heads, HostileHandAmongSpheres, testing::Values("round_012", "cylinder_010", "explorer"),
                          [](const auto& head) { return std::string(head.param); });
 

@@ -32,8 +32,7 @@ class Exhaustion : public testing::Test {
   /// program did its work in spite of the limit.
   bool survives(const std::string& limit, const std::string& arguments, const std::string& out) const {
     std::filesystem::remove_all(folder_ / out);
-    const Ran ran = folder_.run(fmt::format(fmt::runtime(arguments), folder_.path().string()) + "'",
-                                fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec", limit));
+    const Ran ran = folder_.run(arguments + "'", fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec", limit));
     EXPECT_LE(ran.status, 2) << limit << ": " << arguments << "\n" << ran.err;  // 126 and up: killed by a signal
     const bool done = ran.status == 0;
     EXPECT_EQ(std::filesystem::exists(folder_ / out), done) << limit << ": " << arguments;
@@ -48,9 +47,9 @@ class Exhaustion : public testing::Test {
   mutable std::string last_message_;
 };
 
-constexpr const char* kServo = "servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv";
-constexpr const char* kSession = "servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.h5";
-constexpr const char* kMesh = "mesh {0}/scene.json --out {0}/out.ply";
+constexpr const char* kServo = "servo {}/scene.json --hand {}/hand.csv --out {}/out.csv";
+constexpr const char* kSession = "servo {}/scene.json --hand {}/hand.csv --out {}/out.h5";
+constexpr const char* kMesh = "mesh {}/scene.json --out {}/out.ply";
 
 TEST_F(Exhaustion, WithFewFileHandlesItWorksOrReportsTheReason) {
   // Tests the number of file handles that the loader needs for the libraries, and a few more.
@@ -81,10 +80,9 @@ TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsProperlyWhicheverThreadFails)
   const int floor = least(megabytes, 60, 10);
   int worked = 0, failed = 0;
   for (int more = 0; more < 150; more += 2) {
-    const Ran ran = folder_.run(
-        fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --audio none:'", folder_.path().string()),
-        fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec env -u DISPLAY -u WAYLAND_DISPLAY",
-                    megabytes(floor + more)));
+    const Ran ran = folder_.run("run {}/scene.json --hand script:{}/hand.csv --audio none:'",
+                                fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec env -u DISPLAY -u WAYLAND_DISPLAY",
+                                            megabytes(floor + more)));
     EXPECT_LE(ran.status, 2) << floor + more << " MB\n" << ran.err;
     EXPECT_FALSE(ran.status != 0 && ran.err.empty()) << "no word about " << floor + more << " MB";
     ++(ran.status == 0 ? worked : failed);
@@ -99,9 +97,9 @@ TEST_F(Exhaustion, WithLittleMemoryAPictureIsDrawnOrReportsTheReason) {
   const int floor = least(megabytes, 60, 10);
   int worked = 0;
   for (int more = 200; more < 1300; more += 60)
-    worked += survives(megabytes(floor + more), "render {0}/scene.json --eye left --out {0}/pictures", "pictures");
+    worked += survives(megabytes(floor + more), "render {}/scene.json --eye left --out {}/pictures", "pictures");
   EXPECT_LT(worked, 10) << "hardly ever too little";
-  EXPECT_TRUE(survives(megabytes(floor + 8000), "render {0}/scene.json --eye left --out {0}/pictures", "pictures"));
+  EXPECT_TRUE(survives(megabytes(floor + 8000), "render {}/scene.json --eye left --out {}/pictures", "pictures"));
 }
 
 TEST_F(Exhaustion, WithAFullDiskNoPartialFileIsLeft) {

@@ -47,8 +47,7 @@ TEST(KilledProgram, LeavesARecordingThatReplaysExactlyAndLosesAtMostTheLastSecon
                        static_cast<double>(written.st_mtim.tv_sec) -
                        1e-9 * static_cast<double>(written.st_mtim.tv_nsec);
     EXPECT_LT(age, 1.0) << "what came since the last write is lost";
-    const Ran replay = folder.run("replay " + file + " --check --json");
-    EXPECT_EQ(replay.status, 0) << i << replay.err;
+    const Ran replay = expect_ok(folder.run("replay " + file + " --check --json"));
     const Json json = Json::parse(replay.out, "replay");
     EXPECT_TRUE(json["truncated"].boolean());
     EXPECT_TRUE(json["identical"].boolean());

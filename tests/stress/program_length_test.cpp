@@ -57,8 +57,7 @@ TEST(LongSession, TwiceTheTimeNeedsNoMoreMemoryHandlesOrThreadsAndTwiceTheFileSi
   };
   const auto session_of = [&](int minutes) {
     folder.write("hand.csv", hand_of(minutes));
-    const pid_t child = folder.start(
-        fmt::format("servo {} --hand {} --out {}", folder / "scene.json", folder / "hand.csv", folder / "out.h5"));
+    const pid_t child = folder.start("servo {}/scene.json --hand {}/hand.csv --out {}/out.h5");
     Used all;
     std::vector<std::ptrdiff_t> open_files, threads;
     int status = -1;

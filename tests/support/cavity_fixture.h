@@ -15,8 +15,7 @@ inline constexpr double kTop = 2.55e-3;   // m
 template <class Distance>
 DenseField sampled(const glm::ivec3& size, Distance distance) {
   DenseField field{size, {}};
-  field.distance.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
-                        static_cast<std::size_t>(size.z));
+  field.distance.resize(voxel_count(size));
   for_each_voxel(size, [&](int x, int y, int z) {
     field.distance[field.at(x, y, z)] =
         static_cast<float>(std::clamp(distance(kVoxel * dvec3(x, y, z)) / kVoxel, -15.0, 15.0));
@@ -35,6 +34,10 @@ inline double block(const dvec3& p) {
 template <class Removed>
 DenseField without(Removed removed) {
   return sampled(kBlock, [&](const dvec3& p) { return std::max(block(p), -removed(p)); });
+}
+
+inline CavityMeasures measure_cavity(const Preparation& preparation) {
+  return measure_against_ideal(preparation, cavity_reference(preparation)).result;
 }
 
 inline Preparation a_block() {

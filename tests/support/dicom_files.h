@@ -81,8 +81,12 @@ class DicomWriter {
     std::memcpy(length.data(), &size, 4);
     DicomWriter group(Syntax::kExplicit);
     group.add(0x0002, 0x0000, "UL", length);
-    return std::string(128, '\0') + "DICM" + group.bytes() + meta.bytes() +
-           (syntax_ == Syntax::kDeflated ? deflated(bytes_) : bytes_);
+    std::string body = bytes_;
+    if (syntax_ == Syntax::kDeflated) {
+      body = deflated(bytes_, -15);
+      if (body.size() % 2 != 0) body += '\0';
+    }
+    return std::string(128, '\0') + "DICM" + group.bytes() + meta.bytes() + body;
   }
 
  private:
@@ -111,19 +115,6 @@ class DicomWriter {
     else
       bytes_ += vr + short_number(static_cast<std::uint16_t>(size));
     bytes_ += value;
-  }
-  static std::string deflated(const std::string& bytes) {
-    z_stream z{};
-    deflateInit2(&z, 9, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY);
-    std::string out(deflateBound(&z, bytes.size()) + 64, '\0');
-    z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-    z.avail_in = static_cast<uInt>(bytes.size());
-    z.next_out = reinterpret_cast<Bytef*>(out.data());
-    z.avail_out = static_cast<uInt>(out.size());
-    deflate(&z, Z_FINISH);
-    out.resize(z.total_out + z.total_out % 2);
-    deflateEnd(&z);
-    return out;
   }
 
   Syntax syntax_;

@@ -76,20 +76,6 @@ inline const TissueMesh& true_surface() {
   return mesh;
 }
 
-/// Writes triangles as a binary STL, in `unit` metres.
-inline std::filesystem::path write_stl(const std::string& name, const TissueMesh& mesh, double unit = kMillimetre) {
-  std::string bytes(80, ' ');
-  const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
-  add(static_cast<std::uint32_t>(mesh.triangles.size()));
-  for (const glm::uvec3& t : mesh.triangles) {
-    add(glm::vec3(0));
-    for (int k = 0; k < 3; ++k) add(glm::vec3(mesh.vertices[t[k]] / unit));
-    add(std::uint16_t{0});
-  }
-  write(scratch(name), bytes);
-  return scratch(name);
-}
-
 /// Returns the true surface in the scanner's frame, with noise of 0.02 mm along the normals.
 inline TissueMesh scanned(const Pose& X_CS, unsigned seed) {
   TissueMesh mesh = true_surface();

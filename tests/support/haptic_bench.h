@@ -1,6 +1,7 @@
 // Solids with a servo and a carver that run in lock-step, without scene files, for tests of the haptics alone.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -49,11 +50,13 @@ struct HapticBench {
   ServoTick last;
   Cut cut;
   bool did_cut = false;
+  double max_step = 0;    // N, largest change of the force in a tick
+  double min_energy = 0;  // J, lowest value of the energy ledger
   Nanos t = 0;
 
-  HapticBench(std::string_view tissue_json, const haptics::ServoSettings& s)
-      : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s) {}
-
+  HapticBench(std::string_view tissue_json, const haptics::ServoSettings& s,
+              const MaterialTable& materials = plain_materials())
+      : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s, materials) {}
   HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s,
               const MaterialTable& materials = plain_materials())
       : steps(std::move(volume), with_materials(s, materials)) {}
@@ -73,7 +76,10 @@ struct HapticBench {
   }
 
   const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0, std::uint32_t faults = 0) {
+    const dvec3 f_before = last.f_T_W;
     did_cut = steps.tick({t, X_WT, pedal, tool, faults}, last, cut);
+    max_step = std::max(max_step, glm::distance(last.f_T_W, f_before));
+    min_energy = std::min(min_energy, last.energy);
     t += from_seconds(settings.tick);
     return last;
   }

@@ -153,11 +153,7 @@ struct ImplantSession {
     for (double z = from; z < 8; z += 0.02) tip_at({0, 0, z});
     for (int i = 0; i < 300; ++i) tip_at({0, 0, 8});
   }
-  double removed_mm3() const {
-    double sum = 0;
-    for (std::size_t i = 1; i < tick.removed.size(); ++i) sum += tick.removed[i];
-    return sum / kCubicMillimetre;
-  }
+  double removed_mm3() const { return total(tick.removed) / kCubicMillimetre; }
 };
 
 }  // namespace typodont::test

@@ -15,6 +15,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/units.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/tissue_mesh.h"
+
 namespace typodont::test {
 
 struct Phantom {
@@ -139,6 +143,34 @@ inline std::filesystem::path write_nrrd(const std::string& name, const Phantom& 
                                         const std::string& more = "endian: little\nencoding: raw\n") {
   write(scratch(name), nrrd_header(p, type, more) + data);
   return scratch(name);
+}
+
+/// Writes triangles as a binary STL, in millimetres.
+inline std::filesystem::path write_stl(const std::string& name, const haptics::TissueMesh& mesh) {
+  std::string bytes(80, ' ');
+  const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  add(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const glm::uvec3& t : mesh.triangles) {
+    add(glm::vec3(0));
+    for (int k = 0; k < 3; ++k) add(glm::vec3(mesh.vertices[t[k]] / kMillimetre));
+    add(std::uint16_t{0});
+  }
+  write(scratch(name), bytes);
+  return scratch(name);
+}
+
+/// Returns the distance field (m) at a position (m), with trilinear interpolation.
+inline double distance_at(const haptics::DenseTissue& t, const dvec3& p) {
+  const dvec3 q = t.frame.to_voxels(p);
+  const glm::ivec3 lo = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), t.size - 2);
+  const dvec3 s = q - dvec3(lo);
+  double sum = 0;
+  for (int c = 0; c < 8; ++c) {
+    const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2);
+    const dvec3 w = glm::mix(1.0 - s, s, dvec3(o));
+    sum += w.x * w.y * w.z * static_cast<double>(t.distance[t.at(lo.x + o.x, lo.y + o.y, lo.z + o.z)]);
+  }
+  return sum;
 }
 
 }  // namespace typodont::test

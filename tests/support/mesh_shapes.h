@@ -3,17 +3,36 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "haptics/mesh/crossing.h"
 #include "haptics/mesh/editable_mesh.h"
 
 namespace typodont::test {
+
+/// Hash of the points, faces and tissues in use.
+inline std::uint64_t mesh_hash(const haptics::mesh::EditableMesh& mesh) {
+  Fnv1a hash;
+  for (haptics::mesh::Index v = 0; v < mesh.vertex_range(); ++v) {
+    if (mesh.vertex(v).face == haptics::mesh::kNone) continue;
+    hash.add(v);
+    for (int a = 0; a < 3; ++a) hash.add(mesh.vertex(v).p[a]);
+  }
+  for (haptics::mesh::Index f = 0; f < mesh.face_range(); ++f) {
+    if (!mesh.uses(f)) continue;
+    hash.add(f);
+    for (const haptics::mesh::Index v : mesh.face(f).v) hash.add(v);
+    hash.add(static_cast<std::uint8_t>(mesh.face(f).tissue));
+  }
+  return hash.value;
+}
 
 /// Returns a square about the origin in the plane z = 0, facing up. Rows are shifted by half an edge, so that the
 /// triangles are nearly equilateral.

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <string>
 #include <utility>
 
+#include "engine/base/nearest.h"
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "haptics/solid.h"
@@ -208,7 +208,7 @@ double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, 
       char& c = covered[at(x, y, z)];
       if (c) return;
       const dvec3 p = lo + step * dvec3(x, y, z);
-      const dvec3 off = p - mesh_lod::nearest_on_segment(a, b, p);
+      const dvec3 off = p - nearest_on_segment(a, b, p);
       c = glm::dot(off, off) <= radius * radius;
     });
   }

@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
@@ -25,6 +26,12 @@
 #include "tests/support/folder.h"
 
 namespace typodont::test {
+
+/// Returns this text as the name of a test with a parameter: gtest allows no hyphen.
+inline std::string test_name(std::string text) {
+  std::replace(text.begin(), text.end(), '-', '_');
+  return text;
+}
 
 /// The file of a live session's recording. The program creates the file first; the file grows when ticks are written.
 class GrowingFile {
@@ -64,7 +71,8 @@ inline Ran expect_ok(Ran ran, const std::source_location& at = std::source_locat
   return expect_exit(std::move(ran), 0, "", at);
 }
 
-/// A temporary folder for one test, which is removed at the end. Runs `typodont` in it and captures its output.
+/// A temporary folder for one test, which is removed at the end. Runs `typodont` in it and captures its output. In
+/// arguments, {} stands for the folder.
 class ProgramFolder : public TemporaryFolder {
  public:
   explicit ProgramFolder(std::string program) : program_(std::move(program)) {}
@@ -72,6 +80,10 @@ class ProgramFolder : public TemporaryFolder {
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(path() / name, std::ios::binary) << text;
     return (path() / name).string();
+  }
+  std::string in_folder(std::string text) const {
+    for (std::size_t at; (at = text.find("{}")) != std::string::npos;) text.replace(at, 2, path().string());
+    return text;
   }
   /// Copies the shipped assets and adds `preset` as devices/NAME.json. Programs started later use this copy.
   std::string add_device(const std::string& name, const std::string& preset) const {
@@ -88,7 +100,8 @@ class ProgramFolder : public TemporaryFolder {
   /// Runs the program. `before`: text in front of the command, e.g. "timeout 5" or environment variables.
   Ran run(const std::string& arguments, const std::string& before = "") const {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
-    const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
+    const int status =
+        std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, in_folder(arguments), out, err).c_str());
     return {WEXITSTATUS(status), read_text(out), read_text(err), arguments};
   }
   /// Starts the program in the background without a desktop. `environment`: "NAME=VALUE …". The program is killed when
@@ -96,7 +109,7 @@ class ProgramFolder : public TemporaryFolder {
   pid_t start(const std::string& arguments, const std::string& environment = "") const {
     const std::string out = *this / ".started_out", err = *this / ".started_err";
     const std::string command = fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment,
-                                            program_, arguments, out, err);
+                                            program_, in_folder(arguments), out, err);
     const pid_t child = ::fork();
     if (child != 0) return child;
     const rlimit none{0, 0};

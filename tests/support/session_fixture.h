@@ -21,6 +21,11 @@ using TemporaryFolder = typodont::test::Folder;
 using typodont::test::read_text;
 using typodont::test::refusal;
 
+/// A test with an empty folder.
+struct FolderTest : testing::Test {
+  TemporaryFolder folder;
+};
+
 struct Random {
   std::mt19937_64 engine;
   explicit Random(std::uint64_t seed) : engine(seed) {}

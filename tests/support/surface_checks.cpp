@@ -6,6 +6,7 @@
 #include <numeric>
 #include <set>
 
+#include "engine/base/fnv.h"
 #include "engine/base/voxels.h"
 
 namespace typodont::test {
@@ -39,6 +40,21 @@ std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& h
     if (has_surface(brick)) bricks.push_back(brick);
   });
   return bricks;
+}
+
+std::uint64_t mesh_hash(const surface::SurfaceMesher& mesher) {
+  Fnv1a hash;
+  for (const glm::ivec3& key : mesher.keys()) {
+    const surface::BrickMesh& mesh = *mesher.find(key);
+    for (int a = 0; a < 3; ++a) hash.add(key[a]);
+    for (const surface::SurfaceVertex& v : mesh.vertices) {
+      for (int a = 0; a < 3; ++a) hash.add(v.position[a]), hash.add(v.normal[a]);
+      for (const Tissue tissue : v.tissue) hash.add(static_cast<std::uint8_t>(tissue));
+      hash.add(v.second);
+    }
+    for (const std::uint32_t index : mesh.indices) hash.add(index);
+  }
+  return hash.value;
 }
 
 surface::SurfaceMesher mesh_of(const std::vector<FieldBrick>& bricks, float tolerance) {

@@ -21,6 +21,14 @@ FieldBrick sample_brick(const glm::ivec3& key, const Field& field, const Labels&
 std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& high, const Field& field,
                                       const Labels& labels = {}, double band = 4);
 bool has_surface(const FieldBrick& brick);
+/// Hash of all vertices and triangles that the mesher keeps.
+std::uint64_t mesh_hash(const surface::SurfaceMesher& mesher);
+/// Number of triangles that the mesher keeps.
+inline std::size_t triangle_count(const surface::SurfaceMesher& mesher) {
+  std::size_t count = 0;
+  for (const glm::ivec3& key : mesher.keys()) count += mesher.find(key)->indices.size() / 3;
+  return count;
+}
 
 surface::SurfaceMesher mesh_of(const std::vector<FieldBrick>& bricks, float tolerance);
 

@@ -1,14 +1,28 @@
-// A hand of 0.15 kg that drills: it presses down and swings sideways. For tests of the haptics alone.
+// A hand of 0.15 kg that drills. For tests of the haptics alone.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "tests/support/haptic_bench.h"
 
 namespace typodont::test {
 
-/// Damped by 5 N·s/m. Springs of 2 N/mm pull the hand along x to its swing, and along y to 0.
+/// Damped by 5 N·s/m.
+struct DrillingHand {
+  HapticBench& bench;
+  dvec3 x, v{0}, f{0};  // m, m/s, N; `f` is the force on the hand in the last tick
+
+  /// Moves the hand by `pull` (N) and the force on it, and makes one tick.
+  const ServoTick& move(const dvec3& pull, const dquat& R = {1, 0, 0, 0}) {
+    const double dt = bench.settings.tick;
+    v += dt * (pull - 5.0 * v + f) / 0.15;
+    x += dt * v;
+    f = bench.tick({x, R}, 1).f_T_W;
+    return bench.last;
+  }
+};
+
+/// Presses down and swings: springs of 2 N/mm pull the hand along x to its swing, and along y to 0.
 struct SwingingHand {
   dvec3 start{0};                         // m, position at the first tick
   double push = 1, swing = 1e-3, hz = 1;  // N, downwards; m, amplitude along x; Hz
@@ -25,19 +39,17 @@ struct Drilled {
 template <class See>
 Drilled drill(HapticBench& bench, const SwingingHand& hand, int ticks, int landing, See see) {
   const double dt = bench.settings.tick;
-  dvec3 x = hand.start, v(0), f(0);
+  DrillingHand mass{bench, hand.start};
   Drilled run;
   for (int i = 0; i < ticks; ++i) {
-    const dvec3 pull(2000 * (hand.swing * std::sin(2 * kPi * hand.hz * (i * dt)) - x.x), -2000 * x.y, -hand.push);
-    v += dt * (pull - 5.0 * v + f) / 0.15;
-    x += dt * v;
-    const ServoTick& tick = bench.tick({x}, 1);
-    if (i > landing) run.jump = std::max(run.jump, glm::length(tick.f_T_W - f));
-    f = tick.f_T_W;
-    run.impulse += f.z * dt;
+    const double aside = hand.swing * std::sin(2 * kPi * hand.hz * (i * dt));
+    const ServoTick& tick = mass.move({2000 * (aside - mass.x.x), -2000 * mass.x.y, -hand.push});
+    if (i <= landing) bench.max_step = 0;
+    run.impulse += tick.f_T_W.z * dt;
     run.work += tick.cutting_power * dt;
     see(tick, run.work);
   }
+  run.jump = bench.max_step;
   run.volume = total(bench.last.removed);
   return run;
 }

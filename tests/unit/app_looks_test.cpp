@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "engine/app/assets.h"
@@ -18,6 +17,7 @@
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/tissue/tooth_field.h"
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
 
@@ -47,13 +47,13 @@ std::vector<Corner> corners(const SurroundingMesh& mesh) {
 /// Returns the scene with mirrored copies of its tooth as neighbours.
 Scene scene_with_copies() {
   Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-  scene.surroundings = read_surroundings(Json::parse(R"({"neighbours": [
+  read_keys(Json::parse(R"({"neighbours": [
                         {"contact_mm": [1.1, 5.36, 16.4], "normal": [0.99863, 0.05234, 0], "scale": [0.72, 0.88, 0.94]},
                         {"contact_mm": [12.66, 5.37, 15.6], "normal": [0.99905, 0.04362, 0], "scale": [0.95, 0.94, 0.95]}],
                       "gum": {"margin_mm": [6.9, 5.5, 14.5], "normal": [0, -0.12, 0.993], "papilla_mm": 1.2,
                               "thickness_mm": 1.1}})",
-                                                     "scene.json"),
-                                         volume_file(scene), {});
+                        "scene.json"),
+            [&](Keys& keys) { describe_surroundings(keys, scene.surroundings.emplace(), volume_file(scene), {}); });
   return scene;
 }
 
@@ -119,23 +119,6 @@ TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
     }
   EXPECT_GT(below, 200);
   EXPECT_EQ(open, 0) << places;
-}
-
-TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {
-  const display::DisplayRig closeup = display::load_rig(assets_folder() / "rigs/closeup.json");
-  const display::DisplayRig bench = display::load_rig(assets_folder() / "rigs/mirror.json");
-  EXPECT_LT(surface_tolerance(closeup, 134e-6), 0.15f);
-  EXPECT_GT(surface_tolerance(bench, 134e-6), 0.5f);
-  // Where a pixel is larger, there must be fewer and larger triangles.
-  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-  haptics::TissueVolume volume = load_tissue(scene);
-  const auto triangles = [&](const display::DisplayRig& rig) {
-    TissueView view(surface_tolerance(rig, volume.frame().voxel));
-    std::size_t n = 0;
-    for (const auto& brick : view.update(volume)) n += brick.indices.size() / 3;
-    return n;
-  };
-  EXPECT_GT(triangles(closeup), 1.7 * static_cast<double>(triangles(bench)));
 }
 
 TEST(Detail, FollowsThePixelSizeAndIgnoresSmallHeadMotion) {
@@ -236,11 +219,11 @@ TEST_F(Around, TheCoarseMeshesAreShadedSmoothly) {
 
 Scene wet_scene(const std::string& key, const char* parts = R"("haptics", "render", "debris")",
                 const char* motor = R"("spindle": "air_turbine")") {
-  return parse_scene(
-      Json::parse(fmt::format(R"({{"tissue": {{"solids": []}}, "tool": "round_012", {}, "parts": [{}], {}}})", motor,
-                              parts, key),
-                  "scene.json"),
-      "scene.json");
+  return parse_scene(Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.5, "solids": [
+          {{"tissue": "enamel", "solid": {{"sphere": {{"radius_mm": 9}}}}}}]}}, "tool": "round_012", {}, "parts": [{}], {}}})",
+                                             motor, parts, key),
+                                 "scene.json"),
+                     "scene.json");
 }
 
 TEST(SuctionInAScene, HasTheOpeningAndTheFlowOfItsTipOrItsOwnAndNeedsAPlaceAndDebris) {
@@ -338,9 +321,9 @@ TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
 }
 
 TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
-  const MouthMirror mirror = read_mouth_mirror(Json::parse(
-      R"({"translation_mm": [1, 2, 3], "normal": [0, -2, 0], "diameter_mm": 20, "fog": 0.3, "focal_mm": 60})",
-      "scene"));
+  const auto read = [](const char* text) { return read_keys(Json::parse(text, "scene"), describe_mouth_mirror); };
+  const MouthMirror mirror =
+      read(R"({"translation_mm": [1, 2, 3], "normal": [0, -2, 0], "diameter_mm": 20, "fog": 0.3, "focal_mm": 60})");
   EXPECT_LT(glm::length(mirror.X_WM.p - dvec3(1e-3, 2e-3, 3e-3)), 1e-15);
   EXPECT_LT(glm::length(mirror.X_WM.rotate({0, 0, 1}) - dvec3(0, -1, 0)), 1e-12);
   EXPECT_EQ(held(mirror, {}).diameter, 0.02);
@@ -352,7 +335,7 @@ TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
   for (const char* wrong : {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
                             R"({"translation_mm": [0, 0, 0], "focal_mm": 29})",
                             R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
-    EXPECT_THROW(read_mouth_mirror(Json::parse(wrong, "scene")), Error) << wrong;
+    EXPECT_THROW(read(wrong), Error) << wrong;
 }
 
 TEST(MouthMirrorInAScene, AsAToolItsHandleIsTheShank) {

@@ -7,6 +7,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/base/keys.h"
 #include "engine/display/display_rig.h"
 #include "engine/render/drawn_matter.h"
 #include "tests/support/folder.h"
@@ -136,20 +137,6 @@ TEST(SurroundingsOfTheScenes, NeverCoverTheOcclusalSurfaceAtTheShippedViews) {
   }
 }
 
-TEST(SurroundingsOfTheScenes, HaveABoundedNumberOfTriangles) {
-  for (const char* name : {"molar-caries", "root-canal-access"}) {
-    const Surroundings around = make_surroundings(shipped(name).surroundings);
-    std::size_t fine = 0, coarse = 0;
-    for (const SurroundingMesh& mesh : around.meshes) {
-      for (const auto& brick : mesh.bricks) fine += brick.indices.size() / 3;
-      for (const auto& brick : mesh.coarse) coarse += brick.indices.size() / 3;
-    }
-    EXPECT_LT(fine, 200'000u) << name;
-    EXPECT_LT(coarse, 100'000u) << name;
-    EXPECT_GT(coarse, 5'000u) << name;
-  }
-}
-
 TEST(SurroundingsOfTheScenes, HaveNoSecondGumBelowTheGumAroundTheWorkingTooth) {
   for (const char* name : {"molar-caries", "crown-preparation"}) {
     const Surroundings around = make_surroundings(shipped(name).surroundings);
@@ -193,15 +180,13 @@ TEST(SurroundingsOfTheScenes, ThePhantomHasTeethOfPlasticAndGumOfAcrylic) {
   EXPECT_FALSE(found.contains(render::kTongue));
 }
 
-TEST(SurroundingsOfTheScenes, ThatAreNotMonitoredHaveNoShapeForDamage) {
-  EXPECT_FALSE(monitored_shape(shipped("crown-preparation").surroundings));
-  EXPECT_TRUE(monitored_shape(shipped("class-2-cavity").surroundings));
-  EXPECT_TRUE(surroundings_shape(shipped("crown-preparation").surroundings));
-}
-
 TEST(SurroundingsFile, MistakesAreNamed) {
   const auto message = [](const std::string& text) {
-    return test::refusal([&] { read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", assets_folder()); });
+    SurroundingsPlan plan;
+    return test::refusal([&] {
+      read_keys(Json::parse(text, "scene.json"),
+                [&](Keys& keys) { describe_surroundings(keys, plan, "tooth.vdb", assets_folder()); });
+    });
   };
   const std::string row = R"("row": "jaw/lower_row.json", "gum": {"margin_mm": [7, 5, 14]})";
   EXPECT_EQ(message("{" + row + R"(, "mouth": "patient", "dam": {"gap_mm": 0.2, "clamp": false}, "monitored": false})"),
@@ -228,6 +213,12 @@ TEST(ToothFormFile, MistakesAreNamed) {
   EXPECT_EQ(message("", ""), "");
   EXPECT_THAT(message("[5, 3, 4]", "[5, 3, 9]"), HasSubstr("within the crown"));
   EXPECT_THAT(message(R"([{"at_mm": [0, 0], "height_mm": 8, "slope": 0.6}])", "[]"), HasSubstr("1 to 12 hills"));
+}
+
+TEST(SurroundingsOfTheScenes, ThatAreNotMonitoredHaveNoShapeForDamage) {
+  EXPECT_FALSE(monitored_shape(shipped("crown-preparation").surroundings));
+  EXPECT_TRUE(monitored_shape(shipped("class-2-cavity").surroundings));
+  EXPECT_TRUE(surroundings_shape(shipped("crown-preparation").surroundings));
 }
 
 }  // namespace

@@ -10,15 +10,6 @@ namespace {
 
 using namespace typodont::test;
 
-TEST(StepDown, UndoesStepUpTo1e12) {
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 50; ++trial) {
-    const auto k = random_model(random, 40).reflection;
-    const auto back = step_down(step_up(k));
-    for (std::size_t i = 0; i < k.size(); ++i) EXPECT_NEAR(back[i], k[i], 1e-12);
-  }
-}
-
 TEST(Levinson, RecoversTheReflectionCoefficientsOfAModelsSpectrum) {
   std::mt19937 random(2);
   const ArModel model = random_model(random, 24, 0.7);

@@ -45,13 +45,6 @@ TEST(Burg, KeepsTheSamplesPowerExactly) {
   EXPECT_NEAR(power_of(model) / power_of_samples(x), 1, 1e-10);
 }
 
-TEST(Burg, TruncatedIsTheFitOfTheLowerOrder) {
-  const auto x = sound_of(resonance(0.95, 1.1), 5000, 5);
-  const auto high = burg(x, 20), low = burg(x, 7);
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_DOUBLE_EQ(high.reflection[i], low.reflection[i]);
-  EXPECT_DOUBLE_EQ(high.by_order[7], low.variance);
-}
-
 TEST(ModifiedCovariance, ThatComesOutUnstableIsReplacedByTheStableModelOfItsSpectrum) {
   // The sound is a growing oscillation of few samples. For such a sound, least squares gives poles outside the unit
   // circle.

@@ -127,6 +127,52 @@ TEST(Keys, OneDescriptionReadsAFileAndFillsATableAndASchema) {
   EXPECT_EQ(schema["properties"]["marks"]["items"]["properties"].keys().size(), 1u);
 }
 
+TEST(Keys, AnObjectHasTheKeysOfOneAlternativeAndMayContainItself) {
+  double radius = 0, width = 0, height = 1e-3;
+  const auto describe = [&](Keys& keys) {
+    keys.alternative();
+    keys(must("radius_mm"), radius, {0, 9, kMillimetre}, "radius");
+    keys.alternative();
+    keys(must("width_mm"), width, {0, 9, kMillimetre}, "width");
+    keys("height_mm", height, {0, 9, kMillimetre}, "height");
+    keys.alternative();
+    keys(must("union"), kSolids, "parts");
+  };
+  read_keys(Json::parse(R"({"width_mm": 2})", "f.json"), describe);
+  EXPECT_EQ(width, 2e-3);
+  EXPECT_EQ(radius, 0);
+  const auto refused = [&](const char* text) {
+    return test::refusal([&] { read_keys(Json::parse(text, "f.json"), describe); });
+  };
+  EXPECT_THAT(refused("{}"), HasSubstr("found {}, expected an object with one of radius_mm, width_mm, union"));
+  EXPECT_EQ(refused(R"({"radius_mm": 1, "height_mm": 1})"),
+            R"(f.json: line 1, "height_mm": found height_mm beside radius_mm, expected one of them)");
+  EXPECT_THAT(refused(R"({"widht_mm": 1})"), HasSubstr("(is \"width_mm\" meant?)"));
+  EXPECT_THAT(refused(R"({"height_mm": 1})"), HasSubstr("\"width_mm\": found nothing, expected this key"));
+
+  height = 1e-3;
+  std::vector<KeyRow> rows;
+  Keys keys(rows);
+  keys.define("solid", describe);
+  keys("shape", kSolid, "a shape");
+  EXPECT_EQ(key_tables("bur", rows), R"(bur:
+|key|value|meaning|
+|---|---|---|
+|`shape`|solid|a shape|
+
+bur.solid:
+|key|value|meaning|
+|---|---|---|
+|`radius_mm`|0–9|radius|
+|`width_mm`|0–9|width|
+|`height_mm`|0–9; default 1|height|
+|`union`|list of solids|parts|
+)");
+  const Json schema = Json::parse(key_schema(rows), "schema");
+  EXPECT_EQ(schema["properties"]["shape"]["$ref"].string(), "#/$defs/solid");
+  EXPECT_EQ(schema["$defs"]["solid"]["anyOf"].items().size(), 3u);
+}
+
 TEST(Csv, TablesOfSpreadsheetsAreReadAsTheyAreWritten) {
   const std::vector<std::vector<double>> rows = {{-66.296, 1}, {13.146, 2.5}};
   for (const char* text : {"t_s,x_mm\n-66.296,1\n13.146,2.5\n", "t_s;x_mm\r\n-66,296;1\r\n13,146;2,5\r\n",

@@ -65,21 +65,6 @@ TEST(Panel, ThreeMarksOnOneLineAreNotEnough) {
   EXPECT_NE(solve_panel(touches).not_determined, "");
 }
 
-TEST(Panel, ExactTouchesGiveTheRectangleBack) {
-  Panel truth;
-  truth.lower_left = {0.1, 0.2, 0.3};
-  truth.lower_right = truth.lower_left + 0.34 * glm::normalize(dvec3(1, 0.2, -0.1));
-  truth.upper_left =
-      truth.lower_left + 0.19 * glm::normalize(glm::cross(dvec3(0.1, -0.3, 0.9), truth.lower_right - truth.lower_left));
-  std::vector<MarkTouch> touches;
-  for (const PanelPoint mark : {PanelPoint{0, 0}, {1, 0}, {0, 1}, {1, 1}})
-    touches.push_back({mark, truth.at(mark.u, mark.v)});
-  const PanelResult result = solve_panel(touches);
-  EXPECT_EQ(result.not_determined, "");
-  EXPECT_LT(glm::length(result.panel.upper_left - truth.upper_left), 1e-12);
-  EXPECT_NEAR(result.width, 0.34, 1e-12);
-}
-
 TEST(Mirror, TouchesOnALineDoNotDetermineItsTilt) {
   std::vector<dvec3> touches;
   Noise random(1);

@@ -134,14 +134,14 @@ TEST(Arm, GravityTorqueIsTheSlopeOfThePotentialEnergy) {
 }
 
 TEST(Arm, APresetOutOfRangeIsRefusedByKey) {
-  const auto refused = [](const std::string& from, const std::string& to) {
+  const test::Folder folder;
+  const auto refused = [&](const std::string& from, const std::string& to) {
     std::string text = Json::load(kPresets[0]).text();
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     text.replace(at, from.size(), to);
-    const auto file = std::filesystem::temp_directory_path() / "typodont_arm_preset.json";
-    write_file_atomically(file, text);
-    return test::refusal([&] { read_arm(file); });
+    write_file_atomically(folder / "preset.json", text);
+    return test::refusal([&] { read_arm(folder / "preset.json"); });
   };
   EXPECT_NE(refused("[160,120,120]", "[160,0,120]").find("body_mm"), std::string::npos);
   EXPECT_NE(refused("\"current_limit_A\":3", "\"current_limit_A\":300").find("current_limit_A"), std::string::npos);

@@ -1,17 +1,11 @@
-// Tests devices with real file descriptors: pseudo-terminal and loopback socket.
-#include <fcntl.h>
+// Tests devices on emulated links and on a pseudo-terminal.
 #include <gmock/gmock.h>
-#include <netinet/in.h>
-#include <poll.h>
 #include <pty.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
@@ -19,7 +13,6 @@
 #include "engine/contract/contact.h"
 #include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
-#include "haptics/devices/haply.h"
 #include "haptics/devices/hid.h"
 #include "haptics/devices/mounted_device.h"
 #include "haptics/devices/pedal.h"
@@ -27,107 +20,11 @@
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/woodenhaptics.h"
 #include "tests/support/emulation/emulated_arm.h"
-#include "tests/support/emulation/haply_service.h"
 #include "tests/support/emulation/sim_time.h"
 #include "tests/support/folder.h"
 
 namespace typodont::haptics {
 namespace {
-
-using test::HaplyService;
-
-/// A serial board at the other end of a pseudo-terminal. It answers each line of currents with its counters.
-class SerialBoard {
- public:
-  SerialBoard() {
-    int master, slave;
-    char name[128];
-    EXPECT_EQ(::openpty(&master, &slave, name, nullptr, nullptr), 0);
-    port = name;
-    slave_ = Descriptor(slave);
-    master_ = Descriptor(master);
-    thread_ = std::thread([this] { serve(); });
-  }
-  ~SerialBoard() {
-    ending_ = true;
-    thread_.join();
-  }
-  void unplug() {
-    ending_ = true;
-    thread_.join();
-    thread_ = std::thread([] {});
-    slave_ = Descriptor();
-    master_ = Descriptor();
-  }
-
-  /// Waits until the board has applied currents (`pressing`) or zero. Returns false if this takes longer than a minute.
-  bool applies(bool pressing) const {
-    for (int i = 0; i < 60'000 && (milliamperes_ > 10) != pressing; ++i) ::usleep(1000);
-    return (milliamperes_ > 10) == pressing;
-  }
-  int milliamperes() const { return milliamperes_; }
-
-  std::string port;
-
- private:
-  void serve() {
-    enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
-    std::string in;
-    while (!ending_) {
-      pollfd waiting{master_.get(), POLLIN, 0};
-      if (::poll(&waiting, 1, 20) <= 0) continue;
-      char buffer[256];
-      const ssize_t n = ::read(master_.get(), buffer, sizeof buffer);
-      if (n <= 0) continue;
-      in.append(buffer, static_cast<std::size_t>(n));
-      for (std::size_t end; (end = in.find('\n')) != std::string::npos; in.erase(0, end + 1)) {
-        int a, b, c;
-        if (std::sscanf(in.c_str(), "[%d,%d,%d]", &a, &b, &c) != 3) continue;
-        milliamperes_ = std::abs(a) + std::abs(b) + std::abs(c);
-        const std::string answer = "[1,100000,-5,7,0,30,0,0]\n";
-        // In two parts, as often with USB.
-        EXPECT_EQ(::write(master_.get(), answer.data(), 9), 9);
-        EXPECT_GT(::write(master_.get(), answer.data() + 9, answer.size() - 9), 0);
-      }
-    }
-  }
-  Descriptor master_, slave_;
-  std::thread thread_;
-  std::atomic<int> milliamperes_{0};
-  std::atomic<bool> ending_{false};
-};
-
-TEST(SerialArm, SpeaksThroughAPseudoTerminalAndStartsAtItsHomePosition) {
-  SerialBoard board;
-  auto link = open_serial(board.port);
-  const ArmHello hello = greet_arm(*link, true, board.port);
-  EXPECT_EQ(hello.model, 1);
-  const Arm arm = read_arm("assets/devices/polhem_v3.json");
-  auto device = make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:", "", ""});
-  HandSample sample;
-  ASSERT_TRUE(device->read(sample));
-  EXPECT_LT(glm::length(sample.X_WT.p - stylus_pose(arm, arm.home).p), 1e-12);
-  device->write({0, 0, 1}, dvec3(0));
-  ASSERT_TRUE(device->read(sample));
-  EXPECT_TRUE(board.applies(true));
-  device.reset();
-  EXPECT_TRUE(board.applies(false));  // the destructor sent zero
-  EXPECT_EQ(board.milliamperes(), 0);
-}
-
-TEST(SerialArm, APortThatHangsUpIsALostDevice) {
-  SerialBoard board;
-  auto link = open_serial(board.port);
-  greet_arm(*link, true, board.port);
-  auto device = make_arm_device(std::move(link), ArmProtocol::kText, read_arm("assets/devices/polhem_v3.json"), {});
-  HandSample sample;
-  ASSERT_TRUE(device->read(sample));
-  board.unplug();
-  bool alive = true;
-  for (int i = 0; i < 10 && alive; ++i) alive = device->read(sample);
-  EXPECT_FALSE(alive);
-  EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
-}
 
 TEST(SerialArm, APortWithoutValidAnswersIsRefusedByName) {
   int master, slave;
@@ -203,55 +100,6 @@ TEST(HidArm, JointAnglesAreCorrectForEveryProtocolAndPassEveryLayer) {
   }
 }
 
-/// Emulates the Haply service on a real loopback socket.
-class HaplyServer {
- public:
-  HaplyServer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t length = sizeof address;
-    EXPECT_EQ(::bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
-    EXPECT_EQ(::listen(listener_.get(), 1), 0);
-    ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length);
-    port = ntohs(address.sin_port);
-    thread_ = std::thread([this] {
-      enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // other programs cannot delay the answers
-      const Descriptor client(::accept(listener_.get(), nullptr, nullptr));
-      char buffer[4096];
-      for (ssize_t n; (n = ::recv(client.get(), buffer, sizeof buffer, 0)) > 0;) {
-        const std::string answer = service.feed({buffer, static_cast<std::size_t>(n)});
-        if (!answer.empty() && ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL) < 0) break;
-      }
-    });
-  }
-  void join() { thread_.join(); }
-  int port = 0;
-  HaplyService service;  // may be read after join()
-
- private:
-  Descriptor listener_;
-  std::thread thread_;
-};
-
-TEST(Haply, SpeaksToTheServiceOverARealSocketAndLeavesZeroBehind) {
-  HaplyServer server;
-  {
-    auto device = make_haply(connect_tcp("127.0.0.1", server.port), "127.0.0.1", {"haply:", "Haply Inverse3", ""});
-    EXPECT_EQ(device->info().serial, "0A1B");
-    HandSample sample;
-    for (int i = 0; i < 200; ++i) {
-      ASSERT_TRUE(device->read(sample));
-      device->write({0, 0, 0.01 * i}, dvec3(0));
-    }
-    EXPECT_EQ(sample.X_WT.p, dvec3(0.01, 0.02, 0.03));
-    EXPECT_NEAR(sample.X_WT.R.w, 0.8, 1e-12);
-  }
-  server.join();
-  EXPECT_GE(server.service.forces, 200);
-  EXPECT_EQ(server.service.force, dvec3(0));
-}
-
 TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
   {
     const Descriptor mine = claim("haply-test", "the service");
@@ -265,7 +113,7 @@ TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
 class ReportLink : public Link {
  public:
   explicit ReportLink(test::SimTime& time) : time_(time) {}
-  std::vector<std::pair<Nanos, std::vector<std::uint8_t>>> reports;  // rising times
+  std::deque<std::pair<Nanos, std::vector<std::uint8_t>>> reports;  // rising times
   bool gone = false;
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
     const Nanos end = time_.now() + timeout;
@@ -276,7 +124,7 @@ class ReportLink : public Link {
     }
     time_.advance(std::max<Nanos>(0, reports.front().first - time_.now()));
     const auto bytes = reports.front().second;
-    reports.erase(reports.begin());
+    reports.pop_front();
     std::copy(bytes.begin(), bytes.end(), buffer.begin());
     return static_cast<int>(bytes.size());
   }
@@ -312,26 +160,11 @@ TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheReportsEnd) {
   EXPECT_NEAR(sample.X_WT.p.x, rest, 1e-6);
 }
 
-/// A mouse that never stops sending: it sends a report every hundredth of a millisecond.
-class FloodLink : public Link {
- public:
-  explicit FloodLink(test::SimTime& time) : time_(time) {}
-  int read(std::span<std::uint8_t> buffer, Nanos) noexcept override {
-    time_.advance(10'000);
-    const std::vector<std::uint8_t> report = full_right();
-    std::copy(report.begin(), report.end(), buffer.begin());
-    return static_cast<int>(report.size());
-  }
-  bool write(std::span<const std::uint8_t>) noexcept override { return true; }
-  Nanos now() noexcept override { return time_.now(); }
-
- private:
-  test::SimTime& time_;
-};
-
 TEST(SpaceMouse, AFloodOfReportsDelaysNoSampleByAMillisecond) {
   test::SimTime time;
-  auto device = make_spacemouse(std::make_unique<FloodLink>(time), {}, 1000, {});
+  auto link = std::make_unique<ReportLink>(time);
+  for (int i = 0; i < 20'000; ++i) link->reports.push_back({time.now() + i * 10'000, full_right()});
+  auto device = make_spacemouse(std::move(link), {}, 1000, {});
   HandSample sample;
   for (int i = 0; i < 100; ++i) {
     const Nanos before = time.now();
@@ -370,12 +203,12 @@ TEST(Pedal, UnpluggingAFootSwitchReleasesIt) {
 }
 
 TEST(Hid, TheReportDescriptorIsReadFromSysfs) {
-  const auto root = std::filesystem::temp_directory_path() / "typodont_sysfs/class/hidraw/hidraw7/device";
-  std::filesystem::create_directories(root);
-  std::ofstream(root / "report_descriptor", std::ios::binary) << "\x05\x01";
-  const std::string sys = (std::filesystem::temp_directory_path() / "typodont_sysfs").string();
-  EXPECT_EQ(report_descriptor("/dev/hidraw7", sys), (std::vector<std::uint8_t>{5, 1}));
-  EXPECT_TRUE(report_descriptor("/dev/hidraw8", sys).empty());
+  const test::Folder sys;
+  const auto device = sys / "class/hidraw/hidraw7/device";
+  std::filesystem::create_directories(device);
+  std::ofstream(device / "report_descriptor", std::ios::binary) << "\x05\x01";
+  EXPECT_EQ(report_descriptor("/dev/hidraw7", sys.path().string()), (std::vector<std::uint8_t>{5, 1}));
+  EXPECT_TRUE(report_descriptor("/dev/hidraw8", sys.path().string()).empty());
 }
 
 }  // namespace

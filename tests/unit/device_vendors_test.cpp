@@ -1,17 +1,18 @@
 // Tests devices that use their vendors' libraries, with replacements for these libraries.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <random>
 
 #include "engine/base/error.h"
 #include "engine/contract/contact.h"
 #include "haptics/devices.h"
 #include "haptics/devices/safe_device.h"
+#include "tests/support/folder.h"
 
 namespace typodont::haptics {
 namespace {
@@ -31,6 +32,19 @@ class StandIn {
   void* handle_;
 };
 
+struct OpenHaptics : testing::Test {
+  StandIn library{TYPODONT_STANDIN_HD};
+  bool (*const step)() = library.get<bool()>("standin_hd_step");
+  const double* (*const force)() = library.get<const double*()>("standin_hd_force");
+  void (*const fail)(unsigned) = library.get<void(unsigned)>("standin_hd_fail");
+};
+struct ForceDimension : testing::Test {
+  StandIn library{TYPODONT_STANDIN_DHD};
+  const double* (*const wrench)() = library.get<const double*()>("standin_dhd_wrench");
+  void (*const breaks)(bool) = library.get<void(bool)>("standin_dhd_break");
+  bool (*const powered)() = library.get<bool()>("standin_dhd_powered");
+};
+
 const Driver& driver(const std::string& scheme) {
   for (const Driver& d : drivers()) {
     if (d.scheme == scheme) return d;
@@ -38,10 +52,7 @@ const Driver& driver(const std::string& scheme) {
   throw Error("no driver " + scheme);
 }
 
-TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  auto* const step = library.get<bool()>("standin_hd_step");
-  auto* const force = library.get<const double*()>("standin_hd_force");
+TEST_F(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) {
   library.get<void(double, double, double)>("standin_hd_place")(10, -20, 30);
   library.get<void(int)>("standin_hd_press")(1);
   auto device = driver("openhaptics").open("", {});
@@ -63,10 +74,7 @@ TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) 
   EXPECT_EQ(force()[2], -1);
 }
 
-TEST(OpenHaptics, IfTheServoStopsWritingTheForceIsZeroAfterTwoCallbacks) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  auto* const step = library.get<bool()>("standin_hd_step");
-  auto* const force = library.get<const double*()>("standin_hd_force");
+TEST_F(OpenHaptics, IfTheServoStopsWritingTheForceIsZeroAfterTwoCallbacks) {
   auto device = driver("openhaptics").open("Default Device", {});
   device->write({1, 0, 0}, dvec3(0));
   for (int i = 0; i < 3; ++i) {
@@ -83,12 +91,10 @@ TEST(OpenHaptics, IfTheServoStopsWritingTheForceIsZeroAfterTwoCallbacks) {
   EXPECT_EQ(force()[0], 0);
 }
 
-TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  auto* const step = library.get<bool()>("standin_hd_step");
+TEST_F(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
   auto device = driver("openhaptics").open("", {});
   HandSample sample;
-  library.get<void(unsigned)>("standin_hd_fail")(0x0300);
+  fail(0x0300);
   step();
   ASSERT_TRUE(device->read(sample));
   EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
@@ -97,15 +103,12 @@ TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
   device->write({1, 0, 0}, dvec3(0));
   step();
   device.reset();
-  EXPECT_EQ(library.get<const double*()>("standin_hd_force")()[0], 0);
+  EXPECT_EQ(force()[0], 0);
   EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
   EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
 }
 
-TEST(OpenHaptics, ClosingOneOfTwoArmsSetsItsForceToZeroAndKeepsTheOtherRunning) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  auto* const step = library.get<bool()>("standin_hd_step");
-  auto* const force = library.get<const double*()>("standin_hd_force");
+TEST_F(OpenHaptics, ClosingOneOfTwoArmsSetsItsForceToZeroAndKeepsTheOtherRunning) {
   auto* const second_force = library.get<const double*()>("standin_hd_second_force");
   auto right = driver("openhaptics").open("", {});
   auto left = driver("openhaptics").open("Second", {});
@@ -146,74 +149,71 @@ std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
   return std::make_unique<SafeDevice>(std::move(device), options);
 }
 
-TEST(OpenHaptics, EveryFaultAtARandomTimeSetsTheForceToZeroWithinOneCallback) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  auto* const step = library.get<bool()>("standin_hd_step");
-  auto* const force = library.get<const double*()>("standin_hd_force");
-  auto* const fail = library.get<void(unsigned)>("standin_hd_fail");
-  const auto hand = hasty(driver("openhaptics").open("", {}));
-  HandSample sample;
+/// Pushes for a random time and causes a fault, a thousand times. From the fault on, the force must be zero as long as
+/// the hand is in contact. `force`: N, along z; `longest`: of a push, in ticks; `tick`: one tick with a force (N) along
+/// z.
+void expect_no_force_after_any_fault(SafeDevice& hand, const std::function<double()>& force, unsigned longest,
+                                     const std::function<void(double)>& tick, const std::function<void()>& fault) {
   std::mt19937 random(3);
-  const auto ticks = [&](int n, const dvec3& f) {
-    for (int i = 0; i < n; ++i) {
-      ASSERT_TRUE(step());
-      ASSERT_TRUE(hand->read(sample));
-      hand->write(f, dvec3(0));
-    }
+  const auto ticks = [&](unsigned n, double newton) {
+    for (unsigned i = 0; i < n; ++i) tick(newton);
   };
   for (int i = 0; i < 1000; ++i) {
-    for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20);
-         ++tries) {  // a delay of the machine looks like a jump of time
-      ticks(5, dvec3(0));
-      ticks(2 + static_cast<int>(random() % 20), {0, 0, 2});
+    // Tries again, because a delay of the machine looks like a jump of time.
+    for (int tries = 0; tries == 0 || (force() != 2 && tries < 20); ++tries) {
+      ticks(5, 0);
+      ticks(2 + static_cast<unsigned>(random()) % longest, 2);
     }
-    ASSERT_EQ(force()[2], 2) << i;
-    fail(0x0300 + static_cast<unsigned>(random() % 16));
-    ticks(1, {0, 0, 2});
-    step();
-    ASSERT_EQ(force()[2], 0) << i;
-    ASSERT_TRUE(hand->read(sample));
-    ticks(1 + static_cast<int>(random() % 10), {0, 0, 2});  // still in contact
-    ASSERT_EQ(force()[2], 0) << i;
-    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
+    ASSERT_EQ(force(), 2) << i;
+    fault();
+    ASSERT_EQ(force(), 0) << i;
+    ticks(1 + static_cast<unsigned>(random()) % longest / 2, 2);
+    ASSERT_EQ(force(), 0) << i;
+    ASSERT_TRUE(hand.take_events() & bits(SafetyEvent::kDeviceFault));
   }
 }
 
-TEST(ForceDimension, EveryFaultAtARandomTimeSetsTheForceToZeroImmediately) {
-  StandIn library(TYPODONT_STANDIN_DHD);
-  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
-  auto* const fail = library.get<void(bool)>("standin_dhd_break");
+TEST_F(OpenHaptics, EveryFaultAtARandomTimeSetsTheForceToZeroWithinOneCallback) {
+  const auto hand = hasty(driver("openhaptics").open("", {}));
+  HandSample sample;
+  const auto tick = [&](double newton) {
+    ASSERT_TRUE(step());
+    ASSERT_TRUE(hand->read(sample));
+    hand->write({0, 0, newton}, dvec3(0));
+  };
+  unsigned error = 0;
+  expect_no_force_after_any_fault(
+      *hand, [&] { return force()[2]; }, 20, tick,
+      [&] {
+        fail(0x0300 + error++ % 16);
+        tick(2);
+        step();
+        EXPECT_EQ(force()[2], 0);
+        ASSERT_TRUE(hand->read(sample));
+      });
+}
+
+TEST_F(ForceDimension, EveryFaultAtARandomTimeSetsTheForceToZeroImmediately) {
   HandOptions options;
   options.rate = 8000;
   const auto hand = hasty(driver("forcedimension").open("0", options));
   HandSample sample;
-  std::mt19937 random(4);
-  const auto ticks = [&](int n, const dvec3& f) {
-    for (int i = 0; i < n; ++i) {
-      ASSERT_TRUE(hand->read(sample));
-      hand->write(f, dvec3(0));
-    }
-  };
-  for (int i = 0; i < 1000; ++i) {
-    for (int tries = 0; tries == 0 || (wrench()[2] != 2 && tries < 20); ++tries) {  // as above
-      ticks(3, dvec3(0));
-      ticks(2 + static_cast<int>(random() % 4), {0, 0, 2});
-    }
-    ASSERT_EQ(wrench()[2], 2) << i;
-    fail(true);
+  const auto tick = [&](double newton) {
     ASSERT_TRUE(hand->read(sample));
-    ASSERT_EQ(wrench()[2], 0) << i;
-    hand->write({0, 0, 2}, dvec3(0));
-    fail(false);
-    ticks(1 + static_cast<int>(random() % 3), {0, 0, 2});
-    ASSERT_EQ(wrench()[2], 0) << i;
-    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
-  }
+    hand->write({0, 0, newton}, dvec3(0));
+  };
+  expect_no_force_after_any_fault(
+      *hand, [&] { return wrench()[2]; }, 6, tick,
+      [&] {
+        breaks(true);
+        ASSERT_TRUE(hand->read(sample));
+        EXPECT_EQ(wrench()[2], 0);
+        hand->write({0, 0, 2}, dvec3(0));
+        breaks(false);
+      });
 }
 
-TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
-  StandIn library(TYPODONT_STANDIN_DHD);
-  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
+TEST_F(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
   library.get<void(double, double, double)>("standin_dhd_place")(0.01, 0.02, 0.03);
   library.get<void(unsigned)>("standin_dhd_press")(1);
   auto device = driver("forcedimension").open("0", {});
@@ -235,12 +235,10 @@ TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
   device->write({1, 2, 3}, {0.1, 0.2, 0.3});
   device.reset();
   for (int i = 0; i < 6; ++i) EXPECT_EQ(wrench()[i], 0);
-  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")());
+  EXPECT_FALSE(powered());
 }
 
-TEST(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
-  StandIn library(TYPODONT_STANDIN_DHD);
-  auto* const breaks = library.get<void(bool)>("standin_dhd_break");
+TEST_F(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
   auto device = driver("forcedimension").open("", {});
   HandSample sample;
   ASSERT_TRUE(device->read(sample));
@@ -248,7 +246,7 @@ TEST(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
   breaks(true);
   EXPECT_TRUE(device->read(sample));
   EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
-  EXPECT_EQ(library.get<const double*()>("standin_dhd_wrench")()[2], 0);
+  EXPECT_EQ(wrench()[2], 0);
   for (int i = 0; i < 1000 && device->read(sample); ++i) {
   }
   EXPECT_EQ(device->faults(), bits(Fault::kDeviceLost));
@@ -259,10 +257,8 @@ std::vector<FoundDevice> found_by(const std::string& scheme) {
   return driver(scheme).find();
 }
 
-TEST(ForceDimension, IsOpenedBySerialAndListingNeitherOpensItAgainNorDisturbsIt) {
-  StandIn library(TYPODONT_STANDIN_DHD);
+TEST_F(ForceDimension, IsOpenedBySerialAndListingNeitherOpensItAgainNorDisturbsIt) {
   auto* const opened = library.get<int()>("standin_dhd_opened");
-  auto* const powered = library.get<bool()>("standin_dhd_powered");
   found_by("forcedimension");
   int before = opened();
   const auto list = [&] {
@@ -279,11 +275,10 @@ TEST(ForceDimension, IsOpenedBySerialAndListingNeitherOpensItAgainNorDisturbsIt)
   EXPECT_THROW(driver("forcedimension").open("4712", {}), Error);
 }
 
-TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithoutSwitchingForceOn) {
-  StandIn library(TYPODONT_STANDIN_HD);
-  const auto folder = std::filesystem::temp_directory_path() / ("typodont_hd_" + std::to_string(::getpid()));
+TEST_F(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithoutSwitchingForceOn) {
+  const test::Folder folder;
   std::filesystem::create_directories(folder / "config");
-  ::setenv("GTDD_HOME", folder.c_str(), 1);
+  ::setenv("GTDD_HOME", folder.path().c_str(), 1);
   auto found = found_by("openhaptics");
   ASSERT_EQ(found.size(), 1u);
   EXPECT_FALSE(found[0].permitted);
@@ -297,7 +292,6 @@ TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithoutSwitchingForceOn)
   EXPECT_FALSE(found[1].permitted) << "named, but not there";
   EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
   ::unsetenv("GTDD_HOME");
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ namespace typodont::test {
 namespace {
 
 using display::Layout;
+using Parts = std::array<std::vector<display::Part>, 2>;  // per panel
 
 struct Layouts : testing::Test {
   static constexpr int kWidth = 160, kHeight = 120;
@@ -24,6 +25,26 @@ struct Layouts : testing::Test {
     for (int y = 0; y < kHeight; ++y)
       p.rgba.insert(p.rgba.end(), stage.screen.at(x0, y0 + y), stage.screen.at(x0, y0 + y) + 4 * kWidth);
     return p;
+  }
+
+  std::vector<std::uint8_t> memory;  // BGRA, the screen as the CPU composes it
+  /// Composes the screen on the CPU. `changed`: only these parts.
+  void compose(Layout layout, const Parts* changed = nullptr) {
+    display::Target target;
+    target.memory = {memory.data(), 4 * static_cast<std::size_t>(stage.screen.size.x)};
+    target.size = stage.screen.size;
+    target.kept = changed != nullptr;
+    gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
+      stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, changed,
+                               {&stage.hud, &stage.hud});
+    });
+    stage.compositor->compose(0);
+  }
+  void expect_the_shaders_picture(int tolerance, Layout layout) {
+    render::Picture composed{stage.screen.size, memory};
+    for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(composed.rgba[i], composed.rgba[i + 2]);
+    const Difference d = compare(composed, stage.screen, tolerance);
+    EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " worst " << d.worst;
   }
 };
 
@@ -58,17 +79,18 @@ TEST_F(Layouts, AnaglyphGivesRedToTheLeftEyeAndCyanToTheRight) {
     }
 }
 
-TEST_F(Layouts, MonoShowsOneView) {
+TEST_F(Layouts, MonoDrawsAndShowsOneView) {
   frame.views = 1;
-  stage.draw(frame, Layout::kMono);
+  EXPECT_EQ(stage.draw(frame, Layout::kMono).views, 1);
+  EXPECT_EQ(stage.renderer->pictures().options.layers, 1u);
   EXPECT_EQ(compare(stage.screen, stage.eye(0), 0).pixels, 0);
 }
 
 // The CPU and the shader must compose the same picture: in every layout, with pictures that fit or are stretched, whole
 // and in parts.
 TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
-  std::vector<std::uint8_t> memory;
   for (const double scale : {1.0, 0.4, 0.73}) {
+    SCOPED_TRACE(scale);
     render::Quality quality = render::kQualityLadder[2];
     quality.scale = scale;
     stage.renderer->set_quality(quality);
@@ -77,35 +99,16 @@ TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
       stage.hud = {.visible = true, .tool = "round 1.2 mm", .speed_krpm = stage.hud.speed_krpm + 1, .hint = "hint"};
       frame.views = layout == Layout::kMono ? 1 : 2;
       stage.draw(frame, layout);
-      const render::Picture whole = stage.screen;
-      memory.assign(whole.rgba.size(), 77);
-      display::Target target;
-      target.memory = {memory.data(), 4 * static_cast<std::size_t>(whole.size.x)};
-      target.size = whole.size;
-      const auto compose = [&](const std::array<std::vector<display::Part>, 2>* changed) {
-        target.kept = changed != nullptr;
-        gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
-          stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, changed,
-                                   {&stage.hud, &stage.hud});
-        });
-        stage.compositor->compose(0);
-        for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
-        const Difference d = compare({whole.size, memory}, whole, scale == 1.0 ? 0 : 2);
-        for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
-        EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " scale " << scale << " worst " << d.worst;
-      };
-      compose(nullptr);
+      memory.assign(stage.screen.rgba.size(), 77);
+      compose(layout);
+      expect_the_shaders_picture(scale == 1.0 ? 0 : 2, layout);
       // Only the given parts may be composed again; the rest of the screen must stay as it was.
-      const std::array<std::vector<display::Part>, 2> none, some{{{{3, 5, 31, 17}, {20, 40, 9, 5}}, {{7, 11, 13, 23}}}};
-      compose(&none);
+      const Parts none, some{{{{3, 5, 31, 17}, {20, 40, 9, 5}}, {{7, 11, 13, 23}}}};
       const std::vector<std::uint8_t> old = memory;
+      compose(layout, &none);
+      EXPECT_EQ(memory, old);
       std::fill(memory.begin(), memory.end(), std::uint8_t{77});
-      target.kept = true;
-      gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
-        stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, &some,
-                                 {&stage.hud, &stage.hud});
-      });
-      stage.compositor->compose(0);
+      compose(layout, &some);
       int written = 0;
       for (std::size_t i = 0; i < memory.size(); ++i) {
         if (memory[i] == 77) continue;
@@ -131,20 +134,10 @@ TEST_F(Layouts, CpuAndShaderWarpThePicturesOfABentPanelAlike) {
     const render::Picture plane = stage.screen;
     stage.compositor->bend(warp);
     stage.draw(frame, layout);
-    const render::Picture bent = stage.screen;
-    EXPECT_GT(compare(bent, plane, 8).pixels, 100) << static_cast<int>(layout);
-    std::vector<std::uint8_t> memory(bent.rgba.size());
-    display::Target target;
-    target.memory = {memory.data(), 4 * static_cast<std::size_t>(bent.size.x)};
-    target.size = bent.size;
-    gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
-      stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, nullptr,
-                               {&stage.hud, &stage.hud});
-    });
-    stage.compositor->compose(0);
-    for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
-    const Difference d = compare({bent.size, memory}, bent, 2);
-    EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " worst " << d.worst;
+    EXPECT_GT(compare(stage.screen, plane, 8).pixels, 100) << static_cast<int>(layout);
+    memory.assign(stage.screen.rgba.size(), 77);
+    compose(layout);
+    expect_the_shaders_picture(2, layout);
   }
 }
 

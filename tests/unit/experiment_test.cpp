@@ -87,23 +87,6 @@ TEST(Staircase, ConvergesAsPublishedByLevittAndKaernbach) {
   EXPECT_NEAR(settles_at(rule), rule.target(), 0.015);
 }
 
-TEST(Psychometric, TheFitOfManyAnswersAtFixedDifferencesFindsBiasWidthAndLapses) {
-  const Psychometric truth{3, 12, 0.05};
-  std::vector<Judgement> judgements;
-  SimulatedObserver observer(truth, 7);
-  for (int i = 0; i < 20'000; ++i) {
-    const double difference = -60 + 120.0 * (i % 41) / 40;
-    judgements.push_back({difference, observer.judge(difference) == Answer::kSecond});
-  }
-  const PsychometricFit fit = fit_psychometric(judgements);
-  EXPECT_NEAR(fit.function.bias, truth.bias, 0.5);
-  EXPECT_NEAR(fit.function.width, truth.width, 0.6);
-  EXPECT_NEAR(fit.function.lapse, truth.lapse, 0.01);
-  EXPECT_LT(fit.jnd.low, truth.jnd());
-  EXPECT_GT(fit.jnd.high, truth.jnd());
-  EXPECT_LT(fit.jnd.high - fit.jnd.low, 0.1 * truth.jnd());
-}
-
 TEST(Psychometric, AtTheJustNoticeableDifferenceThreeQuartersOfTheAnswersAreRight) {
   const Psychometric f{0, Psychometric::width_of_jnd(8), 0};
   EXPECT_NEAR(f.jnd(), 8, 1e-12);

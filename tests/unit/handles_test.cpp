@@ -12,30 +12,6 @@
 namespace typodont::bindings {
 namespace {
 
-TEST(Handles, AFreedHandleStaysABadOneThoughItsPlaceIsUsedAgain) {
-  int first = 1, second = 2;
-  void* const old = new_handle(Kind::kCore, &first);
-  ASSERT_NE(old, nullptr);
-  EXPECT_EQ(HeldHandle(old, Kind::kCore).object(), &first);
-  EXPECT_EQ(HeldHandle(old, Kind::kScene).found(), Found::kBadHandle) << "of another kind";
-  EXPECT_EQ(HeldHandle(old, Kind::kCore).drop(), &first);
-  void* const fresh = new_handle(Kind::kCore, &second);
-  EXPECT_NE(old, fresh);
-  EXPECT_EQ(HeldHandle(old, Kind::kCore).found(), Found::kBadHandle);
-  EXPECT_EQ(HeldHandle(fresh, Kind::kCore).drop(), &second);
-}
-
-TEST(Handles, AHandleInUseIsBusyUntilTheCallReturns) {
-  int object = 0;
-  void* const handle = new_handle(Kind::kSynth, &object);
-  {
-    const HeldHandle one(handle, Kind::kSynth);
-    EXPECT_EQ(one.found(), Found::kHeld);
-    EXPECT_EQ(HeldHandle(handle, Kind::kSynth).found(), Found::kBusy);
-  }
-  EXPECT_EQ(HeldHandle(handle, Kind::kSynth).drop(), &object);
-}
-
 TEST(Handles, AnUnknownHandleIsRefused) {
   int object = 0;
   void* const real = new_handle(Kind::kHand, &object);

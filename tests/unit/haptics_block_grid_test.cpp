@@ -3,7 +3,6 @@
 #include <openvdb/openvdb.h>
 
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "haptics/volume/block_grid.h"
@@ -66,20 +65,6 @@ TEST(BlockGrid, AfterRandomWritesItAgreesWithOpenVdbInEveryValueAndInTheOrderOfL
     });
     EXPECT_FALSE(leaf);
   }
-}
-
-TEST(BlockGrid, ACopyDoesNotChangeWithItsOriginal) {
-  DistanceGrid grid(3);
-  grid.set({1, 2, 3}, -1);
-  const DistanceGrid copy = grid;
-  grid.set({1, 2, 3}, -2);
-  grid.transform([](float d) { return 2 * d; });
-  EXPECT_EQ(DistanceGrid::Reader(grid).value({1, 2, 3}), -4);
-  EXPECT_EQ(grid.background(), 6);
-  EXPECT_EQ(DistanceGrid::Reader(grid).value({1, 2, 4}), 6);
-  EXPECT_EQ(DistanceGrid::Reader(copy).value({1, 2, 3}), -1);
-  EXPECT_EQ(DistanceGrid::Reader(copy).value({1, 2, 4}), 3);
-  EXPECT_EQ(DistanceGrid::Reader(grid).value({1000, 2, 4}), 6);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Tests colour per voxel: where it is stored, what keeps and what removes it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <random>
@@ -79,8 +78,8 @@ TEST(VoxelColors, ChangeOnlyWhereTissueIsPaintedAndNotItsHardness) {
 }
 
 TEST(VoxelColors, OfFilesAreThoseThatWereSavedAlsoDeepInside) {
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("typodont_color_{}.vdb", getpid());
+  const test::Folder folder;
+  const std::filesystem::path file = folder / "block.vdb";
   // The first block is a tile of the volume, with leaves of other colours and hardness in it.
   TissueVolume volume = block(R"(,
     {"tissue": "dentin", "color": [0.2, 0.9, 0.4], "hardness": 0.4, "solid": {"box": {"size_mm": [4, 4, 4]}}})");
@@ -95,7 +94,6 @@ TEST(VoxelColors, OfFilesAreThoseThatWereSavedAlsoDeepInside) {
   block().save(file);
   EXPECT_EQ(test::read_text(file).find("color"), std::string::npos) << "tissue without colours names none";
   EXPECT_NE(TissueVolume::load(file).hash(), volume.hash());
-  std::filesystem::remove(file);
 }
 
 }  // namespace

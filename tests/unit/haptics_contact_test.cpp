@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstddef>
 #include <random>
 #include <span>
 #include <vector>
@@ -200,29 +199,6 @@ TEST(Servo, FeelsASphereInTheTickOfArrivalAfterAnyFreeMotion) {
     touches += depth > 0;
   }
   EXPECT_GT(touches, 300);
-}
-
-TEST(Servo, TheTickDoesNotDependOnTheAddressOfItsMessage) {
-  struct Messages {
-    alignas(32) std::uint64_t shift;
-    ServoTick after_eight_bytes;
-    alignas(32) ServoTick on_its_own;
-  } to;
-  static_assert(offsetof(Messages, after_eight_bytes) % 16 == 8);
-  for (ServoTick* tick : {&to.after_eight_bytes, &to.on_its_own}) {
-    HapticBench bench(sphere(0.2), settings(1.0_mm));
-    for (double z = 6.0_mm; z > 5.2_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
-    Cut cut;
-    bench.servo.tick({bench.t, {{0, 0, 5.2_mm}}, 0.25, 0}, *tick, cut);
-  }
-  EXPECT_GT(glm::length(to.on_its_own.f_T_W), 0.1);
-  EXPECT_EQ(to.on_its_own.pedal, 0.25);
-  EXPECT_EQ(to.after_eight_bytes.f_T_W, to.on_its_own.f_T_W);
-  EXPECT_EQ(to.after_eight_bytes.X_WG.p, to.on_its_own.X_WG.p);
-  EXPECT_EQ(to.after_eight_bytes.index, to.on_its_own.index);
-  EXPECT_EQ(to.after_eight_bytes.energy, to.on_its_own.energy);
-  EXPECT_EQ(to.after_eight_bytes.patch, to.on_its_own.patch);
-  EXPECT_EQ(to.after_eight_bytes.spindle_energy, to.on_its_own.spindle_energy);
 }
 
 }  // namespace

@@ -94,8 +94,6 @@ struct RandomWay {
   dvec3 direction() { return glm::normalize(dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))); }
 };
 
-const std::vector<haptics::HeadShape> kNoBalls = test::shapes_but_the_ball();
-
 TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   HapticBench bench(
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})",
@@ -104,8 +102,7 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   solid.resize(121);
   bench.carver.take_snapshot({0, 0, 0}, solid);
   const VoxelFrame& frame = bench.settings.frame;
-  double worst = 0;
-  for (const haptics::HeadShape shape : kNoBalls) {
+  for (const haptics::HeadShape shape : test::shapes_but_the_ball()) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const RandomWay way(shape, seed);
       haptics::TissuePatch at_once = solid;
@@ -123,15 +120,13 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
         last = next;
       }
       EXPECT_NEAR(sum / whole, 1, 2e-4) << static_cast<int>(shape) << ", seed " << seed << ", voxels³ " << whole;
-      worst = std::max(worst, std::abs(sum / whole - 1));
     }
   }
-  std::printf("long sweeps: %.1e\n", worst);
 }
 
 TEST(Carving, SweepsRemoveTheSameInAnyOrderAndGivePatchAndVolumeTheSameBits) {
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
-  for (const haptics::HeadShape shape : haptics::head_shapes()) {
+  for (const haptics::HeadShape shape : test::head_shapes()) {
     std::vector<Sweep> sweeps;
     for (unsigned seed = 11; seed <= 14; ++seed) {
       RandomWay way(shape, seed);
@@ -211,7 +206,7 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
 
 TEST(Carving, ConsecutiveShortStepsEqualTheUnionOfTheirPosesForEveryHead) {
   using haptics::HeadShape;
-  for (const HeadShape shape : haptics::head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     haptics::Tool tool;
     tool.shape = shape;
     tool.diameter = 1.2_mm;
@@ -226,7 +221,7 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
   constexpr const char* kSmall =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [2.4, 2.4, 1.8]}}}]})";
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(kSmall, "tissue"));
-  for (const haptics::HeadShape head : haptics::head_shapes()) {
+  for (const haptics::HeadShape head : test::head_shapes()) {
     haptics::Tool tool;
     tool.shape = head;
     tool.diameter = 1.1_mm;
@@ -258,64 +253,6 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
   }
 }
 
-TEST(Carving, TheFirstCutInNewTissueListsLessThanHalfOfTheSamplesAndTheNextCutsListTheRest) {
-  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
-  for (const haptics::HeadShape head : {haptics::HeadShape::kSphere, haptics::HeadShape::kCylinder}) {
-    const int shape = static_cast<int>(head);
-    haptics::Tool tool;
-    tool.shape = head;
-    tool.diameter = tool.length = 3.0_mm;
-    const std::span tools(&tool, 1);
-    haptics::Carver carver(haptics::TissueVolume(block), tools);
-    haptics::TissuePatch patch;
-    patch.resize(haptics::patch_edge_for(tools, 0.1_mm));
-    carver.take_snapshot({0, 0, 2.5_mm}, patch);
-    haptics::CutFront front(tools, 0.1_mm);
-    ASSERT_GE(front.parts(), 4) << shape;
-    std::size_t first = 0, all = 0;
-    for (int i = 0; i < 8; ++i) {
-      const Pose X{{0, 0, 3.0_mm - i * 0.1_um}}, Y{{0, 0, 3.0_mm - (i + 1) * 0.1_um}};
-      bool changed;
-      carve(patch, Sweep(tool, X, Y, block.frame, i > 0), &changed, &front);
-      EXPECT_TRUE(changed) << shape;
-      const std::size_t listed = front.listed_in(patch.lo, patch.n).size();
-      EXPECT_GE(listed, all) << shape;
-      all = listed;
-      if (i == 0) first = listed;
-    }
-    EXPECT_LT(2 * first, all) << shape;
-  }
-}
-
-TEST(Carving, AHeadThatMovesSteadilyHasAllButOneOfItsListsAfterSixteenCuts) {
-  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
-  for (const haptics::HeadShape head : haptics::head_shapes()) {
-    for (const double diameter : {1.0_mm, 3.0_mm}) {
-      haptics::Tool tool;
-      tool.shape = head;
-      tool.diameter = diameter;
-      tool.length = head == haptics::HeadShape::kSphere ? diameter : 2 * diameter;
-      const std::span tools(&tool, 1);
-      haptics::Carver carver(haptics::TissueVolume(block), tools);
-      haptics::TissuePatch patch;
-      patch.resize(haptics::patch_edge_for(tools, 0.1_mm) + 8);
-      const dvec3 start(0, 0, 2.3_mm + tool.length / 2), step = 3.0_um * glm::normalize(dvec3(0.5, 0.2, -0.6));
-      carver.take_snapshot(start, patch);
-      haptics::CutFront front(tools, 0.1_mm);
-      int incomplete = 0;
-      for (int i = 0; i < 116; ++i) {
-        const Sweep sweep(tool, Pose{start + static_cast<double>(i) * step},
-                          Pose{start + static_cast<double>(i + 1) * step}, block.frame, i > 0);
-        carve(patch, sweep, nullptr, &front);
-        if (i < 16) continue;
-        EXPECT_LE(front.outdated(), 1) << static_cast<int>(head) << ", " << diameter << ", cut " << i;
-        incomplete += front.outdated();
-      }
-      EXPECT_LE(incomplete, 20) << static_cast<int>(head) << ", " << diameter;
-    }
-  }
-}
-
 TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   const auto error = [](double voxel_mm) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
@@ -329,7 +266,6 @@ TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
         total(carve(patch, Sweep(bench.settings.tool, {c}, {c}, bench.settings.frame))) * h * h * h / exact - 1);
   };
   const double coarse = error(0.1), fine = error(0.05);
-  std::printf("cap: %.2e %.2e\n", coarse, fine);
   EXPECT_LT(coarse, 0.01);
   EXPECT_LT(fine, 0.003);
 }

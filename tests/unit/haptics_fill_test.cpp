@@ -1,9 +1,7 @@
 // Tests filling: composite is put into a cavity, felt while it grows, and removed again.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <random>
 #include <string>
 #include <tuple>
@@ -12,6 +10,7 @@
 #include "engine/base/voxels.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/campaign.h"
+#include "tests/support/folder.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -322,11 +321,9 @@ TEST(Filling, FillingAndEmptyingRestoresTheLabelsAlsoAfterUndoAndFromAFile) {
     ASSERT_GT(volume.volumes()[kFilled], 0);
     ASSERT_NE(filled, cavity);
 
-    const std::filesystem::path file =
-        std::filesystem::temp_directory_path() / ("filled_" + std::to_string(getpid()) + ".vdb");
-    volume.save(file);
-    haptics::TissueVolume loaded = haptics::TissueVolume::load(file);
-    std::filesystem::remove(file);
+    const test::Folder folder;
+    volume.save(folder / "filled.vdb");
+    haptics::TissueVolume loaded = haptics::TissueVolume::load(folder / "filled.vdb");
     EXPECT_TRUE(everything(loaded) == filled);
     loaded.begin_stroke();
     // All filling is removed, together with some of the surrounding tissue.

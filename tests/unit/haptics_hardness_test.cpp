@@ -1,7 +1,6 @@
 // Tests hardness per voxel: its effect on force and cutting, and where it is stored.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "haptics/cutting/inside_fraction.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/program.h"
+#include "tests/support/swinging_hand.h"
 #include "tests/support/undo_redo.h"
 
 namespace typodont {
@@ -101,26 +101,22 @@ TEST(Hardness, ScalesTheStiffnessOfTheTissue) {
   }
 }
 
-/// Volume that a simulated hand (0.15 kg, 5 N·s/m) removes when it pushes straight down with 1 N, and the work of the
-/// spindle, while the bur's lowest point is between two heights (m).
+/// Volume that a hand removes when it pushes straight down with 1 N, and the work of the spindle, while the bur's
+/// lowest point is between two heights (m).
 struct Drilled {
   double volume = 0, work = 0;
 };
-Drilled drilled(const std::string& tissue, double top, double bottom, double seconds = 1) {
+Drilled drilled(const std::string& tissue, double top, double bottom, double seconds) {
   HapticBench bench(tissue, drill());
-  dvec3 x(0, 0, 3.12_mm), v(0), f(0);
+  test::DrillingHand hand{bench, {0, 0, 3.12_mm}};
   Drilled run;
-  const double dt = 1e-3;
-  for (int i = 0; i < static_cast<int>(seconds / dt); ++i) {
-    v += dt * (dvec3(0, 0, -1) - 5.0 * v + f) / 0.15;
-    x += dt * v;
+  for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
     const double before = total(bench.last.removed);
-    const ServoTick& tick = bench.tick({x}, 1);
-    f = tick.f_T_W;
+    const ServoTick& tick = hand.move({0, 0, -1});
     const double lowest = tick.X_WG.p.z - 0.6_mm;
     if (lowest > top || lowest < bottom) continue;
     run.volume += total(tick.removed) - before;
-    run.work += tick.cutting_power * dt;
+    run.work += tick.cutting_power * bench.settings.tick;
   }
   return run;
 }
@@ -308,9 +304,8 @@ Bytes bytes_of(const TissueVolume& volume) {
 }
 
 struct HardnessFile : testing::Test {
-  std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("typodont_hardness_{}.vdb", getpid());
-  void TearDown() override { std::filesystem::remove(file); }
+  const test::Folder folder;
+  const std::filesystem::path file = folder / "block.vdb";
 };
 
 TEST_F(HardnessFile, StoresEveryValueAlsoDeepInside) {
@@ -431,11 +426,9 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndColourAndCuttingItOutRestoresTheTissu
   EXPECT_EQ(carver.volume().color_at(in_filling), glm::vec4(0));
 
   // The volume comes from a file. It is then cut, in the patch and in the volume.
-  const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / fmt::format("typodont_hardness_filled_{}.vdb", getpid());
-  carver.volume().save(file);
-  TissueVolume loaded = TissueVolume::load(file);
-  std::filesystem::remove(file);
+  const test::Folder folder;
+  carver.volume().save(folder / "filled.vdb");
+  TissueVolume loaded = TissueVolume::load(folder / "filled.vdb");
   EXPECT_TRUE(bytes_of(loaded) == bytes_of(carver.volume()));
   EXPECT_FALSE(bytes_of(loaded) == before);
   for (TissueVolume* each : {&carver.volume(), &loaded}) {

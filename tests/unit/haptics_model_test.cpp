@@ -132,15 +132,12 @@ TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
   EXPECT_LT(lever, 2.0_mm) << "between the block's edge and the cylinder's end";
 }
 
-constexpr std::string_view kEnamelBlock =  // of 1 N/mm
+constexpr std::string_view kEnamelBlock =  // 1 N/mm
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
 
 /// Returns the force (N) of a block, whose top is at z = 2 mm, on a ball of 1.2 mm that is pressed in by `pressed_mm`.
 double pushed_back(double pressed_mm) {
-  haptics::ServoSettings settings = probe_settings("voxel_penalty");
-  settings.tool.diameter = settings.tool.length = 1.2_mm;
-  settings.friction = false, settings.damping = 0;
-  HapticBench bench(kEnamelBlock, settings);
+  HapticBench bench(kEnamelBlock, probe_settings("voxel_penalty"));
   for (int i = 0; i <= 200; ++i) bench.tick({{0.03_mm, 0.04_mm, 2.6_mm - pressed_mm * 1.0_mm * i / 200.0}});
   return bench.last.f_model_W.z;
 }

@@ -1,6 +1,5 @@
 // Tests patches on their way from the carver to the servo: they are kept up to date while the servo continues to cut.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -13,7 +12,6 @@
 #include "engine/base/units.h"
 #include "engine/base/voxels.h"
 #include "haptics/contact/cubic.h"
-#include "haptics/contact/sliding_buffer.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/patch_exchange.h"
 #include "tests/support/haptic_bench.h"
@@ -242,38 +240,6 @@ TEST(TissuePatch, TheForceLawGivesTheBitsOfItsVersion) {
   EXPECT_EQ(hash_of_session(), 0xdb5180a821829b24u) << "raise kForceLaw with this hash";
 }
 
-TEST(SlidingBuffer, NeedsNoFileSoALimitOfTheFileSizeDoesNotMatter) {
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const rlimit none{0, before.rlim_max};
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &none), 0);
-  haptics::SlidingBuffer<int> buffer;
-  EXPECT_NO_THROW(buffer.assign(100'000, 5));
-  setrlimit(RLIMIT_FSIZE, &before);
-  EXPECT_EQ(std::count(buffer.begin(), buffer.end(), 5), 100'000);
-}
-
-TEST(SlidingBuffer, KeepsElementsAtTheirPlaceRelativeToTheNewOrigin) {
-  haptics::SlidingBuffer<int> buffer;
-  buffer.assign(3000, -1);
-  for (int i = 0; i < 3000; ++i) buffer[static_cast<std::size_t>(i)] = i;
-  int first = 0;
-  for (const int by : {7, -3, 2000, 900, -2999, 40'000}) {
-    buffer.slide(by);
-    first += by;
-    for (int i = 0; i < 3000; ++i) {
-      int& element = buffer[static_cast<std::size_t>(i)];
-      if (i + by >= 0 && i + by < 3000) {
-        EXPECT_EQ(element, first + i);
-      }
-      element = first + i;
-    }
-  }
-  const haptics::SlidingBuffer<int> copy = buffer;
-  buffer[5] = 0;
-  EXPECT_EQ(copy[5], first + 5);
-}
-
 TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;
@@ -360,45 +326,6 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   TissuePatch check = bench.empty_patch();
   bench.carver.volume().copy(bench.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
   EXPECT_EQ(bench.patch().distance, check.distance);
-}
-
-// A step costs only the samples that come in, so the servo must keep its memory, and the exchange must offer steps
-// again after a complete patch.
-TEST(PatchExchange, TheServoKeepsItsMemoryAsLongAsItsPatchesAreSteps) {
-  haptics::ServoSettings settings;
-  settings.tool.diameter = settings.tool.length = 1.2_mm;
-  HapticBench bench(kBlock, settings);
-  PatchExchange exchange(bench.carver);
-  ServoTick tick;
-  Cut cut;
-  const glm::ivec3 voxel(glm::round(bench.carver.volume().frame().to_voxels({0, 0, 2.9_mm})));
-  const float* memory = nullptr;  // address of the sample at one voxel in the servo's patch
-  int steps = 0;
-  for (int i = 0; i < 40; ++i) {
-    const dvec3 center{0, 0, i / 2 % 2 ? 3.7_mm : 2.9_mm};
-    exchange.offer(bench.carver, center);
-    // While a patch is offered, the next one must be complete, because the servo may hold either of two patches.
-    const bool twice = i % 10 == 9;
-    if (twice) exchange.offer(bench.carver, center);
-    haptics::Snapshot* const fresh = exchange.take(bench.patch(), tick.cuts, i);
-    ASSERT_TRUE(fresh) << i;
-    EXPECT_EQ(fresh->from, i == 0 || twice ? 0u : bench.patch().number) << i;
-    const bool step = fresh->from != 0;
-    bench.servo.adopt(*fresh);
-    // A voxel keeps its address when its patch moves, so the address tells which memory the patch uses.
-    const TissuePatch& patch = bench.patch();
-    const glm::ivec3 middle = voxel - patch.lo;
-    const float* const now = patch.distance.data() + patch.at(middle.x, middle.y, middle.z);
-    if (step) {
-      EXPECT_EQ(now, memory) << i;
-    }
-    memory = now;
-    steps += step;
-    EXPECT_FALSE(exchange.take(patch, tick.cuts, i)) << "the next tick returns the replaced patch";
-    bench.servo.tick({i * 1'000'000LL, {center}, 0}, tick, cut);
-    exchange.keep_up(bench.carver, tick.patch);
-  }
-  EXPECT_EQ(steps, 35);
 }
 
 /// Checks that the patch that the servo uses contains the bits of the volume.

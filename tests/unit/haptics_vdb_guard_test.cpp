@@ -35,7 +35,6 @@ class VdbGuard : public testing::Test {
         .save(file_);
     bytes_ = read_text(file_);
   }
-  ~VdbGuard() override { std::filesystem::remove(file_); }
   void write(const std::string& bytes) const {
     std::filesystem::remove(file_);
     std::ofstream(file_, std::ios::binary) << bytes;
@@ -44,8 +43,8 @@ class VdbGuard : public testing::Test {
     return test::refusal([&] { (void)TissueVolume::load(file_); });
   }
   static constexpr std::size_t kSealBytes = 16;
-  const std::filesystem::path file_ =
-      std::filesystem::temp_directory_path() / ("typodont_guard_" + std::to_string(getpid()) + ".vdb");
+  const test::Folder folder_;
+  const std::filesystem::path file_ = folder_ / "sphere.vdb";
   std::string bytes_;
 };
 
@@ -70,24 +69,22 @@ TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
       std::system(fmt::format("{} read {} /dev/full distance >/dev/null 2>&1", reader, file_.string()).c_str());
   EXPECT_EQ(WEXITSTATUS(status), 3);
   // The program must show the same reason if its temporary folder is full.
-  const std::string cache = file_.string() + ".cache";  // an empty one: what is kept needs no copy
+  const std::string cache = folder_ / "cache";  // an empty one: what is kept needs no copy
   ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
-  const std::string stand_in = file_.string() + ".reader";
+  const std::string stand_in = folder_ / "reader";
   std::ofstream(stand_in) << "#!/bin/sh\nexit 3\n";
   std::filesystem::permissions(stand_in, std::filesystem::perms::owner_all);
   ::setenv("TYPODONT_OPENVDB", stand_in.c_str(), 1);
   const std::string said = message();
   ::unsetenv("TYPODONT_OPENVDB");
-  std::filesystem::remove(stand_in);
   EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy of " + file_.string()), HasSubstr("TMPDIR"),
                                    testing::Not(HasSubstr("damaged"))));
   EXPECT_EQ(message(), "");  // when the disk has space again
   ::unsetenv("TYPODONT_CACHE");
-  std::filesystem::remove_all(cache);
 }
 
 TEST_F(VdbGuard, UnderASmallLimitOfTheFileSizeAnIntactVolumeIsNotReportedAsDamaged) {
-  const std::string cache = file_.string() + ".cache";
+  const std::string cache = folder_ / "cache";
   ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -97,7 +94,6 @@ TEST_F(VdbGuard, UnderASmallLimitOfTheFileSizeAnIntactVolumeIsNotReportedAsDamag
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy"), testing::Not(HasSubstr("damaged"))));
   ::unsetenv("TYPODONT_CACHE");
-  std::filesystem::remove_all(cache);
 }
 
 /// Time and memory of a session grow with the box around the tissue. Before volumes were checked, one far voxel cost 45
@@ -201,7 +197,7 @@ TEST_F(VdbGuard, TheProcessThatReadsHasLittleMemory) {
 TEST_F(VdbGuard, ATruncatedOrChangedBlockListCannotCrashTheProgram) {
   const std::vector<std::string> names = {"distance", "tissue"};
   const FlatGrids grids = read_guarded(file_, names);
-  const auto flat = std::filesystem::path(file_.string() + ".flat");
+  const auto flat = folder_ / "flat";
   const int fd = open(flat.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   write_flat(fd, "flat", grids);
   close(fd);
@@ -220,7 +216,6 @@ TEST_F(VdbGuard, ATruncatedOrChangedBlockListCannotCrashTheProgram) {
       EXPECT_THAT(e.what(), HasSubstr("flat"));
     }
   }
-  std::filesystem::remove(flat);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/tool.h"
+#include "tests/support/heads.h"
 #include "tests/support/swinging_hand.h"
 
 namespace typodont {
@@ -61,7 +62,7 @@ TEST(Wear, TheSurfaceOfAHeadIsThatOfItsMeridian) {
   EXPECT_NEAR(head(HeadShape::kSphere, 2 * r).area() / (4 * kPi * r * r), 1, 1e-12);
   EXPECT_NEAR(head(HeadShape::kCylinder, 4.0_mm).area() / (2 * kPi * r * (4.0_mm + r)), 1, 1e-12);
   EXPECT_NEAR(head(HeadShape::kRoundEndCylinder, 4.0_mm).area() / (kPi * r * (2 * 4.0_mm + r)), 1, 1e-12);
-  for (const HeadShape shape : head_shapes()) {
+  for (const HeadShape shape : test::head_shapes()) {
     const Tool tool = head(shape, shape == HeadShape::kSphere ? 1.2_mm : 4.0_mm);
     const std::vector<HeadSample> samples = sample_head(tool, 1000);
     const double sum =

@@ -107,114 +107,6 @@ TEST(EditableMesh, RoughNormalsFollowEveryEdit) {
   }
 }
 
-TEST(EditableMesh, ARecordUndoesAndRedoesEditsBitForBit) {
-  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
-  std::mt19937 random(11);
-  std::vector<std::uint64_t> hashes{mesh.hash()};
-  std::vector<MeshRecord> strokes(6);
-  for (MeshRecord& stroke : strokes) {
-    mesh.record(&stroke);
-    random_edits(mesh, random, 300);
-    mesh.record(nullptr);
-    hashes.push_back(mesh.hash());
-  }
-  for (int again = 0; again < 2; ++again) {
-    for (std::size_t k = strokes.size(); k-- > 0;) {
-      mesh.exchange(strokes[k]);
-      ASSERT_EQ(mesh.hash(), hashes[k]);
-      ASSERT_EQ(broken(mesh), "");
-    }
-    for (std::size_t k = 0; k < strokes.size(); ++k) {
-      mesh.exchange(strokes[k]);
-      ASSERT_EQ(mesh.hash(), hashes[k + 1]);
-    }
-  }
-  random_edits(mesh, random, 2000);
-  EXPECT_EQ(broken(mesh), "");
-}
-
-TEST(EditableMesh, TheListOfChangesNamesEveryFaceThatDiffers) {
-  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
-  mesh.list_changes();
-  std::mt19937 random(5);
-  for (int round = 0; round < 10; ++round) {
-    const EditableMesh before = mesh;
-    random_edits(mesh, random, 50);
-    std::vector<Index> changes;
-    mesh.take_changes(changes);
-    std::vector<bool> listed(mesh.face_range());
-    for (const Index f : changes) listed[f] = true;
-    for (Index f = 0; f < mesh.face_range(); ++f) {
-      const bool was = f < before.face_range() && before.uses(f);
-      bool same = was == mesh.uses(f);
-      for (int c = 0; same && was && c < 3; ++c) same = before.point(f, c) == mesh.point(f, c);
-      if (!same) {
-        ASSERT_TRUE(listed[f]) << f;
-      }
-    }
-    EXPECT_LT(changes.size(), 600u) << "of " << mesh.face_count();
-  }
-}
-
-TEST(EditableMesh, EqualCallsOnACopyGiveEqualBits) {
-  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
-  std::mt19937 random(2);
-  random_edits(mesh, random, 1000);
-  EditableMesh copy = mesh;
-  std::mt19937 one(9), other(9);
-  random_edits(mesh, one, 1000), random_edits(copy, other, 1000);
-  EXPECT_EQ(mesh.hash(), copy.hash());
-}
-
-TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndSortsNeighboursTogether) {
-  haptics::TissueMesh mesh = test::ball(dvec3(3e-3), 0.3e-3);
-  std::mt19937 random(4);
-  std::vector<std::size_t> shuffled(mesh.triangles.size());
-  std::iota(shuffled.begin(), shuffled.end(), 0);
-  std::shuffle(shuffled.begin(), shuffled.end(), random);
-  haptics::TissueMesh mixed = mesh;
-  for (std::size_t i = 0; i < shuffled.size(); ++i) {
-    mixed.triangles[i] = mesh.triangles[shuffled[i]];
-    mixed.tissue[i] = i % 3 ? Tissue::kEnamel : Tissue::kDentin;
-  }
-  const haptics::TissueMesh sorted = haptics::mesh::in_spatial_order(mixed);
-  const auto content = [](const haptics::TissueMesh& m) {
-    std::multiset<std::tuple<unsigned, unsigned, unsigned, Tissue>> all;
-    for (std::size_t i = 0; i < m.triangles.size(); ++i) {
-      all.emplace(m.triangles[i].x, m.triangles[i].y, m.triangles[i].z, m.tissue[i]);
-    }
-    return all;
-  };
-  EXPECT_EQ(content(sorted), content(mixed));
-  EXPECT_EQ(sorted.vertices, mixed.vertices);
-  const auto mean_leap = [](const haptics::TissueMesh& m) {
-    double sum = 0;
-    for (std::size_t i = 1; i < m.triangles.size(); ++i) {
-      sum += glm::distance(m.vertices[m.triangles[i].x], m.vertices[m.triangles[i - 1].x]);
-    }
-    return sum / static_cast<double>(m.triangles.size() - 1);
-  };
-  EXPECT_LT(mean_leap(sorted), 0.2 * mean_leap(mixed));
-}
-
-TEST(NearPoints, KeepsTheListedPointsAndThoseBeforeTheFirstIndex) {
-  haptics::mesh::NearPoints points(10);
-  points.clear(Pose{});
-  for (int i = 0; i < 8; ++i) points.add({1e-3 * i, 0, 0});
-  const std::uint32_t kept[] = {3, 4, 7};
-  const double distances[] = {1e-3, 2e-3, 3e-3};
-  points.keep(2, kept, distances);
-  ASSERT_EQ(points.size(), 5u);
-  const double expected[] = {0, 1e-3, 3e-3, 4e-3, 7e-3};
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(points[i].x, expected[i]);
-  const auto near = points.within({7e-3, 0, 0}, 1e-4);
-  ASSERT_EQ(near.size(), 1u) << "the search uses the new indices";
-  EXPECT_EQ(near[0], 4u);
-  const auto listed = points.listed_within(2e-3);
-  const std::vector<std::uint32_t> without_distance_or_near = {0, 1, 2, 3};
-  EXPECT_EQ(std::vector<std::uint32_t>(listed.begin(), listed.end()), without_distance_or_near);
-}
-
 TEST(NearPoints, FindsEveryPointWithinReachAndNoneFarBeyond) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -271,43 +163,6 @@ TEST(EditableMesh, NonManifoldEdgesAndVerticesAreSplit) {
   EXPECT_EQ(two.vertex_count(), 6u);
 }
 
-TEST(TriangleTable, RemovesOnlyTrianglesThatDoNotCross) {
-  using haptics::mesh::Corners;
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> anywhere(-1, 1);
-  std::uniform_int_distribution<int> scale(0, 4);
-  constexpr std::size_t kCount = 400;
-  std::vector<Corners> all(kCount);
-  haptics::mesh::TriangleTable table(kCount);
-  for (std::size_t i = 0; i < kCount; ++i) {
-    // Triangles of all sizes around two points, some of them flat in a common plane, and some degenerate.
-    const double size = std::pow(10.0, -3 - scale(random));
-    const dvec3 middle(i % 2 == 0 ? 0 : 1e-4, 0, 0);
-    for (int k = 0; k < 3; ++k) {
-      all[i].v[k] = static_cast<haptics::mesh::Index>(3 * i + static_cast<std::size_t>(k));
-      all[i].p[k] = middle + size * dvec3(anywhere(random), anywhere(random), i % 3 == 0 ? 0 : anywhere(random));
-    }
-    if (i % 7 == 0) all[i].p[2] = all[i].p[1];
-    if (i % 11 == 0) all[i].v[0] = all[0].v[0], all[i].p[0] = all[0].p[0];
-    table.set(i, all[i].p[0], all[i].p[1], all[i].p[2]);
-  }
-  std::size_t crossing = 0, kept_pairs = 0;
-  for (const Corners& one : all) {
-    std::vector<std::uint32_t> at(kCount);
-    std::iota(at.begin(), at.end(), 0u);
-    at.resize(table.keep_possible(one, at.data(), kCount));
-    EXPECT_TRUE(std::ranges::is_sorted(at));
-    kept_pairs += at.size();
-    for (std::uint32_t i = 0; i < kCount; ++i) {
-      if (!haptics::mesh::cross_each_other(one, all[i])) continue;
-      ++crossing;
-      EXPECT_TRUE(std::ranges::binary_search(at, i));
-    }
-  }
-  EXPECT_GT(crossing, 100u);
-  EXPECT_LT(kept_pairs, kCount * kCount / 4);
-}
-
 TEST(EditableMesh, IntersectingTrianglesAreDetectedAndTouchingOnesAreNot) {
   using haptics::mesh::Corners;
   using haptics::mesh::cross_each_other;
@@ -317,6 +172,55 @@ TEST(EditableMesh, IntersectingTrianglesAreDetectedAndTouchingOnesAreNot) {
   EXPECT_FALSE(cross_each_other(flat, {{0, 1, 5}, {{0, 0, 0}, {1, 0, 0}, {0.2, 0.3, 1}}}));
   EXPECT_TRUE(cross_each_other(flat, {{0, 4, 5}, {{0, 0, 0}, {0.3, 0.3, 0.5}, {0.35, 0.3, -0.5}}})) << "one in common";
   EXPECT_FALSE(cross_each_other(flat, {{0, 4, 5}, {{0, 0, 0}, {-0.3, 0.3, 0.5}, {-0.3, 0.3, -0.5}}}));
+}
+
+TEST(NearPoints, KeepsTheListedPointsAndThoseBeforeTheFirstIndex) {
+  haptics::mesh::NearPoints points(10);
+  points.clear(Pose{});
+  for (int i = 0; i < 8; ++i) points.add({1e-3 * i, 0, 0});
+  const std::uint32_t kept[] = {3, 4, 7};
+  const double distances[] = {1e-3, 2e-3, 3e-3};
+  points.keep(2, kept, distances);
+  ASSERT_EQ(points.size(), 5u);
+  const double expected[] = {0, 1e-3, 3e-3, 4e-3, 7e-3};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(points[i].x, expected[i]);
+  const auto near = points.within({7e-3, 0, 0}, 1e-4);
+  ASSERT_EQ(near.size(), 1u) << "the search uses the new indices";
+  EXPECT_EQ(near[0], 4u);
+  const auto listed = points.listed_within(2e-3);
+  const std::vector<std::uint32_t> without_distance_or_near = {0, 1, 2, 3};
+  EXPECT_EQ(std::vector<std::uint32_t>(listed.begin(), listed.end()), without_distance_or_near);
+}
+
+TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndSortsNeighboursTogether) {
+  haptics::TissueMesh mesh = test::ball(dvec3(3e-3), 0.3e-3);
+  std::mt19937 random(4);
+  std::vector<std::size_t> shuffled(mesh.triangles.size());
+  std::iota(shuffled.begin(), shuffled.end(), 0);
+  std::shuffle(shuffled.begin(), shuffled.end(), random);
+  haptics::TissueMesh mixed = mesh;
+  for (std::size_t i = 0; i < shuffled.size(); ++i) {
+    mixed.triangles[i] = mesh.triangles[shuffled[i]];
+    mixed.tissue[i] = i % 3 ? Tissue::kEnamel : Tissue::kDentin;
+  }
+  const haptics::TissueMesh sorted = haptics::mesh::in_spatial_order(mixed);
+  const auto content = [](const haptics::TissueMesh& m) {
+    std::multiset<std::tuple<unsigned, unsigned, unsigned, Tissue>> all;
+    for (std::size_t i = 0; i < m.triangles.size(); ++i) {
+      all.emplace(m.triangles[i].x, m.triangles[i].y, m.triangles[i].z, m.tissue[i]);
+    }
+    return all;
+  };
+  EXPECT_EQ(content(sorted), content(mixed));
+  EXPECT_EQ(sorted.vertices, mixed.vertices);
+  const auto mean_leap = [](const haptics::TissueMesh& m) {
+    double sum = 0;
+    for (std::size_t i = 1; i < m.triangles.size(); ++i) {
+      sum += glm::distance(m.vertices[m.triangles[i].x], m.vertices[m.triangles[i - 1].x]);
+    }
+    return sum / static_cast<double>(m.triangles.size() - 1);
+  };
+  EXPECT_LT(mean_leap(sorted), 0.2 * mean_leap(mixed));
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <string>
 #include <vector>
@@ -243,17 +242,6 @@ TEST_F(Exercise, AToothWhoseSceneCannotBeWrittenLeavesNoFile) {
   Progress progress;
   EXPECT_THROW(import_tooth(tooth, progress), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Corner.vdb"));
-}
-
-TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
-  folder.write("unit.obj", obj_of({"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"}, kBoxFaces));
-  for (const double unit : {7e-3, 25.4e-3}) {
-    NewTooth tooth{.input = folder / "unit.obj", .name = "Cube"};
-    tooth.options.voxel = 0.5e-3;
-    tooth.options.mesh_unit = unit;
-    const auto volumes = load_tissue(imported(tooth)).volumes();
-    EXPECT_NEAR(std::cbrt(total(volumes)), unit, 0.02 * unit);
-  }
 }
 
 /// Returns an open sheet of 12 × 8 units at z = 0 as an OBJ file. Its face points up. Each coordinate is multiplied by

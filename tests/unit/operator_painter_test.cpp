@@ -5,7 +5,6 @@
 #include <random>
 
 #include "engine/app/operator/draw_list_painter.h"
-#include "engine/app/operator/drawn_tiles.h"
 
 namespace typodont {
 namespace {
@@ -119,30 +118,6 @@ TEST_F(Painter, AnySequenceOfFramesLooksLikeCompletelyDrawnFrames) {
     if (chance(4)) fill_picture(static_cast<std::uint8_t>(random() % 256));
     frame(clock, bar, panel, with_picture);
     ASSERT_EQ(differing->read(), whole->read()) << "frame " << i;
-  }
-}
-
-TEST(DrawnTiles, ManySmallDifferencesAreCoveredByFewRectangles) {
-  std::mt19937 random(8);
-  for (int round = 0; round < 200; ++round) {
-    const display::ivec2 size(1 + static_cast<int>(random() % 900), 1 + static_cast<int>(random() % 500));
-    const int across = (size.x + 31) / 32, down = (size.y + 31) / 32;
-    const std::vector<std::uint64_t> before(static_cast<std::size_t>(across * down), 1);
-    std::vector<std::uint64_t> after = before;
-    for (std::uint64_t& tile : after)
-      if (random() % (1u + static_cast<unsigned>(round) % 60) == 0) tile = 2;
-    const std::vector<display::Part> parts = differing_parts(before, after, size);
-    EXPECT_LE(parts.size(), 12u);
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) {
-        int in = 0;
-        for (const display::Part& p : parts) in += x >= p.x && y >= p.y && x < p.x + p.width && y < p.y + p.height;
-        ASSERT_LE(in, 1) << "drawn twice";
-        const bool differs = after[static_cast<std::size_t>(y / 32 * across + x / 32)] == 2;
-        ASSERT_GE(in, differs ? 1 : 0) << x << ", " << y;
-      }
-    for (const display::Part& p : parts)
-      ASSERT_TRUE(p.width > 0 && p.height > 0 && p.x + p.width <= size.x && p.y + p.height <= size.y);
   }
 }
 

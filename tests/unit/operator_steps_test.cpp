@@ -62,34 +62,6 @@ TEST(Steps, TouchingCountsOnlyWhileTheHeadIsOnTissue) {
   EXPECT_EQ(ticks, 5);
 }
 
-TEST(Steps, ToolSpeedUndoViewViewpointAndHoldAreSeenAsChanges) {
-  WatchedHand h{
-      StepWatcher(task_of(R"({"en": "t", "done": "tool"}, {"en": "s", "done": "speed"}, {"en": "u", "done": "undo"},
-                               {"en": "v", "done": "view"}, {"en": "p", "done": "viewpoint"},
-                               {"en": "h", "done": "hold"})")),
-      {}};
-  h.after(0);
-  h.deeds.tick.tool = 2;
-  EXPECT_TRUE(h.after(0.1));
-  h.after(0.1);
-  h.deeds.settings.speed_fraction = 0.5;
-  EXPECT_TRUE(h.after(0.1));
-  h.after(0.1);
-  EXPECT_FALSE(h.after(0.1));
-  h.deeds.undone = 1;
-  EXPECT_TRUE(h.after(0.1));
-  h.after(0.1);
-  h.deeds.views = 1;
-  EXPECT_TRUE(h.after(0.1));
-  h.deeds.views = 2;
-  EXPECT_FALSE(h.after(0.1)) << "another view is not another viewpoint";
-  h.deeds.viewpoints = 1;
-  EXPECT_TRUE(h.after(0.1));
-  EXPECT_FALSE(h.after(0.1));
-  h.deeds.held = true;
-  EXPECT_TRUE(h.after(0.1));
-}
-
 TEST(Steps, AToolThatWasChosenBeforeTheStepDoesNotCompleteIt) {
   WatchedHand h{StepWatcher(task_of(R"({"en": "Take another tool.", "done": "tool"})")), {}};
   h.deeds.chosen_tool = 2;  // the head is still on tissue, so the servo has not taken the tool yet

@@ -22,30 +22,6 @@ CavityMeasures measure_hole(Removed removed) {
   return measure_cavity(in);
 }
 
-TEST(DenseField, TrilinearSamplesOfALinearFieldAreExactAndItsGradientIsOne) {
-  const dvec3 n = glm::normalize(dvec3(1, 2, 3));
-  const DenseField field = sampled({11, 12, 13}, [&](const dvec3& p) { return glm::dot(n, p) - 1e-3; });
-  EXPECT_NEAR(field.sample({3.3, 4.7, 5.1}), glm::dot(n, dvec3(3.3, 4.7, 5.1)) - 10, 1e-5);
-  EXPECT_NEAR(glm::length(field.gradient({5, 5, 5}) - n), 0, 1e-5);
-}
-
-TEST(DenseField, RedistancingRestoresTheDistanceThatCuttingLeftFlat) {
-  const auto sphere = ball({2e-3, 2e-3, 2e-3}, 1e-3);
-  const DenseField truth = sampled({41, 41, 41}, sphere);
-  DenseField flat = truth;
-  for (float& d : flat.distance) d = std::clamp(d, -2.0f, 2.0f);
-  const DenseField again = redistanced(flat);
-  double worst = 0;
-  for (std::size_t i = 0; i < truth.distance.size(); ++i) {
-    worst = std::max(worst, std::abs(std::min(15.0, static_cast<double>(again.distance[i])) -
-                                     static_cast<double>(truth.distance[i])));
-    if (std::abs(flat.distance[i]) < 1.8f) {
-      ASSERT_EQ(again.distance[i], flat.distance[i]);
-    }
-  }
-  EXPECT_LT(worst, 0.15);  // voxels
-}
-
 TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
   // One half of the floor is flat; the other half consists of passes that differ in depth by 0.02 mm. The old surface
   // has a slope of 0.4. So the depth of the flat half alone differs from the mean depth: it is 0.3 mm less.

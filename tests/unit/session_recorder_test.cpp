@@ -21,6 +21,7 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
+using SessionFile = FolderTest;
 
 void write_session(const std::filesystem::path& file, std::span<const ServoTick> ticks, const SessionHeader& header) {
   SessionWriter writer(file, header);
@@ -37,8 +38,7 @@ struct Disk {
   Disk(const Disk&) = delete;
 };
 
-TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, DataForAReplayAreReadBackBitForBit) {
   const auto ticks = random_ticks(3001, 1);
   const auto cuts = random_cuts(517, 2);
   const auto patches = random_patches(40, 3);
@@ -98,8 +98,7 @@ TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   EXPECT_TRUE(reader.ticks(5000, 10).empty());
 }
 
-TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
   const auto ticks = random_ticks(2000, 4);
   write_session(folder / "s.h5", ticks, some_header());
   const auto back = SessionReader(folder / "s.h5").ticks();
@@ -116,8 +115,7 @@ TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
   }
 }
 
-TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   std::vector<ServoTick> ticks(4);
   for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].index = i;
   ticks[0].X_WT.p = {std::nan(""), -0.0, 5e-324};
@@ -130,8 +128,7 @@ TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(same_for_replay(ticks[i], back[i])) << i;
 }
 
-TEST(SessionFile, TheHeaderIsReadBack) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, TheHeaderIsReadBack) {
   const SessionHeader h = some_header();
   { ASSERT_TRUE(SessionWriter(folder / "s.h5", h).finish({})); }
   const SessionReader reader(folder / "s.h5");
@@ -157,8 +154,7 @@ TEST(SessionFile, TheHeaderIsReadBack) {
   EXPECT_FALSE(reader.truncated());
 }
 
-TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   auto ticks = random_ticks(30, 71);
   for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 2;
   SessionHeader header = some_header();
@@ -172,8 +168,7 @@ TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
                                                          {ticks[20].t, EventKind::kTool, "flame_012"}}));
 }
 
-TEST(SessionFile, LoopTimingIsReadBackAlsoFromARepairedSession) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, LoopTimingIsReadBackAlsoFromARepairedSession) {
   const LoopReport loop = some_loop();
   const auto expect_same = [&](const std::optional<LoopReport>& read) {
     ASSERT_TRUE(read);
@@ -210,8 +205,7 @@ TEST(SessionFile, LoopTimingIsReadBackAlsoFromARepairedSession) {
   EXPECT_FALSE(SessionReader(folder / "none.h5").loop());
 }
 
-TEST(SessionFile, EqualSessionsAreEqualBytes) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, EqualSessionsAreEqualBytes) {
   const auto ticks = random_ticks(1500, 5);
   WriterOptions options;
   options.whole_or_nothing = true;
@@ -224,22 +218,7 @@ TEST(SessionFile, EqualSessionsAreEqualBytes) {
   EXPECT_EQ(read_text(folder / "a.h5"), read_text(folder / "b.h5"));
 }
 
-TEST(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEverythingInIt) {
-  TemporaryFolder folder;
-  const auto ticks = random_ticks(777, 6);
-  {
-    SessionWriter writer(folder / "s.h5", some_header());
-    writer.append(ticks);
-  }
-  const SessionReader reader(folder / "s.h5");
-  EXPECT_TRUE(reader.truncated());
-  EXPECT_FALSE(reader.result());
-  ASSERT_EQ(reader.tick_count(), ticks.size());
-  EXPECT_TRUE(same_for_replay(reader.ticks()[776], ticks[776]));
-}
-
-TEST(SessionFile, RepairedHoldsEveryEventOnce) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, RepairedHoldsEveryEventOnce) {
   auto ticks = random_ticks(900, 7);
   for (std::size_t i = 0; i < ticks.size(); ++i)
     ticks[i].tool = static_cast<std::uint32_t>(i / 300 % 2);  // another one is taken up twice
@@ -260,19 +239,7 @@ TEST(SessionFile, RepairedHoldsEveryEventOnce) {
   EXPECT_EQ(repaired.tick_count(), ticks.size());
 }
 
-TEST(SessionFile, AnUnfinishedResultLeavesNothingBehind) {
-  TemporaryFolder folder;
-  {
-    WriterOptions options;
-    options.whole_or_nothing = true;
-    SessionWriter writer(folder / "s.h5", some_header(), options);
-    writer.append(random_ticks(10, 7));
-  }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-}
-
-TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
-  TemporaryFolder folder;
+TEST_F(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
   std::ofstream(folder / "garbage.h5") << std::string(5000, 'x');
   std::ofstream(folder / "empty.h5") << "";
   EXPECT_THAT(refusal([&] { SessionReader r(folder / "garbage.h5"); }),
@@ -479,19 +446,6 @@ TEST(SessionWriter, PicturesLostToAFullDiskAreCountedAndTheRecordingIsIncomplete
   EXPECT_TRUE(reader.result()->pictures.empty());
 }
 
-TEST(SessionWriter, EntriesDroppedByTheRingsAreCountedInTheFile) {
-  TemporaryFolder folder;
-  SessionWriter writer(folder / "s.h5", some_header());
-  writer.count_ring_losses(12, 3, 7);
-  EXPECT_FALSE(writer.finish({}));  // finished, but not whole
-  EXPECT_THAT(writer.status().message, HasSubstr("12 ticks, 3 cuts, 7 other entries"));
-  const SessionReader reader(folder / "s.h5");
-  EXPECT_EQ(reader.lost().ticks_ring, 12u);
-  EXPECT_EQ(reader.lost().cuts_ring, 3u);
-  EXPECT_EQ(reader.lost().other_ring, 7u);
-  EXPECT_FALSE(reader.truncated());
-}
-
 TEST(Hash, FilesAndForcesHaveTheKnownSha256AndFnv1aValues) {
   Fnv1a empty, a, foobar;
   a.bytes("a", 1);
@@ -525,6 +479,19 @@ TEST(Hash, FilesAndForcesHaveTheKnownSha256AndFnv1aValues) {
   ticks[50].f_T_W.y = std::nextafter(ticks[50].f_T_W.y, 100.0);
   add_forces(other, ticks);
   EXPECT_NE(whole.value, other.value);
+}
+
+TEST_F(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEverythingInIt) {
+  const auto ticks = random_ticks(777, 6);
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+  }
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_TRUE(reader.truncated());
+  EXPECT_FALSE(reader.result());
+  ASSERT_EQ(reader.tick_count(), ticks.size());
+  EXPECT_TRUE(same_for_replay(reader.ticks()[776], ticks[776]));
 }
 
 }  // namespace

@@ -26,6 +26,8 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 using testing::Not;
+using Report = FolderTest;
+using LearningCurve = FolderTest;
 
 const std::vector<std::uint8_t> kPng = [] {
   std::vector<std::uint8_t> png(64, 7);
@@ -34,18 +36,24 @@ const std::vector<std::uint8_t> kPng = [] {
   return png;
 }();
 
-void record(const std::filesystem::path& file, std::size_t ticks, const std::string& note = "a note") {
+/// Records random ticks of a session in which `caries_left` (m³) of 10 mm³ of caries are left.
+SessionReader record(const std::filesystem::path& file, std::size_t ticks, const std::string& note = "a note",
+                     double caries_left = 2.5e-9, const std::string& date = some_header().date) {
   SessionHeader header = some_header();
+  header.date = date;
   header.volumes_before[3] = 10e-9;
-  SessionWriter writer(file, header);
-  writer.append(random_ticks(ticks, 1));
-  writer.event(1000, EventKind::kNote, note);
-  SessionResult result;
-  result.has_volumes = true;
-  result.volumes_after = header.volumes_before;
-  result.volumes_after[3] = 2.5e-9;
-  result.pictures = {{"after", "", kPng}, {"before", "", kPng}};
-  ASSERT_TRUE(writer.finish(result));
+  {
+    SessionWriter writer(file, header);
+    writer.append(random_ticks(ticks, 1));
+    writer.event(1000, EventKind::kNote, note);
+    SessionResult result;
+    result.has_volumes = true;
+    result.volumes_after = header.volumes_before;
+    result.volumes_after[3] = caries_left;
+    result.pictures = {{"after", "", kPng}, {"before", "", kPng}};
+    EXPECT_TRUE(writer.finish(result));
+  }
+  return SessionReader(file);
 }
 
 ReportOptions in_language(Language language) {
@@ -66,8 +74,7 @@ SessionReader recorded(const std::filesystem::path& file, const SessionHeader& h
   return SessionReader(file);
 }
 
-TEST(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
-  TemporaryFolder folder;
+TEST_F(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
   SessionHeader header = some_header();
   header.streams.push_back({"picture",
                             {{"period_s", "s"},
@@ -93,8 +100,7 @@ TEST(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
   EXPECT_THAT(report_html(recorded(folder / "none.h5", some_header(), 20)), Not(HasSubstr("Frames of the picture")));
 }
 
-TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
-  TemporaryFolder folder;
+TEST_F(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
   SessionHeader header = some_header();
   header.streams.push_back({"headset",
                             {{"drawn", ""},
@@ -167,10 +173,8 @@ TEST(Catalogue, LanguagesAreKnownByTheirTags) {
   EXPECT_FALSE(language_named("tlh"));
 }
 
-TEST(Report, SaysWhatTheSessionHolds) {
-  TemporaryFolder folder;
-  record(folder / "s.h5", 3000);
-  const SessionReader session(folder / "s.h5");
+TEST_F(Report, SaysWhatTheSessionHolds) {
+  const SessionReader session = record(folder / "s.h5", 3000);
   const std::string html = report_html(session);
   EXPECT_THAT(html, HasSubstr("Zähne, 牙齿"));                  // the scene
   EXPECT_THAT(html, HasSubstr("2.50\u00a0mm³ (25.0\u00a0%)"));  // residual caries
@@ -205,8 +209,7 @@ ReportOptions with_result() {
   return options;
 }
 
-TEST(Report, StatesLoopTimingPermissionsMotorHeatAndHashesOnAPageOfTheirOwn) {
-  TemporaryFolder folder;
+TEST_F(Report, StatesLoopTimingPermissionsMotorHeatAndHashesOnAPageOfTheirOwn) {
   const SessionReader session =
       recorded(folder / "s.h5", some_header(), 500, [](SessionWriter& writer) { writer.loop(some_loop()); });
   const std::string html = report_html(session, with_result());
@@ -233,10 +236,8 @@ TEST(Report, StatesLoopTimingPermissionsMotorHeatAndHashesOnAPageOfTheirOwn) {
   EXPECT_THAT(html, HasSubstr("<a href=\"#technical\">"));
 }
 
-TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
-  TemporaryFolder folder;
-  record(folder / "s.h5", 2000);
-  const SessionReader session(folder / "s.h5");
+TEST_F(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
+  const SessionReader session = record(folder / "s.h5", 2000);
   const std::string german = report_html(session, in_language(Language::kGerman));
   EXPECT_THAT(german, HasSubstr("<html lang=\"de\">"));
   EXPECT_THAT(german, HasSubstr("Restkaries"));
@@ -246,8 +247,7 @@ TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
   EXPECT_THAT(chinese, HasSubstr("残余龋坏"));
 }
 
-TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
-  TemporaryFolder folder;
+TEST_F(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   const SessionReader session = recorded(folder / "s.h5", some_header(), 100, [](SessionWriter& writer) {
     writer.event(1000, EventKind::kTool, "round_012");
     writer.event(2000, EventKind::kFault, "stale_patch");
@@ -257,8 +257,7 @@ TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   EXPECT_THAT(german, HasSubstr("Störung: Gewebe über 20 ms zu spät aktualisiert"));
 }
 
-TEST(Report, CountsFaultsAsEventsWithTheirTotalTimeAndKindAndIsSilentWithoutFaults) {
-  TemporaryFolder folder;
+TEST_F(Report, CountsFaultsAsEventsWithTheirTotalTimeAndKindAndIsSilentWithoutFaults) {
   const auto page = [&](const std::function<std::uint32_t(std::size_t tick)>& faults, Language language) {
     SessionWriter writer(folder / "s.h5", some_header());
     std::vector<ServoTick> ticks = random_ticks(4000, 1);
@@ -297,9 +296,8 @@ struct TimeZone {
   const std::string before = known ? std::getenv("TZ") : "";
 };
 
-TEST(Report, StatesTimesOfThisMachinesTimeZoneWhichItNamesOnce) {
+TEST_F(Report, StatesTimesOfThisMachinesTimeZoneWhichItNamesOnce) {
   const TimeZone berlin("CET-1CEST,M3.5.0,M10.5.0/3");
-  TemporaryFolder folder;
   const SessionReader session = recorded(folder / "s.h5", some_header(), 10);
   ReportOptions options;
   options.remarks = {{"Teacher", "2025-07-01T22:30:00Z", "Good", std::nullopt}};
@@ -325,8 +323,7 @@ TEST(LocalTime, OfATextThatIsNoDateOfAFileIsEmpty) {
   EXPECT_EQ(local_time("2025-01-02T03:04:05Z")->zone, "UTC-03:30");
 }
 
-TEST(Report, RoundsTheSumOfTheItemsTheDoneShareAndTheScoreDownAlike) {
-  TemporaryFolder folder;
+TEST_F(Report, RoundsTheSumOfTheItemsTheDoneShareAndTheScoreDownAlike) {
   record(folder / "s.h5", 500);
   ReportOptions options = with_result();
   Score& s = *options.score;
@@ -343,56 +340,42 @@ TEST(Report, RoundsTheSumOfTheItemsTheDoneShareAndTheScoreDownAlike) {
   EXPECT_THAT(report_html(SessionReader(folder / "s.h5"), options), HasSubstr("× 100 %</td>"));
 }
 
-TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
-  TemporaryFolder folder;
+TEST_F(Report, TextFromTheSessionCannotBecomeMarkup) {
   record(folder / "s.h5", 100, "<img src=x onerror=\"alert('1')\"> & more");
   const std::string html = report_html(SessionReader(folder / "s.h5"));
   EXPECT_THAT(html, Not(HasSubstr("<img src=x")));
   EXPECT_THAT(html, HasSubstr("&lt;img src=x onerror=&quot;alert(&#39;1&#39;)&quot;&gt; &amp; more"));
 }
 
-TEST(Report, StatesThatASessionIsTruncatedOrEmpty) {
-  TemporaryFolder folder;
+TEST_F(Report, StatesThatASessionIsTruncatedOrEmpty) {
   { SessionWriter(folder / "s.h5", some_header()).append(random_ticks(10, 1)); }
   EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("cut off before its end"));
   EXPECT_THAT(report_html(recorded(folder / "e.h5", some_header(), 0)), HasSubstr("Nothing was recorded"));
 }
 
-TEST(Report, StatesWhatIsMissingFromTheFile) {
-  TemporaryFolder folder;
+TEST_F(Report, StatesWhatIsMissingFromTheFile) {
   SessionWriter writer(folder / "s.h5", some_header());
-  writer.count_ring_losses(12, 0, 3);
+  writer.count_ring_losses(12, 3, 7);
   ASSERT_FALSE(writer.finish({}));
-  EXPECT_THAT(report_html(SessionReader(folder / "s.h5")),
-              HasSubstr("12 ticks, 0 cuts, 0 pictures and 3 other entries did not reach the file."));
+  EXPECT_THAT(writer.status().message, HasSubstr("12 ticks, 3 cuts, 7 other entries"));
+  const SessionReader session(folder / "s.h5");
+  EXPECT_FALSE(session.truncated());
+  EXPECT_THAT(report_html(session),
+              HasSubstr("12 ticks, 3 cuts, 0 pictures and 7 other entries did not reach the file."));
 }
 
-TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
-  TemporaryFolder folder;
+TEST_F(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
   SessionHeader header = some_header();
   header.scene_json = R"({"score": {"rules": 3}})";
   EXPECT_THAT(test::refusal([&] { report_html(recorded(folder / "s.h5", header, 0)); }),
               HasSubstr("s.h5: scene: line 1, \"score.rules\": found 3"));
 }
 
-TEST(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
-  TemporaryFolder folder;
+TEST_F(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
   std::vector<SessionSummary> sessions;
   for (const char* date : {"2025-03-01T10:00:00Z", "2025-01-01T10:00:00Z", "2025-02-01T10:00:00Z"}) {
-    SessionHeader header = some_header();
-    header.date = date;
-    header.volumes_before[3] = 10e-9;
     const auto file = folder / (std::string(date).substr(5, 2) + ".h5");
-    {
-      SessionWriter writer(file, header);
-      writer.append(random_ticks(600, 1));
-      SessionResult result;
-      result.has_volumes = true;
-      result.volumes_after = header.volumes_before;
-      result.volumes_after[3] = 2e-9 * static_cast<double>(sessions.size() + 1);
-      ASSERT_TRUE(writer.finish(result));
-    }
-    sessions.push_back(summarize(SessionReader(file)));
+    sessions.push_back(summarize(record(file, 600, "", 2e-9 * static_cast<double>(sessions.size() + 1), date)));
   }
   const std::string html = learning_curve_html(sessions, Language::kEnglish);
   EXPECT_THAT(html, HasSubstr("Learning curve"));
@@ -406,8 +389,7 @@ TEST(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
   EXPECT_THAT(html, Not(HasSubstr("<script")));
 }
 
-TEST(LearningCurve, NamesAnExerciseInTheReadersLanguage) {
-  TemporaryFolder folder;
+TEST_F(LearningCurve, NamesAnExerciseInTheReadersLanguage) {
   SessionHeader header = some_header();
   header.scene_json =
       R"({"name": "plain", "task": {"title": {"en": "Class I cavity", "de": "Kavität der Klasse I", "zh": "I 类洞"}, "goal": "g"}})";
@@ -426,8 +408,7 @@ TEST(ReportPicture, ShowsTheModelAtItsPlaceAndTheDifferenceInColours) {
   EXPECT_EQ(png, draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, true));
 }
 
-TEST(Report, ContainsPicturesATurnableViewSectionsAndTheWorstPlaces) {
-  TemporaryFolder folder;
+TEST_F(Report, ContainsPicturesATurnableViewSectionsAndTheWorstPlaces) {
   record(folder / "s.h5", 500);
   const std::string html = report_html(SessionReader(folder / "s.h5"), with_result());
   EXPECT_THAT(html, HasSubstr("id=\"viewer\" hidden"));
@@ -441,8 +422,7 @@ TEST(Report, ContainsPicturesATurnableViewSectionsAndTheWorstPlaces) {
   EXPECT_THAT(html, Not(HasSubstr(">nan")));
 }
 
-TEST(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
-  TemporaryFolder folder;
+TEST_F(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
   record(folder / "s.h5", 500);
   ReportOptions options = with_result();
   Score& s = *options.score;
@@ -460,8 +440,7 @@ TEST(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
   EXPECT_THAT(page(90), testing::AllOf(HasSubstr("Not passed"), HasSubstr("Critical error: ")));
 }
 
-TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
-  TemporaryFolder folder;
+TEST_F(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
   SessionHeader header = some_header();
   header.scene_json = R"({"name": "n", "tooth": {"mesial": [1, 0, 0], "buccal": [0, 1, 0]}})";
   const SessionReader session = recorded(folder / "s.h5", header, 100);
@@ -485,15 +464,18 @@ TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
               HasSubstr(">lingual</text><text x=\"394\" y=\"14\" text-anchor=\"end\">bukkal</text>"));
 }
 
+/// Returns the name of the place at (x, y, -deep) from the middle of the block's top, m.
+std::string place_words(const Preparation& work, const ToothSides& tooth, double x, double y, double deep) {
+  const PlaceName name = place_name(work, tooth, kMiddle + dvec3(x, y, -deep));
+  return fmt::format("{} {} {}", name.part, name.side, name.third);
+}
+
 TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
   // A square cavity, and the stump of a crown: floor and walls of the one, shoulder, axial walls and top of the other.
   Preparation cavity = a_block();
   cavity.after = cavity.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
   const ToothSides tooth{{0, 1, 0}, {-1, 0, 0}, {}};  // turned a quarter
-  const auto wall = [&](double x, double y, double deep) {
-    const PlaceName name = place_name(cavity, tooth, kMiddle + dvec3(x, y, -deep));
-    return fmt::format("{} {} {}", name.part, name.side, name.third);
-  };
+  const auto wall = [&](double x, double y, double deep) { return place_words(cavity, tooth, x, y, deep); };
   EXPECT_EQ(wall(0, 1e-3, 0.2e-3), "wall mesial occlusal");
   EXPECT_EQ(wall(0, 1.2e-3, 0.2e-3), "margin mesial ");  // cut too far
   EXPECT_EQ(wall(0, -1e-3, 0.75e-3), "wall distal middle");
@@ -511,10 +493,7 @@ TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
     const double prepared = std::min(stump, std::max(p.z - (kTop - 1.5e-3), -1.0));
     return outside < 0 ? std::max(block(p), prepared) : block(p);
   });
-  const auto on_crown = [&](double x, double y, double deep) {
-    const PlaceName name = place_name(crown, tooth, kMiddle + dvec3(x, y, -deep));
-    return fmt::format("{} {} {}", name.part, name.side, name.third);
-  };
+  const auto on_crown = [&](double x, double y, double deep) { return place_words(crown, tooth, x, y, deep); };
   EXPECT_EQ(on_crown(0, 0, 0.5e-3), "occlusal central ");
   EXPECT_EQ(on_crown(0, 1e-3, 0.8e-3), "axial mesial middle");
   EXPECT_EQ(on_crown(0, -1.5e-3, 1.5e-3), "shoulder distal ");
@@ -525,10 +504,7 @@ TEST(Places, OnAToothThatLiesAPlaceIsNamedOcclusalOrCervical) {
   const ToothSides tooth{{1, 0, 0}, {0, 0, 1}, dvec3(0, -1, 0)};
   Preparation work = a_block();
   work.after = work.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
-  const auto place = [&](double x, double y, double deep) {
-    const PlaceName name = place_name(work, tooth, kMiddle + dvec3(x, y, -deep));
-    return fmt::format("{} {} {}", name.part, name.side, name.third);
-  };
+  const auto place = [&](double x, double y, double deep) { return place_words(work, tooth, x, y, deep); };
   EXPECT_EQ(place(0, -1e-3, 0.75e-3), "wall occlusal ");
   EXPECT_EQ(place(0, 1e-3, 0.75e-3), "wall cervical ");
   EXPECT_EQ(place(0.7e-3, 0.7e-3, 1.5e-3), "floor mesiocervical ");
@@ -572,8 +548,7 @@ TEST(Catalogue, NamesEveryShippedToolInEveryLanguage) {
   EXPECT_EQ(tool_text("123", Language::kEnglish), "123");
 }
 
-TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
-  TemporaryFolder folder;
+TEST_F(Report, ComparesWithEarlierSessionsAndTheExpert) {
   record(folder / "s.h5", 500);
   ReportOptions options = with_result();
   SessionSummary earlier{"a.h5", "2025-01-01T00:00:00Z", "", "x", false, *options.score, {}};

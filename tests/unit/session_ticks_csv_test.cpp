@@ -13,6 +13,7 @@ namespace {
 
 using namespace test;
 using testing::HasSubstr;
+using TicksCsv = FolderTest;
 
 void write_csv(const std::filesystem::path& file, std::span<const ServoTick> ticks) {
   TicksCsvWriter writer(file);
@@ -20,8 +21,7 @@ void write_csv(const std::filesystem::path& file, std::span<const ServoTick> tic
   writer.finish();
 }
 
-TEST(TicksCsv, HasTheDocumentedColumnsInOrderAndNumbersAsTheShortestTextInPeoplesUnits) {
-  TemporaryFolder folder;
+TEST_F(TicksCsv, HasTheDocumentedColumnsInOrderAndNumbersAsTheShortestTextInPeoplesUnits) {
   ServoTick t;
   t.t = 1'001'000'000;
   t.X_WT.p = {1e-3, -2.5e-4, -0.0};
@@ -46,8 +46,7 @@ TEST(TicksCsv, HasTheDocumentedColumnsInOrderAndNumbersAsTheShortestTextInPeople
       "0.5,2,0.25,0,-1,0,0.5\n");
 }
 
-TEST(TicksCsv, ReadsBackWhatItWrote) {
-  TemporaryFolder folder;
+TEST_F(TicksCsv, ReadsBackWhatItWrote) {
   const auto ticks = random_ticks(500, 21);
   write_csv(folder / "t.csv", ticks);
   const auto back = read_ticks_csv(folder / "t.csv");
@@ -71,8 +70,7 @@ TEST(TicksCsv, ReadsBackWhatItWrote) {
   EXPECT_EQ(read_text(folder / "again.csv").size(), read_text(folder / "third.csv").size());
 }
 
-TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
-  TemporaryFolder folder;
+TEST_F(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   const auto ticks = random_ticks(3, 22);
   write_csv(folder / "good.csv", ticks);
   const std::string good = read_text(folder / "good.csv");
@@ -100,8 +98,7 @@ TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   EXPECT_THAT(refusal([&] { read_ticks_csv(folder / "none.csv"); }), HasSubstr("No such file"));
 }
 
-TEST(TicksCsv, AnAbandonedTableLeavesNoFileAndAnUnwritablePathIsAnError) {
-  TemporaryFolder folder;
+TEST_F(TicksCsv, AnAbandonedTableLeavesNoFileAndAnUnwritablePathIsAnError) {
   { TicksCsvWriter(folder / "t.csv").append(random_ticks(5000, 23)); }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
   EXPECT_THAT(refusal([] { TicksCsvWriter w("/nowhere/t.csv"); }), HasSubstr("/nowhere/t.csv"));

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "tests/support/folder.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont {
@@ -103,7 +104,8 @@ TEST(HeadsetRig, MeasuredSpaceAndMagnificationExcludeEachOther) {
 }
 
 TEST(HeadsetRig, UsesTheInverseOfTheRegistrationThatTheCalibrationFound) {
-  const std::string file = testing::TempDir() + "/typodont_reg.json";
+  const test::Folder folder;
+  const std::string file = folder / "reg.json";
   write_file_atomically(file,
                         R"({"X_DH": {"translation_mm": [100, 0, 0], "rotation_wxyz": [0.70710678, 0, 0, 0.70710678]},
                                    "fre_rms_mm": 0.2})");

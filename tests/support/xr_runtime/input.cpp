@@ -108,10 +108,6 @@ XRAPI_ATTR XrResult XRAPI_CALL create_action(XrActionSet set, const XrActionCrea
   r.actions.emplace(*action, std::move(made));
   return XR_SUCCESS;
 }
-XRAPI_ATTR XrResult XRAPI_CALL destroy_action(XrAction action) {
-  if (!runtime().actions.erase(action)) return violation(XR_ERROR_HANDLE_INVALID, "xrDestroyAction");
-  return XR_SUCCESS;
-}
 
 bool fits(XrActionType type, const std::string& component) {
   const bool pose = component.ends_with("/pose"), haptic = component.starts_with("output/");
@@ -346,19 +342,13 @@ XRAPI_ATTR XrResult XRAPI_CALL current_profile(XrSession session, XrPath top, Xr
   return XR_SUCCESS;
 }
 
-template <class F>
-PFN_xrVoidFunction plain(F f) {
-  return reinterpret_cast<PFN_xrVoidFunction>(f);
-}
-
 }  // namespace
 
-PFN_xrVoidFunction input_function(const std::string& name) {
-  static const std::map<std::string, PFN_xrVoidFunction> table{
+const Functions& input_functions() {
+  static const Functions table{
       {"xrCreateActionSet", plain(create_set)},
       {"xrDestroyActionSet", plain(destroy_set)},
       {"xrCreateAction", plain(create_action)},
-      {"xrDestroyAction", plain(destroy_action)},
       {"xrSuggestInteractionProfileBindings", plain(suggest)},
       {"xrAttachSessionActionSets", plain(attach)},
       {"xrCreateActionSpace", plain(action_space)},
@@ -370,8 +360,7 @@ PFN_xrVoidFunction input_function(const std::string& name) {
       {"xrStopHapticFeedback", plain(stop_haptics)},
       {"xrGetCurrentInteractionProfile", plain(current_profile)},
   };
-  const auto found = table.find(name);
-  return found == table.end() ? nullptr : found->second;
+  return table;
 }
 
 }  // namespace typodont::test::xr

@@ -332,11 +332,6 @@ XRAPI_ATTR XrResult XRAPI_CALL poll_event(XrInstance, XrEventDataBuffer* buffer)
   return XR_SUCCESS;
 }
 
-XRAPI_ATTR XrResult XRAPI_CALL result_to_string(XrInstance, XrResult value, char buffer[XR_MAX_RESULT_STRING_SIZE]) {
-  std::snprintf(buffer, XR_MAX_RESULT_STRING_SIZE, "XR_%d", static_cast<int>(value));
-  return XR_SUCCESS;
-}
-
 XRAPI_ATTR XrResult XRAPI_CALL get_system(XrInstance, const XrSystemGetInfo* info, XrSystemId* id) {
   if (const XrResult refused = enter("xrGetSystem")) return refused;
   if (!typed(info, XR_TYPE_SYSTEM_GET_INFO, "xrGetSystem", "info")) return XR_ERROR_VALIDATION_FAILURE;
@@ -371,14 +366,6 @@ XRAPI_ATTR XrResult XRAPI_CALL view_configurations(XrInstance, XrSystemId id, st
   const std::vector<XrViewConfigurationType> all{XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO,
                                                  XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
   return give(all, capacity, count, types, "xrEnumerateViewConfigurations");
-}
-
-XRAPI_ATTR XrResult XRAPI_CALL view_configuration_properties(XrInstance, XrSystemId id, XrViewConfigurationType type,
-                                                             XrViewConfigurationProperties* properties) {
-  if (const XrResult refused = check_system(id, "xrGetViewConfigurationProperties")) return refused;
-  properties->viewConfigurationType = type;
-  properties->fovMutable = XR_TRUE;
-  return XR_SUCCESS;
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL view_configuration_views(XrInstance, XrSystemId id, XrViewConfigurationType type,
@@ -514,24 +501,17 @@ XRAPI_ATTR XrResult XRAPI_CALL path_to_string(XrInstance, XrPath path, std::uint
 
 XRAPI_ATTR XrResult XRAPI_CALL get_instance_proc_addr(XrInstance, const char* name, PFN_xrVoidFunction* function);
 
-template <class F>
-PFN_xrVoidFunction plain(F f) {
-  return reinterpret_cast<PFN_xrVoidFunction>(f);
-}
-
-PFN_xrVoidFunction instance_function(const std::string& name) {
-  static const std::map<std::string, PFN_xrVoidFunction> table{
+const Functions& instance_functions() {
+  static const Functions table{
       {"xrGetInstanceProcAddr", plain(get_instance_proc_addr)},
       {"xrEnumerateInstanceExtensionProperties", plain(enumerate_extensions)},
       {"xrCreateInstance", plain(create_instance)},
       {"xrDestroyInstance", plain(destroy_instance)},
       {"xrGetInstanceProperties", plain(instance_properties)},
       {"xrPollEvent", plain(poll_event)},
-      {"xrResultToString", plain(result_to_string)},
       {"xrGetSystem", plain(get_system)},
       {"xrGetSystemProperties", plain(system_properties)},
       {"xrEnumerateViewConfigurations", plain(view_configurations)},
-      {"xrGetViewConfigurationProperties", plain(view_configuration_properties)},
       {"xrEnumerateViewConfigurationViews", plain(view_configuration_views)},
       {"xrEnumerateEnvironmentBlendModes", plain(blend_modes)},
       {"xrGetVulkanGraphicsRequirements2KHR", plain(graphics_requirements)},
@@ -543,15 +523,15 @@ PFN_xrVoidFunction instance_function(const std::string& name) {
       {"xrStringToPath", plain(string_to_path)},
       {"xrPathToString", plain(path_to_string)},
   };
-  const auto found = table.find(name);
-  return found == table.end() ? nullptr : found->second;
+  return table;
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL get_instance_proc_addr(XrInstance, const char* name, PFN_xrVoidFunction* function) {
-  *function = instance_function(name);
-  if (!*function) *function = session_function(name);
-  if (!*function) *function = swapchain_function(name);
-  if (!*function) *function = input_function(name);
+  *function = nullptr;
+  for (const Functions* functions :
+       {&instance_functions(), &session_functions(), &swapchain_functions(), &input_functions()}) {
+    if (const auto found = functions->find(name); found != functions->end()) *function = found->second;
+  }
   return *function ? XR_SUCCESS : XR_ERROR_FUNCTION_UNSUPPORTED;
 }
 

@@ -161,10 +161,15 @@ void fire_events();
 std::string path_text(XrPath path);
 XrPath path_number(const std::string& text);
 
-// Returns a function of session.cpp, swapchain.cpp or input.cpp by its name; null if the name is unknown there.
-PFN_xrVoidFunction session_function(const std::string& name);
-PFN_xrVoidFunction swapchain_function(const std::string& name);
-PFN_xrVoidFunction input_function(const std::string& name);
+/// Functions of the API by name.
+using Functions = std::map<std::string, PFN_xrVoidFunction>;
+template <class F>
+PFN_xrVoidFunction plain(F f) {
+  return reinterpret_cast<PFN_xrVoidFunction>(f);
+}
+const Functions& session_functions();
+const Functions& swapchain_functions();
+const Functions& input_functions();
 
 /// Writes the picture of a projection layer as PNG (and its depth as floats) if the script requests this frame.
 void capture(std::uint64_t frame, const XrCompositionLayerProjection& layer);

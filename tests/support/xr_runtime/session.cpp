@@ -172,12 +172,6 @@ XRAPI_ATTR XrResult XRAPI_CALL create_reference_space(XrSession session, const X
   return XR_SUCCESS;
 }
 
-XRAPI_ATTR XrResult XRAPI_CALL reference_space_bounds(XrSession session, XrReferenceSpaceType, XrExtent2Df* bounds) {
-  if (const XrResult refused = enter_session("xrGetReferenceSpaceBoundsRect", session)) return refused;
-  *bounds = {0, 0};
-  return XR_SPACE_BOUNDS_UNAVAILABLE;
-}
-
 XRAPI_ATTR XrResult XRAPI_CALL destroy_space(XrSpace space) {
   if (const XrResult refused = enter("xrDestroySpace")) return refused;
   if (!runtime().spaces.erase(space)) return violation(XR_ERROR_HANDLE_INVALID, "xrDestroySpace");
@@ -408,11 +402,6 @@ XRAPI_ATTR XrResult XRAPI_CALL refresh_rates(XrSession session, std::uint32_t ca
   for (const double rate : runtime().script.refresh_rates) all.push_back(static_cast<float>(rate));
   return give(all, capacity, count, rates, "xrEnumerateDisplayRefreshRatesFB");
 }
-XRAPI_ATTR XrResult XRAPI_CALL get_refresh_rate(XrSession session, float* rate) {
-  if (const XrResult refused = enter_session("xrGetDisplayRefreshRateFB", session)) return refused;
-  *rate = static_cast<float>(1 / runtime().script.period);
-  return XR_SUCCESS;
-}
 XRAPI_ATTR XrResult XRAPI_CALL request_refresh_rate(XrSession session, float rate) {
   if (const XrResult refused = enter_session("xrRequestDisplayRefreshRateFB", session)) return refused;
   const auto& rates = runtime().script.refresh_rates;
@@ -451,11 +440,6 @@ XRAPI_ATTR XrResult XRAPI_CALL destroy_passthrough_layer(XrPassthroughLayerFB la
   return XR_SUCCESS;
 }
 
-template <class F>
-PFN_xrVoidFunction plain(F f) {
-  return reinterpret_cast<PFN_xrVoidFunction>(f);
-}
-
 }  // namespace
 
 bool locate(const Space& space, XrTime time, XrPosef& pose) {
@@ -482,8 +466,8 @@ bool locate(const Space& space, XrTime time, XrPosef& pose) {
   return true;
 }
 
-PFN_xrVoidFunction session_function(const std::string& name) {
-  static const std::map<std::string, PFN_xrVoidFunction> table{
+const Functions& session_functions() {
+  static const Functions table{
       {"xrCreateSession", plain(create_session)},
       {"xrDestroySession", plain(destroy_session)},
       {"xrBeginSession", plain(begin_session)},
@@ -491,7 +475,6 @@ PFN_xrVoidFunction session_function(const std::string& name) {
       {"xrRequestExitSession", plain(request_exit)},
       {"xrEnumerateReferenceSpaces", plain(reference_spaces)},
       {"xrCreateReferenceSpace", plain(create_reference_space)},
-      {"xrGetReferenceSpaceBoundsRect", plain(reference_space_bounds)},
       {"xrDestroySpace", plain(destroy_space)},
       {"xrLocateSpace", plain(locate_space)},
       {"xrLocateViews", plain(locate_views)},
@@ -500,15 +483,13 @@ PFN_xrVoidFunction session_function(const std::string& name) {
       {"xrEndFrame", plain(end_frame)},
       {"xrGetVisibilityMaskKHR", plain(visibility_mask)},
       {"xrEnumerateDisplayRefreshRatesFB", plain(refresh_rates)},
-      {"xrGetDisplayRefreshRateFB", plain(get_refresh_rate)},
       {"xrRequestDisplayRefreshRateFB", plain(request_refresh_rate)},
       {"xrCreatePassthroughFB", plain(create_passthrough)},
       {"xrDestroyPassthroughFB", plain(destroy_passthrough)},
       {"xrCreatePassthroughLayerFB", plain(create_passthrough_layer)},
       {"xrDestroyPassthroughLayerFB", plain(destroy_passthrough_layer)},
   };
-  const auto found = table.find(name);
-  return found == table.end() ? nullptr : found->second;
+  return table;
 }
 
 }  // namespace typodont::test::xr

@@ -260,11 +260,6 @@ std::vector<std::uint8_t> read(const Swapchain& s, std::uint32_t layer, const Xr
   return out;
 }
 
-template <class F>
-PFN_xrVoidFunction plain(F f) {
-  return reinterpret_cast<PFN_xrVoidFunction>(f);
-}
-
 }  // namespace
 
 bool check_sub_image(const XrSwapchainSubImage& image, bool depth, const char* what) {
@@ -320,15 +315,14 @@ void destroy_swapchains() {
   runtime().swapchains.clear();
 }
 
-PFN_xrVoidFunction swapchain_function(const std::string& name) {
-  static const std::map<std::string, PFN_xrVoidFunction> table{
+const Functions& swapchain_functions() {
+  static const Functions table{
       {"xrEnumerateSwapchainFormats", plain(formats)}, {"xrCreateSwapchain", plain(create)},
       {"xrDestroySwapchain", plain(destroy)},          {"xrEnumerateSwapchainImages", plain(images)},
       {"xrAcquireSwapchainImage", plain(acquire)},     {"xrWaitSwapchainImage", plain(wait)},
       {"xrReleaseSwapchainImage", plain(release)},
   };
-  const auto found = table.find(name);
-  return found == table.end() ? nullptr : found->second;
+  return table;
 }
 
 }  // namespace typodont::test::xr
