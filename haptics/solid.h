@@ -43,7 +43,7 @@ struct SolidFiles {
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 
-/// For checks: the files of meshes are neither found nor read, and a mesh becomes a null pointer.
+/// For checks of a scene. Mesh files are not searched for or read, and a mesh becomes a null pointer.
 SolidFiles unread_meshes();
 
 /// Reads a solid. Throws Error.

@@ -348,7 +348,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// In the order of Best.
+/// Names of Best in files, in the order of its enumerators.
 constexpr std::array<std::string_view, 3> kBestNames = {"at_most", "at_least", "near"};
 
 /// Distance of a value from the rule's target if the value is worse than the target; otherwise 0.

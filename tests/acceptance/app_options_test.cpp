@@ -120,7 +120,7 @@ TEST_F(Options, ARigIsGivenByNameOrByFile) {
 TEST_F(Options, BadInputIsNamedWithFilePlaceFoundAndExpectedAndLeavesNoFile) {
   using Parts = std::vector<testing::Matcher<std::string>>;  // of the message
   const auto command = [&](const std::string& arguments, const Parts& message) {
-    refuse(arguments, testing::AllOfArray(message), 1000);  // some list all keys or tools
+    refuse(arguments, testing::AllOfArray(message), 1000);  // some messages list all keys or tools
     for (const char* out : {"out.csv", "out.vdb", "out.ply"})
       EXPECT_FALSE(std::filesystem::exists(folder / out)) << arguments;
   };

@@ -274,7 +274,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (udp::socket& to : osc) {
-    ErrorCode lost;  // nobody listens, or the system's buffer is full
+    ErrorCode lost;  // set if nobody listens, or if the system's buffer is full
     to.send(asio::buffer(bytes, size), 0, lost);
     ++(lost ? counts.skipped : counts.sent);
   }

@@ -191,9 +191,8 @@ class Operator {
     const std::vector<Request> asked = std::exchange(s_.asked, {});
     for (const Request& r : asked) {
       try {
-        if (s_.page == Page::kLoading && displaces_start(r.ask)) {
-          continue;
-        } else if (s_.leaving) {
+        if (s_.page == Page::kLoading && !allowed_while_loading(r.ask)) continue;
+        if (s_.leaving) {
           answer(r.ask);
         } else if (leads_away(r.ask) && unsaved()) {
           s_.leaving = r;
@@ -208,11 +207,11 @@ class Operator {
     }
   }
 
-  /// True for a request of the page before, made in the same frame as the start of a session.
-  static bool displaces_start(Ask ask) {
-    constexpr std::array kPossible = {Ask::kCancel,   Ask::kEndSession, Ask::kEmergencyStop, Ask::kHold,
-                                      Ask::kLanguage, Ask::kLoseDevice, Ask::kQuit};
-    return std::ranges::find(kPossible, ask) == kPossible.end();
+  /// False for requests that could replace the set-up of a session, such as a second key in the frame of the start.
+  static bool allowed_while_loading(Ask ask) {
+    constexpr std::array kAllowed = {Ask::kCancel,   Ask::kEndSession, Ask::kEmergencyStop, Ask::kHold,
+                                     Ask::kLanguage, Ask::kLoseDevice, Ask::kQuit};
+    return std::ranges::find(kAllowed, ask) != kAllowed.end();
   }
 
   /// True if the request would discard an author's unsaved work.
@@ -452,8 +451,8 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// The scene file of a saved preparation, whose file name states the name of its scene. Empty for a recording, which
-  /// contains its scene.
+  /// The scene file of a saved preparation. The preparation's file name states the name of the scene. Empty for a
+  /// recording, because a recording contains its scene.
   fs::path scene_file_of(const fs::path& from) const {
     if (from.extension() != ".vdb") return {};
     for (const SceneChoice& choice : s_.scenes)

@@ -15,7 +15,8 @@ namespace {
 constexpr const char* kSuffix = ".png";
 // A small picture at the level at which a session begins. If it exists, the caches are filled.
 constexpr const char* kPreparedSuffix = ".prepared";
-constexpr Nanos kPrepareAfter = kNanosPerSecond;  // of the same selection
+// A scene is prepared after it has been selected for this time, ns.
+constexpr Nanos kPrepareAfter = kNanosPerSecond;
 // Maximum picture cache size, bytes: over a hundred pictures.
 constexpr std::uintmax_t kMaxKept = 64 << 20;
 

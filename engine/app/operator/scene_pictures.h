@@ -25,7 +25,7 @@ class ScenePictures {
   /// Destroys the pictures. The GPU must not be using them.
   void destroy();
   /// Loads the picture: NAME.png beside the scene, or from the cache; otherwise draws it in the background. True: it
-  /// was loaded. If the scene stays selected, fills the caches in the background, from which a session starts faster.
+  /// was loaded. If the scene stays selected, fills the caches in the background. A session then starts faster.
   bool look();
   /// Cancels the work in the background.
   void drop();

@@ -55,7 +55,7 @@ struct SessionDesk::SetUp {
 
 void SessionDesk::start(std::function<Scene()> read, const RigChoice& rig, const std::string& hand) {
   wanted_ = true;
-  // The handler of crashes gets its stack in the thread that calls this first: the window's, which ends last.
+  // Only the thread that calls this first has a stack for crash handlers. The window's thread ends last.
   haptics::install_exit_guard();
   WorkbenchOptions options;
   options.rig = rig.file.string();
@@ -141,12 +141,17 @@ void SessionDesk::open(SetUp made) {
 /// Draws a first picture. Starts the session's time when the pictures show the tissue.
 SessionDesk::Turn SessionDesk::begin() {
   const std::uint64_t frames = s_.status.frames;
-  try {
-    started_ = bench_->begin(s_.live_size);
-  } catch (const std::exception& e) {
+  const auto fail = [&](const std::exception& e) {
     give_up();
     s_.fail(e.what());
-    if (dynamic_cast<const gpu::DeviceLost*>(&e)) throw;
+  };
+  try {
+    started_ = bench_->begin(s_.live_size);
+  } catch (const gpu::DeviceLost& e) {
+    fail(e);
+    throw;
+  } catch (const std::exception& e) {
+    fail(e);
     return Turn::kChanged;
   }
   s_.held = bench_->held();
@@ -164,7 +169,8 @@ SessionDesk::Turn SessionDesk::begin() {
   return Turn::kChanged;
 }
 
-/// Removes a session that has not started. Shows the page from before, but no result, whose score may be dropped.
+/// Removes a session that has not started. Shows the page from before. Instead of a result, shows the start page,
+/// because the computation of the result's score may have been cancelled.
 void SessionDesk::give_up() {
   s_.live = nullptr;
   bench_.reset();

@@ -234,13 +234,13 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
   dense.distance.resize(count);
   dense.tissue.assign(count, Tissue::kAir);
   dense.hardness.assign(count, haptics::kOwnHardness);
-  // Distances to the jaw without the removed solids, whose edges the gum covers rounded. `to_jaw`: distance to the mesh
-  // at p_W.
-  struct Edges {
+  // Distance to the jaw without the removed solids. `to_jaw`: distance to the mesh at p_W. The bone has sharp edges at
+  // these solids; the gum lies on rounded ones.
+  struct JawDistance {
     double sharp, rounded;
   };
   const auto at = [&](const dvec3& p_W, double to_jaw) {
-    Edges cut{to_jaw, to_jaw};
+    JawDistance cut{to_jaw, to_jaw};
     for (const auto& solid : removed) {
       const double outside = -solid->distance(p_W);
       cut = {std::max(cut.sharp, outside), smooth_max(cut.rounded, outside, kGumBlend)};

@@ -64,7 +64,7 @@ double ToothForm::distance(const dvec3& p) const {
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    // Far away, a lower bound of the distance is enough. Outside, the distance passes into it without a step.
+    // Far away, a lower bound of the distance is enough. Outside, the distance changes to it without a step.
     if (ellipse < 0.55 || ellipse > 2) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return glm::mix(kSideSlope * (r - r / n), at_most, smooth_step(1.75, 2, ellipse));
