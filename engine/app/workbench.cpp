@@ -54,7 +54,7 @@ constexpr double kStuckDistance = 3e-3;
 // Only a tool that is caught for longer than this is reported to the user, ns.
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr Nanos kFirstPictures = 10 * kNanosPerSecond;  // longest wait for the first pictures
-constexpr Nanos kQuickPass = kNanosPerSecond / 4;       // only a picture that creates pipelines takes longer
+constexpr Nanos kQuickPass = kNanosPerSecond / 4;       // a first picture for which the driver compiles takes longer
 constexpr int kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: take the phase's instrument, make the drill slower or faster, reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -168,8 +168,9 @@ struct Workbench::Impl {
   void start_headset(const std::string& hand_address);
   void open();
   bool begin(glm::ivec2 picture_size);
-  /// Draws a picture. True: the pictures show the tissue and take less than kQuickPass, because the first ones create
-  /// pipelines; or kFirstPictures have passed. The carver thread already runs.
+  /// Draws a picture, if its pipelines exist and the last picture is finished. True: a finished picture shows the
+  /// tissue, and the next one takes less than kQuickPass; or kFirstPictures have passed. The carver thread already
+  /// runs.
   bool shows_tissue(glm::ivec2 picture_size);
   /// Sets the size in pixels of the picture in the operator's window.
   void fit(glm::ivec2 size) {
@@ -398,12 +399,14 @@ void Workbench::Impl::open() {
   launch(carver, [&s] { carver_thread(s); });
   gate.set(Gate::kOpen);
   if (picture) picture->begin();
+  if (picture && picture->stage()) picture->stage()->draw_ahead(true);
   begins_by = now() + kFirstPictures;
 }
 
 bool Workbench::Impl::begin(glm::ivec2 picture_size) {
   if (!shows_tissue(picture_size)) return false;
   LiveSession& s = *session;
+  if (picture && picture->stage()) picture->stage()->draw_ahead(false);
   gate.set(Gate::kShut);
   launch(servo, [&] { servo_thread(s, *hands.right); });
   if (hands.left) launch(left, [&] { left_hand_thread(s.wiring, *hands.left); });
@@ -427,13 +430,19 @@ bool Workbench::Impl::begin(glm::ivec2 picture_size) {
 bool Workbench::Impl::shows_tissue(glm::ivec2 picture_size) {
   if (!session->draw || headset || !picture->stage()) return true;
   const Nanos began_pass = now();
-  if (began_pass >= begins_by || thread_failed || g_asked_to_stop) return true;
+  if (thread_failed || g_asked_to_stop) return true;
+  if (!picture->stage()->finished()) return false;
   if (!options.embedded) picture->stage()->output().poll();
+  if (began_pass >= begins_by) return true;
   picture->collect();
   const std::atomic<bool>& seen = session->wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)];
-  if (!picture->has_surface() && seen) return false;
+  if (!picture->has_surface() && seen) {
+    picture->prepare();  // at the same time as the carver thread makes the surface
+    return false;
+  }
   if (picture->frames() > 0) fit(picture_size);
   picture->draw(told, summary.work);
+  if (picture->stage()->waits()) return false;
   return ++first_pictures > 1 && now() - began_pass < kQuickPass;
 }
 
@@ -751,6 +760,7 @@ void Workbench::Impl::end() {
                     1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
                     ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
     explain(fmt::format("GPU memory in use: {:.0f} MB", 1e-6 * static_cast<double>(stage->device().memory_used())));
+    explain(fmt::format("pipelines for which a picture waited: {}", stage->device().unprepared_pipelines));
   }
   const auto times = headset ? headset->report() : picture ? picture->report().lines() : std::vector<std::string>{};
   for (const std::string& line : times) explain(line);

@@ -103,10 +103,9 @@ class Output {
   /// Returns the next target; nullopt: minimised, or the surface is lost for now. Throws RunFailure if it is lost for
   /// good.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows the target after its commands were submitted. `drawn`: changed parts; nullopt: all. `finish` is called
-  /// for a target in memory: it waits for the device and composes the picture.
-  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
-                       std::function<void()> finish = {}) = 0;
+  /// Shows the target after its commands were submitted. `drawn`: changed parts; nullopt: all. `finish`: waits until
+  /// they are finished, and composes a target in memory; called before the CPU reads the picture.
+  virtual void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) = 0;
   virtual ivec2 size() const = 0;
   /// Returns false if nothing of the window is shown, for example if it is minimised.
   virtual bool visible() const { return true; }

@@ -11,6 +11,7 @@
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/gpu/driver_cache.h"
+#include "engine/gpu/resources.h"
 
 namespace typodont::gpu {
 
@@ -38,7 +39,7 @@ const char* name_of(VkResult result) {
 
 VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                const VkDebugUtilsMessengerCallbackDataEXT* data, void* count) {
-  ++*static_cast<int*>(count);
+  ++*static_cast<std::atomic<int>*>(count);  // any thread
   log::warn("Vulkan validation: {}", data->pMessage);
   return VK_FALSE;
 }
@@ -148,7 +149,7 @@ Device Device::create(const DeviceOptions& options) {
     throw Error("Vulkan", "", "no validation layer", "apt install vulkan-validationlayers");
   require_memory(kRoomForDriver);
   Device d;
-  d.messages_ = std::make_shared<int>(0);
+  d.messages_ = std::make_shared<std::atomic<int>>(0);
   check_driver_cache();
   VkDebugUtilsMessengerCreateInfoEXT messenger{
       .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
@@ -223,9 +224,7 @@ Device Device::create(const DeviceOptions& options) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, .pNext = &v13, .multiview = VK_TRUE};
     VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                        .pNext = &v11,
-                                       .features = {.multiDrawIndirect = VK_TRUE,
-                                                    .shaderClipDistance = VK_TRUE,
-                                                    .shaderFloat64 = options.doubles ? VK_TRUE : VK_FALSE}};
+                                       .features = {.multiDrawIndirect = VK_TRUE, .shaderClipDistance = VK_TRUE}};
     std::vector<const char*> extensions;
     if (options.present) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
     const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
@@ -238,9 +237,7 @@ Device Device::create(const DeviceOptions& options) {
     const VkResult result = options.create_device ? options.create_device(d.physical, info, d.device)
                                                   : vkCreateDevice(d.physical, &info, nullptr, &d.device);
     if (result != VK_SUCCESS)
-      throw Error("Vulkan", d.name(), name_of(result),
-                  options.doubles ? "multiview, dynamic rendering, multiDrawIndirect and doubles in shaders"
-                                  : "multiview, dynamic rendering and multiDrawIndirect");
+      throw Error("Vulkan", d.name(), name_of(result), "multiview, dynamic rendering and multiDrawIndirect");
     vkGetDeviceQueue(d.device, d.queue_family, 0, &d.queue);
     d.pipelines = open_pipelines(d.device, d.properties);
   } catch (...) {
@@ -255,8 +252,7 @@ void Device::destroy() {
     vkDeviceWaitIdle(device);
     for (Block& block : blocks_) vkFreeMemory(device, block.memory, nullptr);
     blocks_.clear();
-    for (const auto& [options, pipeline] : created_pipelines) vkDestroyPipeline(device, pipeline, nullptr);
-    created_pipelines.clear();
+    destroy_pipelines(*this);
     close_pipelines(device, properties, std::exchange(pipelines, VK_NULL_HANDLE));
     vkDestroyDevice(device, nullptr);
     device = VK_NULL_HANDLE;
@@ -433,6 +429,13 @@ void FrameRing::abandon(Device&) {
 void FrameRing::wait(Device& device, int of_slot) {
   check(vkWaitForFences(device.device, 1, &slots[static_cast<std::size_t>(of_slot)].done, VK_TRUE, UINT64_MAX),
         "vkWaitForFences");
+}
+
+bool FrameRing::done(Device& device, int of_slot) const {
+  const VkResult result = vkGetFenceStatus(device.device, slots[static_cast<std::size_t>(of_slot)].done);
+  if (result == VK_NOT_READY) return false;
+  check(result, "vkGetFenceStatus");
+  return true;
 }
 
 void FrameRing::wait_idle(Device& device) {

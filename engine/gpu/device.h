@@ -4,11 +4,14 @@
 #include <vulkan/vulkan.h>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -59,7 +62,6 @@ struct DeviceOptions {
   bool validation = false;
   std::vector<const char*> instance_extensions;  // instance extensions that a window needs
   bool present = false;                          // true: the device must support swapchains
-  bool doubles = false;                          // true: the device must support double precision in shaders
   std::string prefer;                            // part of the preferred device's name; empty: GPUs are preferred
   // A headset's runtime creates the instance and the device with these functions (XR_KHR_vulkan_enable2). Empty: the
   // program creates them.
@@ -84,8 +86,11 @@ struct Device {
   int max_samples = 1;
   // pipelines stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;
-  // graphics pipelines that were created, by their options (get_pipeline() in resources.h)
-  std::map<std::vector<std::uint64_t>, VkPipeline> created_pipelines;
+  // graphics pipelines, by their options (get_pipeline() in resources.h). The first thread that waits for a pipeline
+  // creates it.
+  std::map<std::vector<std::uint64_t>, std::shared_future<VkPipeline>> created_pipelines;
+  std::vector<std::jthread> pipeline_threads;  // the threads of prepare_pipelines()
+  int unprepared_pipelines = 0;                // number of pipelines that get_pipeline() created unprepared
 
   /// Throws Error with installation instructions if Vulkan 1.3 is missing.
   static Device create(const DeviceOptions& options);
@@ -115,7 +120,7 @@ struct Device {
   };
   std::vector<Block> blocks_;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
-  std::shared_ptr<int> messages_;
+  std::shared_ptr<std::atomic<int>> messages_;
 };
 
 /// A Vulkan device of this machine. list_devices() returns the best first, and an empty list without a loader or
@@ -153,6 +158,8 @@ struct FrameRing {
   void abandon(Device& device);
   /// Waits until the GPU has finished the last submission of a slot (frame in flight).
   void wait(Device& device, int of_slot);
+  /// True if wait() would return at once.
+  bool done(Device& device, int of_slot) const;
   void wait_idle(Device& device);
 };
 

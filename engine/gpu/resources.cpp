@@ -2,7 +2,10 @@
 
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cstring>
+#include <future>
+#include <utility>
 
 #include "engine/base/check.h"
 #include "engine/base/memory.h"
@@ -38,11 +41,11 @@ VkImageView create_view(Device& device, const Image& image, VkFormat format, std
   return view;
 }
 
-VkShaderModule create_module(Device& device, std::span<const std::uint32_t> code) {
+VkShaderModule create_module(VkDevice device, std::span<const std::uint32_t> code) {
   const VkShaderModuleCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code.size_bytes(), .pCode = code.data()};
   VkShaderModule module = VK_NULL_HANDLE;
-  check(vkCreateShaderModule(device.device, &info, nullptr, &module), "vkCreateShaderModule");
+  check(vkCreateShaderModule(device, &info, nullptr, &module), "vkCreateShaderModule");
   return module;
 }
 
@@ -282,7 +285,7 @@ VkSampler create_sampler(Device& device, const SamplerOptions& options) {
 
 VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout) {
   require_memory(kRoomToCompile);
-  const VkShaderModule module = create_module(device, shader);
+  const VkShaderModule module = create_module(device.device, shader);
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                          .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
                                                    .stage = VK_SHADER_STAGE_COMPUTE_BIT,
@@ -323,7 +326,8 @@ std::vector<std::uint64_t> key_of(const PipelineOptions& o) {
   return key;
 }
 
-VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
+/// Any thread.
+VkPipeline create_pipeline(VkDevice device, VkPipelineCache cache, const PipelineOptions& o) {
   require_memory(kRoomToCompile);
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < o.constants.size(); ++i) entries.push_back({i, 4 * i, 4});
@@ -408,18 +412,70 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
                                           .pDynamicState = &dynamic,
                                           .layout = o.layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
-  const VkResult result = vkCreateGraphicsPipelines(device.device, device.pipelines, 1, &info, nullptr, &pipeline);
-  for (std::uint32_t i = 0; i < stage_count; ++i) vkDestroyShaderModule(device.device, stages[i].module, nullptr);
+  const VkResult result = vkCreateGraphicsPipelines(device, cache, 1, &info, nullptr, &pipeline);
+  for (std::uint32_t i = 0; i < stage_count; ++i) vkDestroyShaderModule(device, stages[i].module, nullptr);
   check(result, "vkCreateGraphicsPipelines");
   return pipeline;
+}
+
+using Pipeline = std::shared_future<VkPipeline>;
+
+/// The device's entry for these options, and whether it is new. Deferred: the first thread that waits creates it.
+auto entry_of(Device& device, const PipelineOptions& options) {
+  const auto found = device.created_pipelines.try_emplace(key_of(options));
+  if (found.second)
+    found.first->second = std::async(std::launch::deferred, create_pipeline, device.device, device.pipelines, options);
+  return found;
+}
+
+/// True if the pipeline exists or could not be created.
+bool is_finished(const Pipeline& pipeline) {
+  return pipeline.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 }  // namespace
 
 VkPipeline get_pipeline(Device& device, const PipelineOptions& options) {
-  VkPipeline& pipeline = device.created_pipelines[key_of(options)];
-  if (!pipeline) pipeline = create_pipeline(device, options);
-  return pipeline;
+  const auto [entry, is_new] = entry_of(device, options);
+  device.unprepared_pipelines += is_new;
+  try {
+    return entry->second.get();
+  } catch (...) {
+    device.created_pipelines.erase(entry);  // the next call tries again
+    throw;
+  }
+}
+
+bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted) {
+  bool finished = true;
+  std::vector<Pipeline> missing;
+  for (const PipelineOptions& options : wanted) {
+    const auto [entry, is_new] = entry_of(device, options);
+    if (is_new) missing.push_back(entry->second);
+    finished = finished && is_finished(entry->second);
+  }
+  if (!missing.empty())
+    device.pipeline_threads.emplace_back([missing = std::move(missing)](const std::stop_token& stop) {
+      for (const Pipeline& pipeline : missing)
+        if (!stop.stop_requested()) pipeline.wait();
+    });
+  return finished;
+}
+
+void stop_preparing(Device& device) {
+  for (std::jthread& thread : device.pipeline_threads) thread.request_stop();
+  device.pipeline_threads.clear();  // waits for their ends
+  std::erase_if(device.created_pipelines, [](const auto& entry) { return !is_finished(entry.second); });
+}
+
+void destroy_pipelines(Device& device) {
+  stop_preparing(device);
+  for (const auto& [options, pipeline] : std::exchange(device.created_pipelines, {})) {
+    try {
+      vkDestroyPipeline(device.device, pipeline.get(), nullptr);
+    } catch (const std::exception&) {  // it could not be created
+    }
+  }
 }
 
 }  // namespace typodont::gpu

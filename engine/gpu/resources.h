@@ -133,9 +133,18 @@ struct PipelineOptions {
   std::uint32_t view_mask = 0;
   std::vector<std::uint32_t> constants;  // specialisation constants 0, 1, 2 … of the shaders
 };
-/// Returns the device's pipeline with these options, which the first call creates; this can take half a second. The
-/// pipeline exists as long as the device. The layouts of calls with the same shaders must be compatible.
+/// Returns the device's pipeline with these options, which the first call creates; this can take half a second. If
+/// prepare_pipelines() has begun to create it, waits for it. The pipeline exists as long as the device. The layouts of
+/// calls with the same shaders must be compatible.
 VkPipeline get_pipeline(Device& device, const PipelineOptions& options);
+/// Lets another thread create those pipelines that do not exist, in this order. Returns true when get_pipeline() would
+/// wait for none of them. If one could not be created, get_pipeline() throws the reason.
+bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted);
+/// Ends the work of prepare_pipelines(), after the pipelines that are being created. Call before a layout in their
+/// options is destroyed.
+void stop_preparing(Device& device);
+/// Destroys all pipelines of the device.
+void destroy_pipelines(Device& device);
 VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout);
 
 }  // namespace typodont::gpu

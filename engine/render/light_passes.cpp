@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <utility>
 
 #include "engine/base/in_parallel.h"
 #include "engine/base/log.h"
@@ -31,7 +32,7 @@ std::unique_ptr<LightPasses> LightPasses::make(const std::string& card) {
   }
 }
 
-LightPasses::LightPasses(const gpu::Device& device) : device_(device) {
+LightPasses::LightPasses(gpu::Device device) : device_(std::move(device)) {
   try {
     const gpu::ShaderInputs::Binding buffer{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT};
     inputs_ = gpu::ShaderInputs::create(device_, std::vector(kBindings, buffer), 1, sizeof(shared::LightPass));

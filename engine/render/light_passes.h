@@ -35,7 +35,7 @@ class LightPasses {
   /// (logged).
   static std::unique_ptr<LightPasses> make(const std::string& card);
   /// Takes over the device.
-  explicit LightPasses(const gpu::Device& device);
+  explicit LightPasses(gpu::Device device);
   ~LightPasses();
   LightPasses(const LightPasses&) = delete;
   LightPasses& operator=(const LightPasses&) = delete;

@@ -26,7 +26,6 @@ namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr VkFormat kFilmFormat = VK_FORMAT_R8G8B8A8_UNORM, kLightFormat = VK_FORMAT_R16G16B16A16_SFLOAT,
                    kTemperatureFormat = VK_FORMAT_R16G16_SFLOAT;
-constexpr double kFullRedrawFraction = 0.8;  // fraction of the picture above which all is redrawn
 constexpr std::size_t kMaxTracked = 20'000;  // largest number of particles that are tracked one by one
 
 }  // namespace
@@ -97,6 +96,7 @@ struct Renderer::Impl {
   }
 
   ~Impl() {
+    gpu::stop_preparing(device);
     vkDeviceWaitIdle(device.device);
     destroy_pictures();
     particles.destroy(device);
@@ -183,14 +183,16 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// Effects that this frame needs; shaders omit all others.
-  SurfaceEffects effects(const Frame& frame) const {
+  /// Effects that this frame needs; shaders omit all others. `lit`: as if there were a light grid.
+  SurfaceEffects effects(const Frame& frame, bool lit = false) const {
     // The light grid contains no light inside bodies, so views of the inside do not use it.
     const bool shows_inside = cuts_section(frame.view) || frame.view == View::kXray;
-    return {.handpiece_shadow = handpiece_body.mesh.index_count > 0,
+    return {.view = frame.view,
+            .cursor = frame.cursor.visible,
+            .handpiece_shadow = handpiece_body.mesh.index_count > 0,
             .spot = frame_lamp.y > 0,
             .film = film.on(),
-            .light_grid = light_grid.size.x > 0 && !shows_inside};
+            .light_grid = (lit || light_grid.size.x > 0) && !shows_inside};
   }
 
   bool same_particles(const Frame& frame) const {
@@ -256,18 +258,57 @@ struct Renderer::Impl {
     tissue_light.update([&](std::size_t i) { return glm::packHalf4x16(inside.values[i]); }, {&all, 1});
   }
 
-  FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
-                    std::uint64_t finished) {
+  /// Adapts pictures and bounds to the frame. Returns its data.
+  shared::FrameData follow(const Frame& frame) {
     TYPODONT_CHECK(frame.views == 1 || frame.views == 2);
-    bricks.collect(finished);
-    timer.read(device, slot);
     if (frame.views != last_views) rebuild(frame.views);
-
-    FrameStats stats;
     if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
-    if (bounds) stats.pixel = pixel_nearest(frame, {bounds->lo, bounds->hi}, targets.pictures.options.size.width);
     const shared::FrameData data = data_of(frame);
     frame_lamp = data.lamp;
+    return data;
+  }
+
+  bool draws_handpiece(const ToolState& state) const { return state.visible && handpiece_body.mesh.index_count > 0; }
+
+  bool prepare(const Frame& frame, bool lit) {
+    const shared::FrameData data = follow(frame);
+    const bool mirror_held = frame.mirror.diameter > 0, grid = light_grid.size.x > 0;
+    const bool tools = frame.tool.visible || frame.suction.opening > 0 || mirror_held;
+    const bool streaks =
+        std::ranges::any_of(frame.particles, [](const Particle& p) { return p.streak != glm::vec3(0); });
+    // The size of the working tooth decides about the effects on all surfaces.
+    const auto working_tooth = bricks.meshes.find(kWorkingTooth);
+    const bool tooth = working_tooth != bricks.meshes.end() && !working_tooth->second.bricks.empty();
+    // `later`: those of a partial redraw, of the light grid, and of debris.
+    std::vector<gpu::PipelineOptions> needed, later{MaskPass::options(context)};
+    if (data.light_size.w > 0) needed.push_back(ShadowPass::options(context));
+    if (hidden.count > 0) needed.push_back(HiddenPass::options(context));
+    if (draws_handpiece(frame.tool)) needed.push_back(ToolPass::handpiece_options(context));
+    if (tooth) SurfacePass::list_pipelines(context, bricks, effects(frame), needed);
+    if (tools) needed.push_back(ToolPass::options(context, grid));
+    if (mirror_held) needed.push_back(MirrorPass::options(context));
+    (frame.background == Background::kGradient ? needed : later).push_back(BackgroundPass::options(context));
+    if (!frame.particles.empty()) needed.push_back(ParticlePass::options(context, /*corners_given=*/true));
+    if (streaks || film.on()) (streaks ? needed : later).push_back(ParticlePass::streak_options(context));
+    if (frame.cloud)
+      (frame.cloud->alive() > 0 ? needed : later).push_back(ParticlePass::options(context, /*corners_given=*/false));
+    if (tooth && lit && !grid) {
+      SurfacePass::list_pipelines(context, bricks, effects(frame, lit), later);
+      if (tools) later.push_back(ToolPass::options(context, lit));
+    }
+    if (!gpu::prepare_pipelines(device, needed)) return false;
+    gpu::prepare_pipelines(device, later);
+    return true;
+  }
+
+  FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
+                    std::uint64_t finished) {
+    bricks.collect(finished);
+    timer.read(device, slot);
+    const shared::FrameData data = follow(frame);
+
+    FrameStats stats;
+    if (bounds) stats.pixel = pixel_nearest(frame, {bounds->lo, bounds->hi}, targets.pictures.options.size.width);
     stats.views = frame.views;
     stats.bricks_uploaded = bricks.uploaded;
     stats.bytes_uploaded = bricks.uploaded_bytes;
@@ -393,16 +434,11 @@ struct Renderer::Impl {
       // The glass may show any change, so its tiles are always marked.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
-    const auto marked = [&](const std::array<Tiles, 2>& of) {
-      double fraction = 0;
-      for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
-      return fraction;
-    };
     // A common pass for both eyes averages the samples of the whole picture, so the whole picture is redrawn.
-    if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
+    if (context.view_mask && marked_fraction(tiles, frame.views) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
-    const double fraction = marked(tiles);
-    if (fraction <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
+    const double fraction = marked_fraction(tiles, frame.views);
+    if (fraction <= 0 && marked_fraction(over_tiles, frame.views) <= 0) return Changed::kNothing;
     return fraction < kFullRedrawFraction && !context.view_mask ? Changed::kParts : Changed::kAll;
   }
 
@@ -429,13 +465,11 @@ struct Renderer::Impl {
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
       draw_handpiece(commands, mirrored.tool, view, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(mirrored),
-                     false, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, effects(mirrored), false, seen);
       if (mirrored.tool.visible) draw_tool(commands, mirrored.tool, view, seen);
       if (mirrored.suction.opening > 0)
         tool.record(context, commands, tip_body, mirrored.suction.X_WS, light_grid.size.x > 0, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, effects(mirrored), true,
-                     seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, effects(mirrored), true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
       ++stats.mirror_passes;
@@ -464,7 +498,7 @@ struct Renderer::Impl {
     // The handpiece would hide the working point. So it is not drawn inside a cone from the eye to this point. The
     // cone's radius at this point is that of the head plus kSeenBeside (m).
     constexpr double kSeenBeside = 2.2e-3;
-    if (!state.visible || !handpiece_body.mesh.index_count) return;
+    if (!draws_handpiece(state)) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
     tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);
     push_view(commands, context.layout, view);
@@ -568,7 +602,7 @@ struct Renderer::Impl {
       hidden.record(context, commands, stats);
       draw_handpiece(commands, frame.tool, view, stats);
       mark(FramePart::kHandpiece);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), false, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, effects(frame), false, stats);
       mark(FramePart::kTissue);
       if (frame.tool.visible) draw_tool(commands, frame.tool, view, stats);
       if (frame.suction.opening > 0)
@@ -581,7 +615,7 @@ struct Renderer::Impl {
       // A partial redraw needs the background even if it is black, to replace old pixels.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       mark(FramePart::kBackground);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, effects(frame), true, stats);
       mark(FramePart::kTissue);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
       mark(FramePart::kParticles);
@@ -725,6 +759,10 @@ Renderer::DepthPicture Renderer::depth(int view) const {
   const bool together = impl_->targets.kept_depth.size() == 1;
   return {&impl_->targets.kept_depth[together ? 0 : static_cast<std::size_t>(view)],
           together ? static_cast<std::uint32_t>(view) : 0};
+}
+
+bool Renderer::prepare(const Frame& frame, bool lit) {
+  return impl_->prepare(frame, lit);
 }
 
 FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,

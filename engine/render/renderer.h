@@ -303,6 +303,10 @@ class Renderer {
   /// Keeps depth for depth(), which a headset's compositor needs.
   void keep_depth(bool keep);
 
+  /// Lets other threads create the pipelines that record() needs for this frame; those of surfaces only if there is a
+  /// working tooth. Returns true when record() would wait for none of them. Then continues with those of a partial
+  /// redraw and of debris, and, if `lit` is true, those that follow set_light().
+  bool prepare(const Frame& frame, bool lit = false);
   /// Records the frame, unless it is equal to the last one. The caller submits the commands. `slot`: frame in flight;
   /// `submitted`: number of this frame; `finished`: number of the newest finished frame.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,

@@ -418,17 +418,43 @@ struct TissueLight::Impl {
       for (const CellBox& box : moved) whole.take(box);
       moved.assign(1, whole);
     }
+    for (const CellBox& box : joined(moved)) {
+      std::vector<std::span<const LitTriangle>> parts;
+      for (const auto& [number, brick] : bricks)
+        if (brick.box.meets(box)) parts.emplace_back(brick.triangles);
+      measure(parts, box, tooth);
+    }
     CellBox changed;
-    for (const CellBox& box : std::exchange(moved, {})) changed.take(follow_tooth(box));
+    for (const CellBox& box : std::exchange(moved, {})) changed.take(use_distances(box));
     changed_cells.take(changed);
     if (lit && !changed.empty()) find_clear_blocks(changed);
   }
-  /// Computes the distances to the working tooth in one box of cells. Returns the box of the cells that changed.
-  CellBox follow_tooth(const CellBox& box) {
-    std::vector<std::span<const LitTriangle>> parts;
-    for (const auto& [number, brick] : bricks)
-      if (brick.box.meets(box)) parts.emplace_back(brick.triangles);
-    measure(parts, box, tooth);
+  /// Joins boxes where this saves cells: the boxes of neighbouring bricks overlap.
+  static std::vector<CellBox> joined(std::span<const CellBox> boxes) {
+    const auto cells = [](const CellBox& box) {
+      const glm::ivec3 size = box.hi - box.lo + 1;
+      return std::int64_t{size.x} * size.y * size.z;
+    };
+    std::vector<CellBox> result;
+    for (CellBox box : boxes) {
+      for (std::size_t i = 0; i < result.size();) {
+        CellBox both = box;
+        both.take(result[i]);
+        if (cells(both) > cells(box) + cells(result[i])) {
+          ++i;
+          continue;
+        }
+        box = both;
+        result[i] = result.back();
+        result.pop_back();
+        i = 0;
+      }
+      result.push_back(box);
+    }
+    return result;
+  }
+  /// Takes over the new distances to the working tooth in one box of cells. Returns the box of the cells that changed.
+  CellBox use_distances(const CellBox& box) {
     CellBox changed;
     each_cell(box, [&](const glm::ivec3& i) {
       const std::size_t at = index(i);
@@ -589,10 +615,7 @@ struct TissueLight::Impl {
                     found.arrivals.data(),
                     found.met.data()};
     const auto loop = [&](std::size_t count, const auto& each) {
-      if (threads)
-        share(count, each);
-      else
-        for (std::size_t i = 0; i < count; ++i) each(i);
+      in_parallel(count, each, stop, 4, threads ? background_threads() : 1);
     };
     loop(gathered.size(), [&](std::size_t i) { rays.gather(gathered[i], static_cast<int>(i)); });
     loop(walked.size(), [&](std::size_t i) {

@@ -25,7 +25,7 @@ float scattering_albedo(float reflectance);
 class TissueLight {
  public:
   /// `box`: m, frame W; `spacing`: m; `walks`: random walks per cell beside a surface.
-  /// After a request to `stop`, light() throws Stopped (engine/base/in_parallel.h).
+  /// After a request to `stop`, light() and refresh() throw Stopped (engine/base/in_parallel.h).
   TissueLight(const BoxInWorld& box, double spacing, int walks, const std::array<Look, kMatterCount>& looks,
               std::stop_token stop = {});
   ~TissueLight();
@@ -45,7 +45,7 @@ class TissueLight {
   /// Computes the light of all cells with several threads. `far`: light from outside the box.
   void light(const LightSources& sources, const LightGrid& far);
   /// Computes at most `most` cells near changes by put(), on the caller's thread or the card; later calls do the rest.
-  /// Returns the box of changed cells.
+  /// Returns the box of changed cells; empty: no cell waits.
   CellBox refresh(int most);
 
   const TissueLightGrid& grid() const;

@@ -2,8 +2,10 @@
 // once. The tolerance is a difference that a person would see, as in render_golden_test.cpp.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <thread>
 
@@ -119,7 +121,7 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   EXPECT_LT(other, shown / 40);  // samples of a pixel are not mirrored: outlines differ a little
 }
 
-TEST(MouthLight, OfTheBackgroundArrivesAfterTheFirstPictureWhichThenEqualsThatOfAWaitingStage) {
+TEST(MouthLight, OfTheBackgroundArrivesAfterThePictureWhichThenEqualsThatOfAWaitingStageAlsoAfterACut) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const Surroundings around = make_surroundings(scene.surroundings);
@@ -145,9 +147,24 @@ TEST(MouthLight, OfTheBackgroundArrivesAfterTheFirstPictureWhichThenEqualsThatOf
   const std::vector<std::uint8_t> first = picture(*quick);
   quick->show(tooth, volume.frame().origin);                 // while the light is computed
   stage_with(MouthLight::When::kInBackground)->draw(world);  // ends at once with its stage
-  const std::vector<std::uint8_t> lit = picture(*stage_with(MouthLight::When::kAtOnce));
+  const auto waiting = stage_with(MouthLight::When::kAtOnce);
+  const std::vector<std::uint8_t> lit = picture(*waiting);
   EXPECT_NE(first, lit);
   while (picture(*quick) != lit) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+
+  std::vector<render::MeshUpdate> cut = tooth;  // the two highest bricks, 0.3 mm lower
+  const auto top = [](const render::MeshUpdate& brick) {
+    float z = -1;
+    for (const render::Vertex& v : brick.vertices) z = std::max(z, v.p.z);
+    return z;
+  };
+  std::ranges::partial_sort(cut, cut.begin() + 2, std::greater(), top);
+  cut.resize(2);
+  for (render::MeshUpdate& brick : cut)
+    for (render::Vertex& v : brick.vertices) v.p.z -= 0.3e-3f;
+  for (const auto* const stage : {&quick, &waiting}) (*stage)->show(cut, volume.frame().origin);
+  EXPECT_NE(picture(*waiting), lit);
+  while (picture(*quick) != picture(*waiting)) std::this_thread::sleep_for(std::chrono::milliseconds(10));
 }
 
 }  // namespace

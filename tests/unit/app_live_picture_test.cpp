@@ -292,7 +292,7 @@ TEST(Workbench, ThePictureSaysItsLevelAndThatAGraphicsCardWouldImproveItIfThePro
   session.bench->stop();
 }
 
-TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
+TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissueAndCreatesNoPipelineOnItsThread) {
   BallSession session;
   Workbench& bench = *session.bench;
   bench.open();
@@ -301,6 +301,7 @@ TEST(Workbench, ASessionBeginsWhenItsPictureShowsTheTissue) {
     std::this_thread::sleep_for(1ms);
   }
   EXPECT_GT(bench.status().frames, 0u);
+  EXPECT_EQ(bench.stage()->device().unprepared_pipelines, 0);
   const render::Picture first = bench.stage()->eye(0);
   EXPECT_GT(std::ranges::count_if(first.rgba, [](std::uint8_t byte) { return byte > 150; }), 1000);
   bench.stop();

@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cmath>
 #include <set>
+#include <thread>
 
 #include "engine/base/units.h"
 #include "engine/render/sight.h"
@@ -54,6 +56,40 @@ TEST(Frame, ARendererUsesThePipelinesOfAnEarlierOneOnTheSameDevice) {
   stage.renderer.emplace(stage.device, stage.size, render::kQualityLadder[0], render::default_colors());
   EXPECT_EQ(compare(draw(), first, 0).pixels, 0);
   EXPECT_EQ(stage.device.created_pipelines.size(), created);
+  EXPECT_EQ(stage.device.validation_messages(), 0);
+}
+
+TEST(Frame, APreparedFrameWaitsForNoPipelineInAnyView) {
+  for (const render::Quality& quality : {render::kQualityLadder.front(), render::kQualityLadder.back()}) {
+    Stage stage({160, 128}, quality);
+    stage.renderer->update(0, tooth_mesh(2e-3, 0.5e-3));
+    stage.renderer->set_tool(round_bur(1.4e-3));
+    const std::vector<render::Particle> particles{{{0, 0, 4e-3f}, 1e-4f, {1, 1, 1}, 1},
+                                                  {{0, 0, 4e-3f}, 1e-4f, {1, 1, 1}, 1, {0, 0, 1e-3f}}};
+    render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), particles);
+    frame.cursor = {.visible = true, .p = {0, 0, 4e-3}};
+    frame.mirror = {{dvec3(0, 0, -3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0.4, -0.6, 0.8)))}, 16e-3};
+    frame.suction = {.X_WS = {dvec3(4e-3, 2e-3, 8e-3), {1, 0, 0, 0}}, .opening = 3e-3};
+    for (const render::View view : {render::View::kLook, render::View::kSection, render::View::kXray}) {
+      frame.view = view;
+      while (!stage.renderer->prepare(frame)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      EXPECT_TRUE(stage.draw(frame).drawn);
+      EXPECT_EQ(stage.device.unprepared_pipelines, 0) << quality.name << ", view " << static_cast<int>(view);
+    }
+    EXPECT_EQ(stage.device.validation_messages(), 0);
+  }
+}
+
+TEST(Frame, ARendererMayEndOrDrawWhileItsPipelinesAreCreated) {
+  Stage stage({160, 128});
+  const render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
+  for (int i = 0; i < 2; ++i) {
+    stage.renderer.emplace(stage.device, stage.size, render::kQualityLadder[0], render::default_colors());
+    stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+    EXPECT_FALSE(stage.renderer->prepare(frame));
+  }
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  EXPECT_EQ(stage.device.unprepared_pipelines, 0);
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 

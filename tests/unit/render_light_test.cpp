@@ -214,7 +214,7 @@ TEST(LightScene, ComputePassesGiveTheLightThatTheProcessorComputes) {
 TEST(LightScene, TheProcessorContinuesIfTheDeviceOfThePassesIsLost) {
   gpu::Device device = gpu::Device::create({});
   device.lose();
-  const render::LightGrid grid = body_under_roof(std::make_shared<render::LightPasses>(device));
+  const render::LightGrid grid = body_under_roof(std::make_shared<render::LightPasses>(std::move(device)));
   const render::LightGrid expected = body_under_roof(nullptr);
   EXPECT_EQ(grid.faces, expected.faces);
   EXPECT_EQ(grid.images, expected.images);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "engine/render/light_passes.h"
@@ -274,7 +275,7 @@ TissueLight on_device(bool lost) {
   TissueLight light({dvec3(-6e-3), dvec3(6e-3)}, kCell, kWalks, kLooks);
   gpu::Device device = gpu::Device::create({});
   if (lost) device.lose();
-  light.use(std::make_unique<render::LightPasses>(device));
+  light.use(std::make_unique<render::LightPasses>(std::move(device)));
   return light;
 }
 

@@ -270,7 +270,7 @@ class GuideScreen {
     }
     compositor_->record(commands, pictures_, look_.layout, *target, ring_.slot(), output_->first_row());
     ring_.submit(device_, target->ready, target->done);
-    output_->present();
+    output_->present(std::nullopt, [this, slot = ring_.slot()] { ring_.wait(device_, slot); });
   }
 
   /// Makes each eye's picture in the size in which the window shows it, so that it needs no scaling.

@@ -62,6 +62,8 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. False if the device was already lost a short time before.
   bool recreate_lost_device();
 
+  /// Before the surface arrives: lets another thread create pipelines of the trainee's picture (PictureStage::prepare).
+  void prepare() { stage_->prepare(world_, views_->look(Eyes::kTrainee)); }
   /// Receives the parts of the surface that the carver thread has computed since the last call.
   void collect();
   /// True after collect() has received the whole surface once.

@@ -17,8 +17,8 @@ namespace typodont {
 namespace {
 
 constexpr double kSpacing = 1.25e-3;  // m, grid spacing of the light between bodies
-// Number of cells inside tissue whose light is computed again per frame. With a graphics card, a live session computes
-// as many as it can in kRefreshTime, but not fewer.
+// Number of cells inside tissue whose light one computation after a cut takes. With a graphics card, a live session
+// computes as many as it can in kRefreshTime, but not fewer.
 constexpr int kRefreshed = 40, kMaxRefreshed = 1024;
 constexpr Nanos kRefreshTime = kNanosPerSecond / 250;
 
@@ -41,49 +41,50 @@ const render::Quality& of_tissue(const render::Quality& quality, MouthLight::Whe
 
 MouthLight::MouthLight(const Surroundings& around, const render::Quality& quality,
                        const std::array<render::Look, render::kMatterCount>& looks, When when, std::string card)
-    : around_(around),
-      looks_(looks),
-      tissue_mirrors_(quality.tissue_mirrors),
-      when_(when),
-      card_(std::move(card)),
-      refreshed_(kRefreshed),
-      tissue_(*around.lit, of_tissue(quality, when, card_).light_cell, of_tissue(quality, when, card_).light_walks,
-              looks, stop_.get_token()) {}
+    : around_(around), looks_(looks), quality_(quality), when_(when), card_(std::move(card)), refreshed_(kRefreshed) {}
 
 MouthLight::~MouthLight() {
   stop_.request_stop();
 }
 
 void MouthLight::put(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
-  if (!tooth_known_) render::append_triangles(tooth_, bricks, origin, looks_);
-  if (worker_.joinable())
-    waiting_.push_back({{bricks.begin(), bricks.end()}, origin});
-  else
-    tissue_.put(bricks, origin);
+  waiting_.push_back({{bricks.begin(), bricks.end()}, origin});
 }
 
-void MouthLight::compute(const render::LightSources& sources) {
-  if (!bodies_) {
-    std::vector<render::LitTriangle> triangles = std::move(tooth_);
-    for (const SurroundingMesh& mesh : around_.meshes) {
-      std::vector<render::LitTriangle> body;
-      render::append_triangles(body, mesh.bricks, mesh.origin, looks_);
-      triangles.insert(triangles.end(), body.begin(), body.end());
-      const bool empty = mesh.bricks.empty() || mesh.bricks.front().vertices.empty();
-      const Tissue outer = empty ? Tissue::kAir : mesh.bricks.front().vertices.front().tissue[0];
-      const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
-      tissue_.add_fixed(std::move(body), hard);
-    }
-    const std::shared_ptr passes = card_.empty() ? nullptr : render::LightPasses::make(card_);
-    tissue_.use(passes);
-    bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, tissue_mirrors_, stop_.get_token(), passes);
+/// Makes the bodies that the light meets.
+void MouthLight::prepare() {
+  const render::Quality& inside = of_tissue(quality_, when_, card_);
+  tissue_.emplace(*around_.lit, inside.light_cell, inside.light_walks, looks_, stop_.get_token());
+  std::vector<render::LitTriangle> triangles;
+  for (const Put& put : taken_) render::append_triangles(triangles, put.bricks, put.origin, looks_);
+  for (const SurroundingMesh& mesh : around_.meshes) {
+    std::vector<render::LitTriangle> body;
+    render::append_triangles(body, mesh.bricks, mesh.origin, looks_);
+    triangles.insert(triangles.end(), body.begin(), body.end());
+    const bool empty = mesh.bricks.empty() || mesh.bricks.front().vertices.empty();
+    const Tissue outer = empty ? Tissue::kAir : mesh.bricks.front().vertices.front().tissue[0];
+    const bool hard = outer == Tissue::kEnamel || outer == Tissue::kDentin || outer == render::kPlastic;
+    tissue_->add_fixed(std::move(body), hard);
   }
-  grid_ = bodies_->light(sources);
-  tissue_.light(sources, grid_);
+  const std::shared_ptr passes = card_.empty() ? nullptr : render::LightPasses::make(card_);
+  tissue_->use(passes);
+  bodies_.emplace(std::move(triangles), *around_.lit, kSpacing, quality_.tissue_mirrors, stop_.get_token(), passes);
+}
+
+/// Computes the light of new sources, or else the light of some cells near cuts.
+void MouthLight::compute(const std::optional<render::LightSources>& sources) {
+  if (!bodies_) prepare();
+  for (const Put& put : std::exchange(taken_, {})) tissue_->put(put.bricks, put.origin);
+  changed_ = {};
+  if (sources) return tissue_->light(*sources, grid_.emplace(bodies_->light(*sources)));
+  const Nanos begin = now();
+  changed_ = tissue_->refresh(refreshed_);
+  if (tissue_->on_card() && when_ == When::kInBackground && !changed_.empty())
+    refreshed_ = std::clamp(now() - begin < kRefreshTime ? 2 * refreshed_ : refreshed_ / 2, kRefreshed, kMaxRefreshed);
 }
 
 /// Starts the worker thread. False: the system grants no thread.
-bool MouthLight::start(const render::LightSources& sources) {
+bool MouthLight::start(const std::optional<render::LightSources>& sources) {
   done_ = false;
   const auto work = [this, sources] {
     lower_priority();
@@ -105,30 +106,26 @@ bool MouthLight::start(const render::LightSources& sources) {
 
 void MouthLight::hand_over(render::Renderer& renderer) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  renderer.set_light(grid_, tissue_.grid());
-  grid_ = {};
-  for (const Put& put : std::exchange(waiting_, {})) tissue_.put(put.bricks, put.origin);
+  if (grid_)
+    renderer.set_light(*grid_, tissue_->grid());
+  else if (!changed_.empty())
+    renderer.update_tissue_light(tissue_->grid().values, changed_);
+  grid_.reset();
 }
 
 void MouthLight::follow(const render::Lights& lights, render::Renderer& renderer) {
-  tooth_known_ = true;
   if (worker_.joinable()) {
     if (!done_.load(std::memory_order_acquire)) return;
     worker_.join();
     hand_over(renderer);
   }
-  if (lit_by_ && same_light(lights, *lit_by_)) {
-    const Nanos begin = now();
-    const render::CellBox changed = tissue_.refresh(refreshed_);
-    if (changed.empty()) return;
-    renderer.update_tissue_light(tissue_.grid().values, changed);
-    if (tissue_.on_card() && when_ == When::kInBackground)
-      refreshed_ =
-          std::clamp(now() - begin < kRefreshTime ? 2 * refreshed_ : refreshed_ / 2, kRefreshed, kMaxRefreshed);
-    return;
+  std::optional<render::LightSources> sources;
+  if (!lit_by_ || !same_light(lights, *lit_by_)) {
+    lit_by_ = lights;
+    sources = render::sources_of(lights);
   }
-  lit_by_ = lights;
-  const render::LightSources sources = render::sources_of(lights);
+  if (!sources && waiting_.empty() && changed_.empty()) return;
+  taken_ = std::exchange(waiting_, {});
   if (when_ == When::kInBackground && start(sources)) return;
   compute(sources);
   hand_over(renderer);

@@ -41,32 +41,33 @@ class MouthLight {
   void follow(const render::Lights& lights, render::Renderer& renderer);
 
  private:
-  void compute(const render::LightSources& sources);
-  bool start(const render::LightSources& sources);
-  void hand_over(render::Renderer& renderer);
-
-  const Surroundings& around_;
-  const std::array<render::Look, render::kMatterCount> looks_;
-  const bool tissue_mirrors_;
-  const When when_;
-  const std::string card_;
-  std::stop_source stop_;
-  std::vector<render::LitTriangle> tooth_;  // triangles of the tooth at the first frame
-  bool tooth_known_ = false;
-  std::optional<render::Lights> lit_by_;
-  int refreshed_;  // number of cells inside tissue whose light is computed again per frame
-  // While the worker thread runs (from start() until `done_`), only it uses the next members.
-  render::TissueLight tissue_;
-  std::optional<render::LightScene> bodies_;
-  render::LightGrid grid_;
-  std::exception_ptr failure_;
-  std::atomic<bool> done_{false};
-  std::jthread worker_;
   struct Put {
     std::vector<render::MeshUpdate> bricks;
     dvec3 origin;
   };
-  std::vector<Put> waiting_;  // bricks that arrive while the worker thread runs
+  void prepare();
+  void compute(const std::optional<render::LightSources>& sources);
+  bool start(const std::optional<render::LightSources>& sources);
+  void hand_over(render::Renderer& renderer);
+
+  const Surroundings& around_;
+  const std::array<render::Look, render::kMatterCount> looks_;
+  const render::Quality quality_;
+  const When when_;
+  const std::string card_;
+  std::stop_source stop_;
+  std::optional<render::Lights> lit_by_;
+  std::vector<Put> waiting_;  // bricks that arrived since the last start of a computation
+  // While the worker thread runs (from start() until `done_`), only it uses the next members.
+  std::vector<Put> taken_;  // bricks for this computation
+  std::optional<render::TissueLight> tissue_;
+  std::optional<render::LightScene> bodies_;
+  std::optional<render::LightGrid> grid_;  // new light between bodies
+  render::CellBox changed_;                // cells inside tissue with new light; more cells may wait
+  int refreshed_;                          // number of cells inside tissue that one computation after a cut takes
+  std::exception_ptr failure_;
+  std::atomic<bool> done_{false};
+  std::jthread worker_;  // declared last, so that the thread is joined before the other members are destroyed
 };
 
 }  // namespace typodont

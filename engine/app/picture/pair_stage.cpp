@@ -113,7 +113,7 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<World*, 2>& w
                   VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT);
   compositor_->record(commands, both_, display::Layout::kSideBySide, *target, ring_.slot(), 0, nullptr, huds);
   ring_.submit(device_, target->ready, target->done);
-  output_->present();
+  output_->present(std::nullopt, [this, slot = ring_.slot()] { ring_.wait(device_, slot); });
   ring_.wait_idle(device_);
   return stats;
 }

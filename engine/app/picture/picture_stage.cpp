@@ -420,17 +420,11 @@ void PictureStage::follow_bend() {
   compositor_->bend(display::warp(rig_));
 }
 
-render::FrameStats PictureStage::draw(World& world, const Look& shown, const std::function<void()>& take_last) {
-  const Nanos began = now();
-  if (output_ && !output_->visible()) {
-    missed_ = true;  // the content of a minimised window may be lost, so the next frame must be drawn
-    return {};
-  }
+render::Frame PictureStage::next_frame(World& world, const Look& shown) {
   follow_size();
   follow_head();
   follow_bend();
   render::Frame frame = look();
-  if (light_) light_->follow(frame.lights, *renderer_);
   frame.view = view_;
   frame.section = section_;
   frame.particles = spheres_;
@@ -442,6 +436,19 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown, const std
   if (!at_rest_) shown_at_ = frame.tool.X_WG;
   frame.tool.X_WG = shown_at_;
   if (options_.cursor && shown.tool) add_cursor(world.tool(), shown_at_, frame);
+  return frame;
+}
+
+render::FrameStats PictureStage::draw(World& world, const Look& shown, const std::function<void()>& take_last) {
+  const Nanos began = now();
+  if (output_ && !output_->visible()) {
+    missed_ = true;  // the content of a minimised window may be lost, so the next frame must be drawn
+    return {};
+  }
+  const render::Frame frame = next_frame(world, shown);
+  if (light_) light_->follow(frame.lights, *renderer_);
+  waits_ = ahead_ && !prepare(frame);
+  if (waits_) return {};
   const display::Screen& screen = rig_.screen;
   if (take_last) take_last();
   if (options_.hud)
@@ -473,7 +480,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown, const std
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_ || one_eye_) {
     ring_.submit(device_);
-    if (!output_) ring_.wait_idle(device_);  // the caller uses pictures() immediately: they must be finished
+    if (!output_ && !ahead_) ring_.wait_idle(device_);  // the caller uses pictures() immediately: they must be finished
     timing_.shown = to_seconds(now() - began);
     return stats;
   }
@@ -510,7 +517,7 @@ render::FrameStats PictureStage::draw(World& world, const Look& shown, const std
       });
     } else {
       const Nanos handed = now();
-      output_->present(drawn);
+      output_->present(drawn, {});
       timing_.record += to_seconds(now() - handed);
       seen_at(timing_.gpu);
     }

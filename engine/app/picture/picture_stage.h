@@ -130,6 +130,9 @@ class PictureStage {
   /// frame W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
+  /// Before the working tooth is shown: lets another thread create the shader pipelines of the tools
+  /// (render::Renderer::prepare).
+  void prepare(World& world, const Look& look) { prepare(next_frame(world, look)); }
   /// Draws and shows one frame of the world. Offscreen, waits until it is finished, unless one eye is drawn. `look`:
   /// which parts of the world are shown; show_as() sets its view. `take_last`: called before text and pictures of the
   /// last frame are replaced, but after work for which the GPU need not be finished.
@@ -150,6 +153,14 @@ class PictureStage {
   /// show them.
   void draw_one_eye(bool on) { one_eye_ = on; }
   bool draws_one_eye() const { return one_eye_; }
+
+  /// True: draw() does not block for long. While other threads create pipelines, it draws nothing, and waits() is true.
+  /// It does not wait for offscreen pictures; the caller waits until finished(). Lavapipe takes seconds for a first
+  /// picture, because it compiles shaders while it draws.
+  void draw_ahead(bool on) { ahead_ = on; }
+  bool waits() const { return waits_; }
+  /// True if the GPU has finished the last frame.
+  bool finished() const { return ring_.done(device_, ring_.slot()); }
 
   /// Sets the quality from the next frame on.
   void set_quality(const render::Quality& quality);
@@ -194,6 +205,9 @@ class PictureStage {
 
  private:
   render::Frame look() const;
+  /// The next frame of the world. Passes the world's changes to the renderer.
+  render::Frame next_frame(World& world, const Look& shown);
+  bool prepare(const render::Frame& frame) { return renderer_->prepare(frame, light_.has_value()); }
   void follow_size();
   void follow_head();
   void follow_bend();
@@ -216,7 +230,7 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   Timing timing_;
   render::GpuTimes gpu_times_;
-  bool one_eye_ = false;
+  bool one_eye_ = false, ahead_ = false, waits_ = false;
   std::optional<std::array<dvec3, 2>> bent_for_;  // positions of the eyes for which the compositor bends the pictures
   bool blank_ = true;    // true: no frame was drawn since the size or the quality of the pictures changed
   bool missed_ = false;  // true: last frame not shown, or window minimised

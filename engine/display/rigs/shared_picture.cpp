@@ -98,14 +98,9 @@ class XPicture final : public SharedPicture {
   }
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
-    if (!composed_)
-      // Waits for the device, because copy() reads the picture. Nothing else waits for the newest frame.
-      gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
     XSync(display_, False);  // waits until the server has read the previous frame
-    if (composed_)
-      finish();
-    else
-      copy(parts);
+    finish();
+    if (!composed_) copy(parts);
     for (const Part& p : parts)
       for (int y = p.y; y < p.y + p.height; y += kBand)
         XShmPutImage(display_, window_, context_, shared_, p.x, y, p.x, y, static_cast<unsigned>(p.width),

@@ -26,7 +26,7 @@ class SharedPicture {
   virtual bool resize(ivec2 size) = 0;
   /// Target for the next picture; keeps its content.
   virtual Target target() = 0;
-  /// Shows the parts of the picture. `finish`: is called first if the CPU composes the picture.
+  /// Shows the parts of the picture. `finish`: is called first, as in Output::present().
   virtual void show(std::span<const Part> parts, const std::function<void()>& finish) = 0;
   void show_all(const std::function<void()>& finish) { show(std::array{Part{0, 0, size().x, size().y}}, finish); }
   virtual ivec2 size() const = 0;

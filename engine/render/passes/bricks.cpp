@@ -80,6 +80,12 @@ BrickKind kind_of(const MeshUpdate& u) {
   return gum ? BrickKind::kGum : enamel ? BrickKind::kEnamel : sound ? BrickKind::kSound : BrickKind::kAny;
 }
 
+/// Views for teaching use one shader for all bricks; kDifference uses a second one for two-sided bricks.
+BrickKind kind_in(View view, const Brick& b) {
+  const bool own_code = view == View::kLook || (view == View::kDifference && b.kind == BrickKind::kTwoSided);
+  return own_code ? b.kind : BrickKind::kAny;
+}
+
 glm::dmat4 matrix(const Pose& X) {
   glm::dmat4 m(glm::mat3_cast(X.R));
   m[3] = glm::dvec4(X.p, 1);
@@ -278,6 +284,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
   for (std::size_t e = 0; e < views; ++e) clip_from_world[e] = frame.eyes[e].projection * frame.eyes[e].view;
   const glm::dmat4 light_from_world(data.light_from_world);
   const bool lit = data.light_size.w > 0;
+  const ToolShade shade(data), shade_before(before);
   const bool cursor_moved = data.cursor != before.cursor || data.cursor_down != before.cursor_down;
   std::vector<ShadowMapBox> in_map;
   for (const BoxInWorld& box : changed) {
@@ -300,6 +307,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const glm::dmat4 light_from_mesh = light_from_world * world_from_mesh;
     const glm::vec4 cover = cover_of(covers, id, frame.view, mesh.X_WM);
     for (auto& [key, b] : mesh.bricks) {
+      if (marked_fraction(tiles, frame.views) >= kFullRedrawFraction) return;
       if (b.seen_by != eyes) {
         b.seen_by = eyes;
         for (std::size_t e = 0; e < views; ++e)
@@ -309,7 +317,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       const auto lit_otherwise = [&](const glm::vec3& lo, const glm::vec3& hi) {
         const glm::vec3 center(world_from_mesh * glm::dvec4(0.5f * (lo + hi), 1));
         const float radius = 0.5f * glm::length(hi - lo);
-        if (tool_shades(data, center, radius) || tool_shades(before, center, radius)) return true;
+        if (shade.reaches(center, radius) || shade_before.reaches(center, radius)) return true;
         if (cursor_moved && (cursor_marks(data, center, radius) || cursor_marks(before, center, radius))) return true;
         if (in_map.empty()) return false;
         const ShadowMapBox own = shadow_map_box(light_from_mesh, lo, hi);
@@ -373,10 +381,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // Views for teaching use one shader for all bricks; kDifference uses a second one for two-sided bricks.
-        const bool own_code =
-            frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
-        const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);
+        const auto kind = static_cast<std::size_t>(kind_in(frame.view, b));
         lists[static_cast<std::size_t>(b.block) * kBrickKinds + kind].push_back(
             {b.indices, 1, b.first_index, static_cast<std::int32_t>(b.first_vertex), 0});
       }
@@ -390,6 +395,16 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
     }
   }
   return groups;
+}
+
+DrawnKinds BrickStore::drawn_kinds(View view) const {
+  DrawnKinds drawn;
+  for (const auto& [id, mesh] : meshes) {
+    if (!shown_in(view, id)) continue;
+    for (const auto& [key, b] : mesh.bricks)
+      (glassy_in(view, id) ? drawn.glass : drawn.solid[static_cast<std::size_t>(kind_in(view, b))]) = true;
+  }
+  return drawn;
 }
 
 std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,

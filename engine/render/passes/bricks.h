@@ -72,6 +72,12 @@ struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
 
+/// Kinds of bricks that a view draws, each with a pipeline of its own: solid, and as glass.
+struct DrawnKinds {
+  std::array<bool, kBrickKinds> solid{};
+  bool glass = false;
+};
+
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
   // For each mesh: the plane that Renderer::cover() has set.
@@ -92,12 +98,13 @@ struct BrickStore {
 
   /// Bounds of all bricks; nullopt without bricks.
   std::optional<SceneBounds> bounds() const;
+  DrawnKinds drawn_kinds(View view) const;
   /// Draw commands for the bricks that an eye can see. `slot`: index of the frame in flight; `into`: receives the
   /// commands; `stats`: receives their number. `tiles`: parts to redraw for each eye; null: all.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
   /// Marks tiles whose content or light has changed, because of bricks or the tool (`data`: this frame, `before`: last
-  /// frame). `eyes`: version of the eyes' poses.
+  /// frame). `eyes`: version of the eyes' poses. Stops when kFullRedrawFraction of the tiles is marked.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
   /// Draw commands for all bricks in a part of the shadow map.

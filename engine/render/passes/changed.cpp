@@ -27,6 +27,7 @@ void Tiles::clear(glm::ivec2 picture) {
   size_ = picture;
   count_ = (picture + kSide - 1) / kSide;
   marked_.assign(static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y), 0);
+  marked_count_ = 0;
 }
 
 void Tiles::mark(const PixelBox& box) {
@@ -34,16 +35,18 @@ void Tiles::mark(const PixelBox& box) {
   const int x0 = std::max(box.x / kSide, 0), x1 = std::min((box.x + box.width - 1) / kSide, count_.x - 1);
   const int y0 = std::max(box.y / kSide, 0), y1 = std::min((box.y + box.height - 1) / kSide, count_.y - 1);
   for (int y = y0; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) marked_[static_cast<std::size_t>(y * count_.x + x)] = 1;
+    for (int x = x0; x <= x1; ++x) mark_tile(static_cast<std::size_t>(y * count_.x + x));
 }
 
 void Tiles::mark(const Tiles& other) {
   if (other.marked_.size() != marked_.size()) return;
-  for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] |= other.marked_[i];
+  for (std::size_t i = 0; i < marked_.size(); ++i)
+    if (other.marked_[i]) mark_tile(i);
 }
 
 void Tiles::mark_all() {
   std::fill(marked_.begin(), marked_.end(), std::uint8_t{1});
+  marked_count_ = static_cast<int>(marked_.size());
 }
 
 bool Tiles::touch(const PixelBox& box) const {
@@ -61,12 +64,6 @@ bool Tiles::touch(const Tiles& other) const {
   for (std::size_t i = 0; i < marked_.size(); ++i)
     if (marked_[i] && other.marked_[i]) return true;
   return false;
-}
-
-double Tiles::fraction() const {
-  if (marked_.empty()) return 0;
-  return static_cast<double>(std::count(marked_.begin(), marked_.end(), std::uint8_t{1})) /
-         static_cast<double>(marked_.size());
 }
 
 std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
@@ -107,57 +104,61 @@ PixelBox Tiles::bounds() const {
   return {a.x, a.y, b.x - a.x, b.y - a.y};
 }
 
-namespace {
+double marked_fraction(const std::array<Tiles, 2>& tiles, int views) {
+  double sum = 0;
+  for (int e = 0; e < views; ++e) sum += tiles[static_cast<std::size_t>(e)].fraction();
+  return sum / views;
+}
 
-constexpr glm::vec3 kOrigin(0);
+namespace {
 
 // Distance by which light inside tissue widens a tool's shadow, m, as in lighting.glsl.
 constexpr float kShadowScatter = 1.4e-3f;
 
-/// Returns true if the handpiece may shade a surface in this ball.
-bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kHandpieceReach = 40e-3f;  // m, longest reach of the handpiece's shadow, as in lighting.glsl
-  constexpr int kPieces = 6;
-  const glm::vec3 l(data.key);
-  for (int cone = 0; cone < 2; ++cone) {
-    const glm::vec4 a = data.handpiece[2 * cone], b = data.handpiece[2 * cone + 1];
-    if (a.w <= 0 && b.w <= 0) continue;
-    for (int k = 0; k < kPieces; ++k) {
-      const glm::vec3 from = glm::vec3(glm::mix(a, b, static_cast<float>(k) / kPieces)) - center,
-                      to = glm::vec3(glm::mix(a, b, static_cast<float>(k + 1) / kPieces)) - center;
-      const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
-      if (way <= 0 || std::min(f, t) - radius > kHandpieceReach) continue;
-      const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
-      if (distance_to_segment(from - f * l, to - t * l, kOrigin) - radius < std::max(a.w, b.w) + soft) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
-bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  // Reach of the tool's occlusion and of its shadow, m.
-  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;
-  constexpr int kPieces = 6;
-  if (data.tool_head.w <= 0) return false;
-  if (handpiece_shades(data, center, radius)) return true;
-  const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
+ToolShade::ToolShade(const shared::FrameData& data) : to_light_(data.key), spread_(data.lamp.x) {
+  // m, as in lighting.glsl: reach of the tool's occlusion, of its shadow, and of the handpiece's shadow.
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f, kHandpieceReach = 40e-3f;
+  if (data.tool_head.w <= 0) return;
+  const auto add = [&](const glm::vec4& a, const glm::vec4& b, float reach, float occlusion) {
+    if (a.w <= 0 && b.w <= 0) return;
+    Caster& caster = casters_[static_cast<std::size_t>(count_++)];
+    for (std::size_t i = 0; i <= kPieces; ++i) {
+      const glm::vec4 point = glm::mix(a, b, static_cast<float>(i) / kPieces);
+      caster.axis[i] = glm::vec3(point);
+      caster.height[i] = glm::dot(caster.axis[i], to_light_);
+      caster.seen[i] = caster.axis[i] - caster.height[i] * to_light_;
+      caster.thick[i] = point.w;
+    }
+    caster.reach = reach, caster.occlusion = occlusion;
+  };
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Fast test first, because most objects are far from shadow and occlusion.
-  const float most = std::max(
-      kToolReach, kToolShadowReach + thick + 0.08e-3f + kShadowScatter + data.lamp.x * (kToolShadowReach + 2 * radius));
-  if (distance_to_segment(a, e, center) - radius > most) return false;
-  for (int k = 0; k < kPieces; ++k) {
-    const glm::vec3 from = glm::mix(a, e, static_cast<float>(k) / kPieces) - center,
-                    to = glm::mix(a, e, static_cast<float>(k + 1) / kPieces) - center;
-    if (distance_to_segment(from, to, kOrigin) - radius < kToolReach) return true;
-    const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
-    if (way <= 0 || std::min(f, t) - radius > kToolShadowReach) continue;
-    const float soft = 0.08e-3f + data.lamp.x * way + kShadowScatter;
-    if (distance_to_segment(from - f * l, to - t * l, kOrigin) - radius < thick + soft) return true;
-  }
-  return false;
+  add({glm::vec3(data.tool_head), thick}, {glm::vec3(data.tool_end), thick}, kToolShadowReach, kToolReach);
+  for (const int cone : {0, 2}) add(data.handpiece[cone], data.handpiece[cone + 1], kHandpieceReach, 0);
+}
+
+bool ToolShade::reaches(const Caster& caster, std::size_t from, std::size_t to, const glm::vec3& center,
+                        const glm::vec3& seen, float height, float radius) const {
+  if (caster.occlusion > 0 &&
+      distance_to_segment(caster.axis[from], caster.axis[to], center) - radius < caster.occlusion)
+    return true;
+  const float f = caster.height[from] - height, t = caster.height[to] - height, way = std::max(f, t) + radius;
+  if (way <= 0 || std::min(f, t) - radius > caster.reach) return false;
+  const float soft = 0.08e-3f + spread_ * way + kShadowScatter, thick = std::max(caster.thick[from], caster.thick[to]);
+  return distance_to_segment(caster.seen[from], caster.seen[to], seen) - radius < thick + soft;
+}
+
+bool ToolShade::reaches(const glm::vec3& center, float radius) const {
+  const float height = glm::dot(center, to_light_);
+  const glm::vec3 seen = center - height * to_light_;
+  return std::any_of(casters_.begin(), casters_.begin() + count_, [&](const Caster& caster) {
+    // If the whole axis does not reach the ball, no piece does.
+    if (!reaches(caster, 0, kPieces, center, seen, height, radius)) return false;
+    for (std::size_t k = 0; k < kPieces; ++k)
+      if (reaches(caster, k, k + 1, center, seen, height, radius)) return true;
+    return false;
+  });
 }
 
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius) {

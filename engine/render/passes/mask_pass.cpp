@@ -1,8 +1,6 @@
 #include <cstring>
 
 #include "engine/render/passes/passes.h"
-#include "shaders/hidden_frag.h"
-#include "shaders/hidden_vert.h"
 
 namespace typodont::render {
 
@@ -25,18 +23,17 @@ void MaskPass::prepare(PassContext& context, int slot, const glm::ivec2& size, c
   std::memcpy(buffer.memory.mapped, out.data(), out.size() * sizeof(glm::vec3));
 }
 
+gpu::PipelineOptions MaskPass::options(const PassContext& context) {
+  gpu::PipelineOptions o = HiddenPass::options(context);
+  o.depth_compare = VK_COMPARE_OP_ALWAYS;
+  o.color_write = false;
+  return o;
+}
+
 void MaskPass::record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats) {
   const auto e = static_cast<std::size_t>(view);
   if (!count[e]) return;
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hidden_vert, kSpirv_hidden_frag);
-    o.bindings = {{0, sizeof(glm::vec3), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, 0}};
-    o.cull = VK_CULL_MODE_NONE;
-    o.depth_compare = VK_COMPARE_OP_ALWAYS;
-    o.color_write = false;
-    pipeline = gpu::get_pipeline(context.device, o);
-  }
+  if (!pipeline) pipeline = gpu::get_pipeline(context.device, options(context));
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   draw_vertices(commands, corners.buffers[static_cast<std::size_t>(slot)].buffer, count[e], stats, first[e]);
 }

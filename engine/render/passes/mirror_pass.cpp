@@ -22,13 +22,15 @@ void MirrorPass::create_picture(PassContext& context, VkExtent2D size, std::uint
                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
 }
 
+gpu::PipelineOptions MirrorPass::options(const PassContext& context) {
+  gpu::PipelineOptions o = context.scene_pipeline(kSpirv_mirror_vert, kSpirv_mirror_frag);
+  o.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
+  return o;
+}
+
 void MirrorPass::record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror,
                               FrameStats& stats) {
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_mirror_vert, kSpirv_mirror_frag);
-    o.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
-    pipeline = gpu::get_pipeline(context.device, o);
-  }
+  if (!pipeline) pipeline = gpu::get_pipeline(context.device, options(context));
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, mirror.X_WM);
   vkCmdDraw(commands, kGlassCorners, 1, 0, 0);

@@ -61,24 +61,38 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   }
 }
 
+gpu::PipelineOptions ParticlePass::options(const PassContext& context, bool corners_given) {
+  gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
+  o.bindings = {{0, sizeof(Instance), corners_given ? VK_VERTEX_INPUT_RATE_VERTEX : VK_VERTEX_INPUT_RATE_INSTANCE}};
+  o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Instance, place)},
+                  {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Instance, color)}};
+  o.topology = corners_given ? VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
+  o.cull = VK_CULL_MODE_NONE;
+  o.depth_write = false;
+  o.blend = true;
+  // Values of the constants kView, kGlass, kHolds, kCorners.
+  o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
+  return o;
+}
+
+gpu::PipelineOptions ParticlePass::streak_options(const PassContext& context) {
+  gpu::PipelineOptions o = context.scene_pipeline(kSpirv_streak_vert, kSpirv_particle_frag);
+  o.bindings = {{0, sizeof(Streak), VK_VERTEX_INPUT_RATE_VERTEX}};
+  o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Streak, head.place)},
+                  {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Streak, head.color)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(Streak, way)}};
+  o.cull = VK_CULL_MODE_NONE;
+  o.depth_write = false;
+  o.blend = true;
+  return o;
+}
+
 void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud,
                           FrameStats& stats) {
   const std::vector<ParticleCloud::Run> runs = cloud ? cloud->runs() : std::vector<ParticleCloud::Run>{};
   if (!count && !streaks && runs.empty()) return;
   const auto chosen = [&](VkPipeline& own, bool corners_given) {
-    if (!own) {
-      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
-      o.bindings = {{0, sizeof(Instance), corners_given ? VK_VERTEX_INPUT_RATE_VERTEX : VK_VERTEX_INPUT_RATE_INSTANCE}};
-      o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Instance, place)},
-                      {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Instance, color)}};
-      o.topology = corners_given ? VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
-      o.cull = VK_CULL_MODE_NONE;
-      o.depth_write = false;
-      o.blend = true;
-      // Values of the constants kView, kGlass, kHolds, kCorners.
-      o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});
-      own = gpu::get_pipeline(context.device, o);
-    }
+    if (!own) own = gpu::get_pipeline(context.device, options(context, corners_given));
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, own);
   };
   if (count) {
@@ -86,17 +100,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
     draw_vertices(commands, corners.buffers[static_cast<std::size_t>(slot)].buffer, 6 * count, stats);
   }
   if (streaks) {
-    if (!streak_pipeline) {
-      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_streak_vert, kSpirv_particle_frag);
-      o.bindings = {{0, sizeof(Streak), VK_VERTEX_INPUT_RATE_VERTEX}};
-      o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Streak, head.place)},
-                      {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Streak, head.color)},
-                      {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(Streak, way)}};
-      o.cull = VK_CULL_MODE_NONE;
-      o.depth_write = false;
-      o.blend = true;
-      streak_pipeline = gpu::get_pipeline(context.device, o);
-    }
+    if (!streak_pipeline) streak_pipeline = gpu::get_pipeline(context.device, streak_options(context));
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, streak_pipeline);
     draw_vertices(commands, streak_corners.buffers[static_cast<std::size_t>(slot)].buffer, 6 * streaks, stats);
   }

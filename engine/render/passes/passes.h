@@ -1,9 +1,11 @@
-// The rendering passes, each in its own file. Pipelines are created at their first use.
+// The rendering passes, each in its own file. Pipelines are created at their first use, or before it by
+// Renderer::prepare(). The functions options() describe them.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "engine/render/passes/bricks.h"
 #include "engine/render/passes/context.h"
@@ -14,6 +16,7 @@ namespace typodont::render {
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
+  static gpu::PipelineOptions options(const PassContext& context);
   /// Draws the given part of the map; other parts stay.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
@@ -21,8 +24,10 @@ struct ShadowPass {
   void destroy(gpu::Device& device);
 };
 
-/// Effects that only some scenes and quality levels need.
+/// The view, and effects that only some scenes and quality levels need.
 struct SurfaceEffects {
+  View view = View::kLook;
+  bool cursor = false;  // true: draws the cursor's ring
   bool handpiece_shadow = false;
   bool spot = false;        // true: draws the border of the lamp's spot
   bool film = false;        // true: draws water and slurry on the tissue
@@ -35,12 +40,12 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one per kind of brick, created when first drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   std::array<VkPipeline, 2> depth{};  // pipelines that draw only depth: of front faces; of all faces
-  View made_for = View::kLook;        // view for which the pipelines were created
-  bool with_cursor = false;           // true: the pipelines draw the cursor's ring
-  SurfaceEffects with_effects;
+  SurfaceEffects made_for;            // the pipelines were created for this view and these effects
+  /// Adds the options of all pipelines that record() may use.
+  static void list_pipelines(const PassContext& context, const BrickStore& bricks, const SurfaceEffects& effects,
+                             std::vector<gpu::PipelineOptions>& out);
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
-              std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
-              FrameStats& stats);
+              std::span<const DrawGroup> groups, const SurfaceEffects& effects, bool glass, FrameStats& stats);
   /// Draws only the depth, so that no hidden point is shaded.
   void record_depth(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
                     const SlotBuffers& indirect, std::span<const DrawGroup> wanted);
@@ -55,6 +60,13 @@ struct SurfacePass {
     depth = {};
     glass_pipeline = VK_NULL_HANDLE;
   }
+
+ private:
+  static gpu::PipelineOptions options(const PassContext& context, const SurfaceEffects& effects, BrickKind kind,
+                                      bool glass);
+  static gpu::PipelineOptions depth_options(const PassContext& context, bool both_sides);
+  /// True: solid bricks are drawn to the depth picture first.
+  static bool needs_depth(const PassContext& context, View view);
 };
 
 /// A mesh on the GPU; its vertices have the format of their pipeline.
@@ -90,6 +102,8 @@ struct HandpieceBody {
 struct ToolPass {
   VkPipeline pipeline = VK_NULL_HANDLE, handpiece_pipeline = VK_NULL_HANDLE;
   bool with_light_grid = false;  // true: `pipeline` was created with SurfaceEffects::light_grid
+  static gpu::PipelineOptions options(const PassContext& context, bool light_grid);
+  static gpu::PipelineOptions handpiece_options(const PassContext& context);
   void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB, bool light_grid,
               FrameStats& stats);
   void record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body, const Pose& X_WH,
@@ -102,7 +116,8 @@ struct MirrorPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Image picture;  // picture in the mirror, one layer per eye; created when first seen
   ToolBody body;
-  double diameter = 0;  // m, diameter for which the body was created
+  double diameter = 0;                                              // m, diameter for which the body was created
+  static gpu::PipelineOptions options(const PassContext& context);  // of the glass
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
@@ -112,6 +127,7 @@ struct MirrorPass {
 
 struct BackgroundPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
+  static gpu::PipelineOptions options(const PassContext& context);
   void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
 };
 
@@ -121,6 +137,9 @@ struct ParticlePass {
   VkPipeline streak_pipeline = VK_NULL_HANDLE;
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
+  /// `corners_given`: true for particles of a frame, false for those of a ParticleCloud.
+  static gpu::PipelineOptions options(const PassContext& context, bool corners_given);
+  static gpu::PipelineOptions streak_options(const PassContext& context);
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
   /// Marks the tiles in which particles are drawn.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
@@ -135,6 +154,7 @@ struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
   std::uint32_t count = 0;
+  static gpu::PipelineOptions options(const PassContext& context);
   void set(gpu::Device& device, std::span<const glm::vec3> triangles);
   void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
   void destroy(gpu::Device& device);
@@ -146,6 +166,7 @@ struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;
   std::array<std::uint32_t, 2> first{}, count{};  // vertices of the mask, for each eye: index of the first, number
+  static gpu::PipelineOptions options(const PassContext& context);
   void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);

@@ -45,21 +45,23 @@ void ShadowPass::create_map(PassContext& context) {
   });
 }
 
+gpu::PipelineOptions ShadowPass::options(const PassContext& context) {
+  gpu::PipelineOptions o;
+  o.vertex_shader = kSpirv_shadow_vert;
+  o.layout = context.layout;
+  o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+  o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)}};
+  o.cull = VK_CULL_MODE_NONE;
+  o.depth = kDepthFormat;
+  o.depth_bias = 1.0f;
+  o.depth_bias_slope = 1.5f;
+  return o;
+}
+
 void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks,
                         int slot, View view, const glm::mat4& light_from_world, const ShadowMapBox& part,
                         FrameStats& stats) {
-  if (!pipeline) {
-    gpu::PipelineOptions o;
-    o.vertex_shader = kSpirv_shadow_vert;
-    o.layout = context.layout;
-    o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)}};
-    o.cull = VK_CULL_MODE_NONE;
-    o.depth = kDepthFormat;
-    o.depth_bias = 1.0f;
-    o.depth_bias_slope = 1.5f;
-    pipeline = gpu::get_pipeline(context.device, o);
-  }
+  if (!pipeline) pipeline = gpu::get_pipeline(context.device, options(context));
   const VkExtent2D size = map.options.size;
   const glm::vec2 side(static_cast<float>(size.width), static_cast<float>(size.height));
   const glm::ivec2 lo(glm::clamp(glm::floor(part.lo * side) - 1.0f, glm::vec2(0), side)),

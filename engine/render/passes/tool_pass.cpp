@@ -67,22 +67,24 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   }
 }
 
+gpu::PipelineOptions ToolPass::options(const PassContext& context, bool light_grid) {
+  gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
+  o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+  o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, p)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, n)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
+                  {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
+  // Constants of frame.glsl: the first seven are unused here, the last is kLightGrid.
+  o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
+  return o;
+}
+
 void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
                       bool light_grid, FrameStats& stats) {
   if (!body.mesh.index_count) return;
   if (std::exchange(with_light_grid, light_grid) != light_grid) pipeline = VK_NULL_HANDLE;
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
-    o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, p)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, n)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
-                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // Constants of frame.glsl: the first seven are unused here, the last is kLightGrid.
-    o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
-    pipeline = gpu::get_pipeline(context.device, o);
-  }
+  if (!pipeline) pipeline = gpu::get_pipeline(context.device, options(context, light_grid));
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   push(commands, context.layout, X_WB);
   body.mesh.draw(commands, stats);
@@ -95,7 +97,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   boxes.clear();
   if (!mesh.index_count) return;
   // Makes a box for each slice of the handpiece along z or x, because a single box would cover the whole picture.
-  constexpr int kSlices = 12;
+  constexpr int kSlices = 48;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
   const int axis = hi.x - lo.x > hi.z - lo.z ? 0 : 2;
@@ -123,23 +125,25 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     if (box.lo.x <= box.hi.x) boxes.push_back(box);
 }
 
+gpu::PipelineOptions ToolPass::handpiece_options(const PassContext& context) {
+  gpu::PipelineOptions o = context.scene_pipeline(kSpirv_handpiece_vert, kSpirv_handpiece_frag);
+  o.bindings = {{0, sizeof(HandpieceVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+  o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, p)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, n)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, middle)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, around)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
+                  {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
+                  {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
+  // Constants of frame.glsl, unused here: 0; the last is kPerPixel of handpiece.glsl.
+  o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
+  return o;
+}
+
 void ToolPass::record_handpiece(PassContext& context, VkCommandBuffer commands, const HandpieceBody& body,
                                 const Pose& X_WH, FrameStats& stats) {
   if (!body.mesh.index_count) return;
-  if (!handpiece_pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_handpiece_vert, kSpirv_handpiece_frag);
-    o.bindings = {{0, sizeof(HandpieceVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, p)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, n)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, middle)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, around)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, color)},
-                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HandpieceVertex, look)},
-                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(HandpieceVertex, grip)}};
-    // Constants of frame.glsl, unused here: 0; the last is kPerPixel of handpiece.glsl.
-    o.constants.insert(o.constants.end(), {0u, 0u, 0u, context.quality.samples > 1 ? 1u : 0u});
-    handpiece_pipeline = gpu::get_pipeline(context.device, o);
-  }
+  if (!handpiece_pipeline) handpiece_pipeline = gpu::get_pipeline(context.device, handpiece_options(context));
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, handpiece_pipeline);
   push(commands, context.layout, X_WH);
   body.mesh.draw(commands, stats);
